@@ -93,12 +93,12 @@ class _Commands(click.Group):
             return super().invoke(ctx)
 
     def list_commands(self, _ctx: click.Context) -> list[str]:
-        """List of texts: names of all commands, in the order of the help text."""
+        """List of the names of all commands, in the order of the help text."""
         return list(COMMANDS)
 
     def get_command(self, _ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command of this name, or None."""
-        return _command(cmd_name)
+        """Command of this name; None if there is none."""
+        return _load_command(cmd_name)
 
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the names of all commands with their short descriptions."""
@@ -106,8 +106,8 @@ class _Commands(click.Group):
             formatter.write_dl(list(COMMANDS.items()))
 
 
-def _command(name: str) -> click.Command | None:
-    """The command of this name, or None; imports only its module."""
+def _load_command(name: str) -> click.Command | None:
+    """Command of this name, imported from its module; None if there is none."""
     if name not in COMMANDS:
         return None
     package = "allanite.cli.commands.scale" if name in SCALE_COMMANDS else "allanite.cli.commands"
@@ -115,8 +115,8 @@ def _command(name: str) -> click.Command | None:
     return command
 
 
-def _version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:
-    """Print the version and end the program, if --version is given."""
+def _print_version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    """Callback of --version: print the version and end the program; does nothing if `value` is false."""
     if value:
         from allanite._kernels import version
 
@@ -135,7 +135,7 @@ def _version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> No
     is_flag=True,
     expose_value=False,
     is_eager=True,
-    callback=_version,
+    callback=_print_version,
     help="Show the version and exit.",
 )
 def cli() -> None:
@@ -150,7 +150,10 @@ def cli() -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit with its code, without a traceback for a user's mistake."""
+    """Run the command line and exit the process with its exit code.
+
+    Errors are printed as one line, without a traceback.
+    """
     code = _run(arguments)
     threads = sys.modules.get("allanite.common.threads")
     if arguments is None and threads is not None and threads.has_running_jobs():
@@ -161,7 +164,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _check_address_space() -> None:
-    """Refuse to run with less address space than the libraries need."""
+    """Raise `InputError` if the address space of the process is limited to less than 500 MB."""
     found = address_space()
     if found < MIN_ADDRESS_SPACE:
         raise InputError(
@@ -171,9 +174,11 @@ def _check_address_space() -> None:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    """Exit code of a command line, after every error was printed as one line."""
+    """Exit code of a command line: runs the command, and prints every error as one line."""
     if sys.stdout is None:
-        return _fail("standard output is closed: redirect it to a file, a pipe or /dev/null", 2)
+        return _print_error(
+            "standard output is closed: redirect it to a file, a pipe or /dev/null", 2
+        )
     try:
         with keep_interrupts(process_ends=arguments is None):
             _check_address_space()
@@ -189,23 +194,25 @@ def _run(arguments: Sequence[str] | None) -> int:
         click.echo(error.ctx.get_help() if error.ctx else str(error))
         return 0
     except click.ClickException as error:
-        return _fail(error.format_message(), 2)
+        return _print_error(error.format_message(), 2)
     except TooShortError as error:
-        return _fail(error.worded(WORDS), 3)
+        return _print_error(error.worded(WORDS), 3)
     except AllaniteError as error:
-        return _fail(error.worded(WORDS), 2)
+        return _print_error(error.worded(WORDS), 2)
     except (KeyboardInterrupt, click.Abort):
-        return _fail("interrupted", 130)
+        return _print_error("interrupted", 130)
     except _OutputClosedError:
         _discard_output()
         return 0
     except MemoryError:
-        return _fail("not enough memory: average the samples of a long log with --decimate K", 3)
+        return _print_error(
+            "not enough memory: average the samples of a long log with --decimate K", 3
+        )
     except OSError as error:
         if error.filename is None:
             # `whole_file` names its file, so an error without a name concerns standard output.
             _discard_output()
-        return _fail(f"{error.filename or 'standard output'}: {error.strerror or error}", 2)
+        return _print_error(f"{error.filename or 'standard output'}: {error.strerror or error}", 2)
     except BaseException as error:
         # A panic of the Rust core is no Exception, only a BaseException.
         if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
@@ -213,10 +220,10 @@ def _run(arguments: Sequence[str] | None) -> int:
         if isinstance(error, ModuleNotFoundError) and not (error.name or "allanite").startswith(
             "allanite"
         ):
-            return _fail(f"{error.name} is not installed: pip install 'allanite[all]'", 2)
+            return _print_error(f"{error.name} is not installed: pip install 'allanite[all]'", 2)
         from allanite.cli.unexpected import internal_error_message
 
-        return _fail(internal_error_message(error), 70)
+        return _print_error(internal_error_message(error), 70)
     return code if isinstance(code, int) else 0
 
 
@@ -226,8 +233,8 @@ def _discard_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _fail(message: str, code: int) -> int:
-    """Print a message as one line on standard error, and return the exit code `code`."""
+def _print_error(message: str, code: int) -> int:
+    """Print a message as one line on standard error, and return `code`."""
     with suppress(OSError):
         click.echo(plain(f"allanite: {' '.join(message.split())}", 300), err=True)
     return code

@@ -29,7 +29,10 @@ MAX_GAP_ROWS = 1 << 24
 
 
 class Clock:
-    """Time stamps in column `at` of a log, read chunk by chunk."""
+    """Time stamps in column `at` of a log that is read chunk by chunk: fills gaps, and sums up the intervals.
+
+    `unit` is the unit of the stamps, or None if the numbers show it. `rate` is the given sampling rate in Hz, or None.
+    """
 
     def __init__(self, at: int, unit: str | None, rate: float | None = None) -> None:
         self.at, self.unit, self.rate = at, unit, rate
@@ -64,7 +67,11 @@ class Clock:
             yield from self._filled(held, given, len(held))
 
     def _filled(self, rows: NDArray[Any], begun: int, end: int) -> Iterator[NDArray[Any]]:
-        """Yield the rows from `begun` to `end`, with rows of NaN in each gap."""
+        """Yield arrays with the rows from `begun` to `end`, and rows of NaN in each gap of the time stamps.
+
+        `rows` also holds rows before and after, as neighbors of the stamps at the borders. Raises `InputError` for a
+        stamp that is not finite, or for a jump that is too long to fill.
+        """
         before = self.rows - begun
         time = rows[:, self.at]
         bad = np.flatnonzero(~np.isfinite(time))
@@ -99,11 +106,14 @@ class Clock:
             for part in range(0, missing, FILL_ROWS):
                 yield np.full((min(FILL_ROWS, missing - part), rows.shape[1]), np.nan)
         yield rows[at:end]
-        self._count(steps, max(begun - 1, 0), end - 1, before)
+        self._add_intervals(steps, max(begun - 1, 0), end - 1, before)
         self.rows += end - begun
 
-    def _count(self, steps: Steps, first: int, end: int, before: int) -> None:
-        """Add the intervals between stamps from `first` to `end` to the sums."""
+    def _add_intervals(self, steps: Steps, first: int, end: int, before: int) -> None:
+        """Add the intervals between stamps from `first` to `end` to the sums.
+
+        `before` is the number of rows before the first row of `steps`.
+        """
         raw = steps.raw[first:end]
         if raw.size == 0:
             return
@@ -132,10 +142,10 @@ class Clock:
         self.squares += float(np.var(clean)) * raw.size if clean.size else 0.0
 
     def stamps(self) -> Stamps:
-        """Number, intervals, gaps and jitter of all time stamps, in the form that `read_stamps` returns.
+        """`Stamps` of all rows read so far: rate, gaps, jitter and resolution, as `read_stamps` returns them.
 
-        The jitter is relative to the mean interval of each chunk. A drift of the interval is not
-        computed.
+        The jitter is relative to the mean interval of each chunk. A drift of the interval is not computed. Raises
+        `InputError` if the stamps do not advance.
         """
         second = TIME_UNITS[self.unit or "s"]
         if self.times <= 0.0:

@@ -25,7 +25,7 @@ FIRST_ROWS = 100
 
 
 def cells_of(line: str) -> list[str]:
-    """List of texts: cells of a row. In rows with semicolons or tabs, a comma is a decimal comma."""
+    """List of the cells (texts) of a row. In rows with semicolons or tabs, a comma is a decimal comma."""
     line = line.strip("\r\n ")
     mark = next((mark for mark in ";\t," if mark in line), None)
     return [cell.strip() for cell in line.split(mark)]
@@ -55,8 +55,11 @@ class WatchedColumn:
     factor: float = 1.0
 
 
-def rows_in(file: BinaryIO, end: int) -> bytes:
-    """Bytes of the first lines of a file before position `end`: the header, and at most `FIRST_ROWS` rows of numbers."""
+def first_lines_of(file: BinaryIO, end: int) -> bytes:
+    """Bytes of the first lines of a file before position `end`: the header, and at most 100 rows of numbers.
+
+    The position in the file changes.
+    """
     file.seek(0)
     lines, rows = [], 0
     while rows < FIRST_ROWS and file.tell() < end:
@@ -74,7 +77,7 @@ def watched_column(
     quantity: str,
     source: str,
 ) -> WatchedColumn:
-    """The column to watch, with the factor that converts its numbers to the unit of the model.
+    """`WatchedColumn`: index of the column to watch, and the factor that converts its numbers to the unit of the model.
 
     The unit of the numbers is that in the header, otherwise the given one, otherwise that of the log to which the model
     was fitted.
@@ -118,7 +121,7 @@ def watched_column(
 def _factor(
     table: Table, roles: Roles, at: int, model: NamedModel, unit: str | None, quantity: str
 ) -> float:
-    """Factor that converts the numbers of a column to the unit of a model."""
+    """Factor that converts the numbers of the column at index `at` to the unit of the model."""
     from allanite.common.units import conversion, is_frequency, rate_unit
     from allanite.readers.columns import Request, layout_from_roles
 
@@ -133,7 +136,10 @@ def _factor(
 def _column_index(
     table: Table, roles: Roles, column: str | None, model_column: str, source: str
 ) -> int:
-    """Index of the column to watch."""
+    """Index of the column to watch: the given one, the model's, or the first sensor that changes.
+
+    Prints a note if there are several sensors. Raises `InputError` for a column of time stamps.
+    """
     from allanite.readers.columns import Request, layout_from_roles
     from allanite.recording import find_column
 
@@ -156,13 +162,16 @@ def _column_index(
 
 
 def _may_be_sensor(table: Table, at: int) -> bool:
-    """True if a column has numbers and, in a table without names, if the numbers change."""
+    """True if a column has numbers; in a table without names, the numbers must also change."""
     numbers = table[at][~np.isnan(table[at])]
     return numbers.size > 0 and (table.named or bool(numbers.min() < numbers.max()))
 
 
 def _table(lines: Sequence[str]) -> Table | None:
-    """Table of the first rows, with the names in the header or x0, x1, …; None without any row."""
+    """`Table` of the rows of numbers in the first lines; None without any row.
+
+    Names come from the header, or are x0, x1, ….
+    """
     from allanite.readers._table import Table, split_header
 
     first = next((i for i, line in enumerate(lines) if has_numbers(line)), None)
@@ -184,7 +193,7 @@ def _table(lines: Sequence[str]) -> Table | None:
 
 
 def _number(cell: str) -> float:
-    """The number in a cell; NaN if the cell holds none."""
+    """Float of a cell, also with a decimal comma; NaN if the cell holds no number."""
     try:
         return float(cell.replace(",", "."))
     except ValueError:

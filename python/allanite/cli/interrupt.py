@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from types import FrameType
 
 #: Time until an interrupt that had no effect is raised again, s. Chosen by judgment; not measured.
-REPEAT_S = 0.05
+REPEAT_SECONDS = 0.05
 #: File name of the frames of Python's import system.
 IMPORT_FILE = "<frozen importlib._bootstrap>"
 
@@ -72,26 +72,29 @@ def keep_interrupts(*, process_ends: bool) -> Iterator[None]:
 
 
 class _Listener:
-    """Handler of SIGINT that raises `KeyboardInterrupt` again until the block has ended."""
+    """Handler of SIGINT that raises `KeyboardInterrupt` again and again until the block has ended."""
 
     def __init__(self) -> None:
         self.interrupted = self.ended = False
         self.lock = _thread.allocate_lock()
 
     def handle(self, _signal: int, frame: FrameType | None) -> None:
-        """Raise `KeyboardInterrupt`, unless the block has ended or an import is running."""
+        """Raise `KeyboardInterrupt`, and start a thread that raises the signal again.
+
+        Nothing is raised after the block has ended, during an import, or while an earlier interrupt is handled.
+        """
         if _is_interrupt(sys.exc_info()[1]):
             return  # cleanup code that runs because of the first interrupt must finish
         if not self.interrupted:
             self.interrupted = True
-            _thread.start_new_thread(self._repeat, ())
+            _thread.start_new_thread(self._repeat_interrupt, ())
         if not self.ended and not _is_importing(frame):
             raise KeyboardInterrupt
 
-    def _repeat(self) -> None:
-        """Interrupt the main thread again and again until the block has ended."""
+    def _repeat_interrupt(self) -> None:
+        """Interrupt the main thread every 50 ms until the block has ended."""
         while True:
-            time.sleep(REPEAT_S)
+            time.sleep(REPEAT_SECONDS)
             with self.lock:
                 if self.ended:
                     return
@@ -106,7 +109,7 @@ def _is_interrupt(error: BaseException | None) -> bool:
 
 
 def _is_importing(frame: FrameType | None) -> bool:
-    """True if a frame runs inside of an import."""
+    """True if a frame or one of its callers belongs to Python's import system."""
     while frame is not None and frame.f_code.co_filename != IMPORT_FILE:
         frame = frame.f_back
     return frame is not None

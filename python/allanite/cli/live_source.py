@@ -23,8 +23,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import click
 import numpy as np
 
-from allanite.cli.first_rows import FIRST_ROWS, cells_of, has_numbers, rows_in
-from allanite.cli.pipe import NAME, PIPE
+from allanite.cli.first_rows import FIRST_ROWS, cells_of, first_lines_of, has_numbers
+from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT
 from allanite.common.errors import MAX_MESSAGE_LENGTH, InputError, about
 from allanite.common.plain import plain
 
@@ -41,31 +41,31 @@ BLOCK = 1 << 16
 #: Maximum length of a line, bytes. Rows of known loggers are a thousand times shorter.
 MAX_LINE = 1 << 20
 #: Maximum size of the first lines, which are kept until the columns are known, bytes.
-MAX_FIRST = 16 * MAX_LINE
+MAX_FIRST_LINES = 16 * MAX_LINE
 #: Samples are passed on once there are this many, or after this time in s. Chosen by judgment; not measured.
 MAX_ROWS, FLUSH_S = 4096, 0.2
 #: Time between two checks of a file that does not grow, s. Chosen by judgment; not measured.
 POLL_S = 0.2
 #: Number of bytes before a position that are compared to recognize a file.
-TAIL = 64
+COMPARED_BYTES = 64
 #: Time for which standard input and datagrams are still read after a signal, s. Rows that have arrived are not lost.
 DRAIN_S = 0.1
 #: Maximum number of blocks that wait for the main thread.
-QUEUE = 64
+MAX_QUEUED_BLOCKS = 64
 
 
 class Stop(threading.Event):
-    """Set by SIGINT or SIGTERM; `signal` is the number of the first, or None."""
+    """Event that is set by SIGINT or SIGTERM; `signal` is the number of the first signal, or None."""
 
     signal: int | None = None
 
     @contextmanager
     def listening(self) -> Iterator[None]:
-        """Replace the signal handlers within the block; outside of the main thread, do nothing."""
+        """Context in which SIGINT and SIGTERM set this event; outside of the main thread it does nothing."""
         before: dict[int, Any] = {}
         try:
             for number in map(int, (signal.SIGINT, signal.SIGTERM)):
-                before[number] = signal.signal(number, self._hear)
+                before[number] = signal.signal(number, self._store_signal)
         except ValueError:  # not the main thread
             pass
         try:
@@ -74,7 +74,7 @@ class Stop(threading.Event):
             for number, handler in before.items():
                 signal.signal(number, handler)
 
-    def _hear(self, number: int, _frame: object) -> None:
+    def _store_signal(self, number: int, _frame: object) -> None:
         """Signal handler: store the number of the first signal, and set this event."""
         self.signal = self.signal or number
         self.set()
@@ -122,7 +122,7 @@ class _Block:
 
 def is_file(source: str) -> bool:
     """True if a source is neither standard input nor an address."""
-    return source != PIPE and "://" not in source
+    return source != STANDARD_INPUT and "://" not in source
 
 
 def rows_of(
@@ -153,21 +153,25 @@ def rows_of(
     InputError
         The source does not exist, the address cannot be used, a line is too long, or a row lacks the column.
     """
-    if source == PIPE:
+    if source == STANDARD_INPUT:
         if sys.stdin is None:
             raise InputError("standard input is closed: there is no log to read")
         descriptor = sys.stdin.fileno()
-        blocks = _of_thread(lambda: os.read(descriptor, BLOCK), stop)
+        blocks = _blocks_of_thread(lambda: os.read(descriptor, BLOCK), stop)
     elif is_file(source):
-        blocks = _of_file(Path(source), position, stop, follow=follow)
+        blocks = _blocks_of_file(Path(source), position, stop, follow=follow)
     else:
-        blocks = _of_datagrams(source, stop)
-    reader = _Lines(NAME if source == PIPE else source, column_of, keeps_position=is_file(source))
+        blocks = _blocks_of_datagrams(source, stop)
+    reader = _Lines(
+        INPUT_NAME if source == STANDARD_INPUT else source,
+        column_of,
+        keeps_position=is_file(source),
+    )
     return reader.rows(blocks, stop)
 
 
 class _Lines:
-    """Splits blocks into lines and extracts the sample of each row."""
+    """Splits blocks of bytes into lines, and collects the sample of each row."""
 
     def __init__(
         self,
@@ -186,15 +190,15 @@ class _Lines:
         self.follows = True
 
     def rows(self, blocks: Iterator[_Block], stop: Stop) -> Iterator[Rows]:
-        """Yield the collected samples in batches: when there are many, after some time, and when the source pauses."""
+        """Yield the collected samples as `Rows`: when there are many, after some time, or when the source pauses."""
         passed_on = time.monotonic()
         try:
             for block in blocks:
                 if block.begins_at is not None:
-                    self._know_the_column()
+                    self._choose_column()
                     yield from self._flush()
-                    self._begin(block)
-                self._take(block.data)
+                    self._restart(block)
+                self._add_bytes(block.data)
                 idle = not block.data or stop.is_set()
                 if len(self.samples) >= MAX_ROWS or (
                     time.monotonic() - passed_on >= (0.0 if idle else FLUSH_S)
@@ -203,8 +207,8 @@ class _Lines:
                     passed_on = time.monotonic()
             # At the end of the source, the last line may lack its line break. After a signal, it may be incomplete.
             if not stop.is_set():
-                self._take(b"\n" if self.rest else b"", counted=len(self.rest))
-            self._know_the_column()
+                self._add_bytes(b"\n" if self.rest else b"", counted=len(self.rest))
+            self._choose_column()
         except InputError:
             # The rows before a bad row count.
             if self.column is not None:
@@ -212,10 +216,10 @@ class _Lines:
             raise
         yield from self._flush()
 
-    def _begin(self, block: _Block) -> None:
-        """Prepare for reading a source from a new position: forget the column and the unfinished line."""
+    def _restart(self, block: _Block) -> None:
+        """Prepare for reading from a new position: forget the column and the unfinished line."""
         if self.rest:
-            _notice(f"{self.name}: the last row is incomplete and is skipped")
+            _print_note(f"{self.name}: the last row is incomplete and is skipped")
         self.offset, self.tail, self.rest = block.begins_at or 0, b"", b""
         self.first, self.first_rows, self.first_bytes = [], 0, 0
         self.column = None
@@ -234,10 +238,11 @@ class _Lines:
         self.samples, self.follows = [], True
         yield rows
 
-    def _take(self, data: bytes, *, counted: int | None = None) -> None:
-        """Split bytes of the source into lines, and collect the sample of each line.
+    def _add_bytes(self, data: bytes, *, counted: int | None = None) -> None:
+        """Split bytes of the source into lines, and collect the sample of each complete line.
 
-        `counted`, if given, is the number of bytes that the source really has.
+        `counted`, if given, is the number of bytes that the source really has. Raises `InputError` for a line of over 1
+        MB.
         """
         # A carriage return also ends a line. The blank line in "\r\n" is ignored later.
         text = self.rest + data.replace(b"\r", b"\n")
@@ -251,14 +256,14 @@ class _Lines:
             return
         taken = lines if counted is None else lines[:counted]
         for line in lines.decode("utf-8", "replace").split("\n"):
-            self._line(line)
+            self._add_line(line)
         self.offset += len(taken)
-        self.tail = (self.tail + taken)[-TAIL:]
+        self.tail = (self.tail + taken)[-COMPARED_BYTES:]
 
-    def _line(self, line: str) -> None:
-        """Extract the sample of a line, or keep the line until the column is known."""
+    def _add_line(self, line: str) -> None:
+        """Collect the sample of a line; while the column is unknown, keep the line instead."""
         if self.column is not None:
-            self._sample(line)
+            self._add_sample(line)
             return
         if not line:
             return
@@ -266,23 +271,23 @@ class _Lines:
         self.first_rows += has_numbers(line)
         self.first_bytes += len(line)
         if self.first_rows >= FIRST_ROWS:
-            self._know_the_column()
-        elif self.first_bytes > MAX_FIRST:
+            self._choose_column()
+        elif self.first_bytes > MAX_FIRST_LINES:
             raise InputError(
-                f"{self.name}: fewer than {FIRST_ROWS} rows of numbers in the first {MAX_FIRST} bytes; the source must"
-                " be text with one row per line"
+                f"{self.name}: fewer than {FIRST_ROWS} rows of numbers in the first {MAX_FIRST_LINES} bytes; the source"
+                " must be text with one row per line"
             )
 
-    def _know_the_column(self) -> None:
-        """Choose the column from the first lines if it is not chosen yet, and collect the samples of these lines."""
+    def _choose_column(self) -> None:
+        """Choose the column from the first lines unless it is chosen, and collect the samples of these lines."""
         if self.column is None:
             self.column = self.column_of(self.first)
             lines, self.first = self.first, []
             for line in lines:
-                self._sample(line)
+                self._add_sample(line)
 
-    def _sample(self, line: str) -> None:
-        """Append the sample of a line, unless the line has no number in the column."""
+    def _add_sample(self, line: str) -> None:
+        """Append the sample of a line, times the factor of the column; nothing if the line has no number there."""
         assert self.column is not None
         with about(self.name):
             value = sample_of(line, self.column.index)
@@ -291,7 +296,7 @@ class _Lines:
 
 
 def sample_of(line: str, place: int) -> float | None:
-    """The number in a column of a row; NaN for an empty cell, None for a line without a number there.
+    """Number in a column of a row: NaN for an empty cell, None for a comment or a text.
 
     Raises
     ------
@@ -316,27 +321,30 @@ def sample_of(line: str, place: int) -> float | None:
 # -- files -----------------------------------------------------------------------------------------
 
 
-def _of_file(
+def _blocks_of_file(
     path: Path, position: dict[str, Any] | None, stop: Stop, *, follow: bool
 ) -> Iterator[_Block]:
-    """Yield blocks of a file; begins anew if the file is truncated or replaced."""
-    file = _opened(path)
+    """Yield blocks of a file, from `position` or its beginning; begins anew if it is truncated or replaced.
+
+    Without `follow`, ends at the end of the file. With `follow`, yields empty blocks while the file does not grow.
+    """
+    file = _open_file(path)
     try:
         at, tail = 0, b""
         if position is not None:
             at, tail = int(position["offset"]), bytes.fromhex(position["tail"])
             if not _is_continued(file.fileno(), at, tail):
-                _notice(
+                _print_note(
                     f"{path}: not the file from which the state was saved; reading from the first row"
                 )
                 at, tail = 0, b""
-        head = rows_in(file, at)
+        head = first_lines_of(file, at)
         file.seek(at)
         yield _Block(b"", at, follows=position is None or at > 0, head=head)
         while not stop.is_set():
             data = file.read(BLOCK)
             if data:
-                at, tail = at + len(data), (tail + data)[-TAIL:]
+                at, tail = at + len(data), (tail + data)[-COMPARED_BYTES:]
                 yield _Block(data)
                 continue
             if not follow:
@@ -349,14 +357,14 @@ def _of_file(
                 while data := file.read(BLOCK):
                     yield _Block(data)
                 file.close()
-                file = _opened(path)
-                _notice(
+                file = _open_file(path)
+                _print_note(
                     f"{path}: replaced by another file; reading the new file from the first row"
                 )
                 at, tail = 0, b""
                 yield _Block(b"", 0)
             elif not _is_continued(file.fileno(), at, tail):
-                _notice(f"{path}: truncated; reading from the first row, rows may be missing")
+                _print_note(f"{path}: truncated; reading from the first row, rows may be missing")
                 at, tail = 0, b""
                 file.seek(0)
                 yield _Block(b"", 0, follows=False)
@@ -364,8 +372,8 @@ def _of_file(
         file.close()
 
 
-def _opened(path: Path) -> BinaryIO:
-    """The file, opened for reading.
+def _open_file(path: Path) -> BinaryIO:
+    """File object opened for reading bytes.
 
     Raises
     ------
@@ -410,12 +418,15 @@ def _is_replaced(path: Path, descriptor: int) -> bool:
 # -- standard input and datagrams ------------------------------------------------------------------
 
 
-def _of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]:
-    """Yield the blocks that `read` returns in a thread of its own, until it returns no bytes."""
-    blocks: queue.Queue[bytes] = queue.Queue(QUEUE)
+def _blocks_of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]:
+    """Yield the bytes that `read` returns in a thread of its own as blocks, until `read` returns none.
+
+    Yields empty blocks while nothing arrives. After a signal, reading ends within 0.1 s.
+    """
+    blocks: queue.Queue[bytes] = queue.Queue(MAX_QUEUED_BLOCKS)
 
     def run() -> None:
-        """Put the bytes that `read` returns into the queue, until there are none."""
+        """Put the bytes that `read` returns into the queue; the last entry is empty."""
         data = b"-"
         while data:
             try:
@@ -439,24 +450,24 @@ def _of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]:
         yield _Block(data)
 
 
-def _of_datagrams(source: str, stop: Stop) -> Iterator[_Block]:
-    """Yield the datagrams that arrive at an address of this machine, until one is ``end``."""
-    listener = _listener(source)
+def _blocks_of_datagrams(source: str, stop: Stop) -> Iterator[_Block]:
+    """Yield the datagrams that arrive at an address of this machine as blocks, until one is ``end``."""
+    listener = _bound_socket(source)
     with listener:
 
         def read() -> bytes:
-            """Bytes of the next datagram; empty at the end."""
+            """Bytes of the next datagram with a line end; empty for the datagram ``end``."""
             data = listener.recv(BLOCK)
             if data.strip() == b"end":
                 return b""
             # A row never continues in the next datagram.
             return data + b"\n"
 
-        yield from _of_thread(read, stop)
+        yield from _blocks_of_thread(read, stop)
 
 
-def _listener(source: str) -> socket.socket:
-    """UDP socket bound to the address in `source`."""
+def _bound_socket(source: str) -> socket.socket:
+    """UDP socket bound to the address in `source`; raises `InputError` if it is not local or already in use."""
     import socket
 
     host, _, port = source.removeprefix("udp://").rpartition(":")
@@ -477,6 +488,6 @@ def _listener(source: str) -> socket.socket:
     return listener
 
 
-def _notice(text: str) -> None:
+def _print_note(text: str) -> None:
     """Print a note on standard error."""
     click.echo(plain(f"· {text}", MAX_MESSAGE_LENGTH), err=True)

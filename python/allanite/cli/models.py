@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class NamedModel:
-    """A model, with the column, unit and rate of the recording to which it was fitted, if its file states them.
+    """A model, with the column, unit and rate (Hz) of the recording to which it was fitted, if its file states them.
 
     `log_unit` is the unit of the numbers in the log, if it is not `unit`.
     """
@@ -31,7 +31,7 @@ class NamedModel:
     log_unit: str | None = None
 
     def in_unit(self, unit: str) -> Model:
-        """The model with its coefficients converted to samples in `unit`; unchanged if its own unit is unknown.
+        """Model with its coefficients converted to samples in `unit`; unchanged if its own unit is unknown.
 
         Raises
         ------
@@ -45,7 +45,7 @@ class NamedModel:
 
 
 def _scaled(effect: Effect, factor: float) -> Effect:
-    """The effect with all parameters that have the unit of the samples multiplied by a factor."""
+    """Copy of an effect; parameters and limits that have the unit of the samples are multiplied by `factor`."""
     names = {p.name for p in effect.parameters if not isinstance(p.unit, str)}
     values = {k: v for k, v in effect.values.items() if k in names and v is not None}
     scaled = {
@@ -59,7 +59,7 @@ def _scaled(effect: Effect, factor: float) -> Effect:
 
 
 def models_of(text: str, unit: str | None = None, rate: float | None = None) -> list[NamedModel]:
-    """Models of a model string or of a file (`allanite.sources.documents_of`): one per axis."""
+    """List of `NamedModel` from a model string (one model) or from a file (one per axis)."""
     from allanite.effects.files import model_from_dict
     from allanite.sources import documents_of
 
@@ -75,19 +75,24 @@ def models_of(text: str, unit: str | None = None, rate: float | None = None) -> 
     return found
 
 
-def first_models(text: str | None, columns: Sequence[Recording]) -> list[Model]:
-    """The model of each column in the unit of its samples; the usual models if `text` is None."""
+def start_models(text: str | None, columns: Sequence[Recording]) -> list[Model]:
+    """List with the start model of each column, in the unit of its samples.
+
+    `text` is a model string or a file; None stands for the usual models.
+    """
     if text is None:
         from allanite.common.starts import start_model
         from allanite.effects.files import parse_model
 
         return [parse_model(start_model(column.quantity, column.units)) for column in columns]
     models = models_of(text)
-    return [for_column(models, c.columns[0], text).in_unit(c.unit) for c in columns]
+    return [model_for_column(models, c.columns[0], text).in_unit(c.unit) for c in columns]
 
 
-def for_column(models: list[NamedModel], column: str, text: str) -> NamedModel:
-    """The model of a column: the only model, or the model with the column's name. `text` names the source in errors.
+def model_for_column(models: list[NamedModel], column: str, text: str) -> NamedModel:
+    """`NamedModel` of a column: the only model, or the model with the column's name.
+
+    `text` names the source in errors.
 
     Raises
     ------

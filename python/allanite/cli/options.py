@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from allanite.cli.pipe import NAME, PIPE, log_file, named
+from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT, errors_name_input, log_file
 from allanite.cli.words import words_of
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.printing import REQUESTED_UNITS, sample_unit
@@ -54,7 +54,7 @@ STYLE = "allanite.style"
 
 
 class LogCommand(click.Command):
-    """A command whose help lists its own options first, and the shared options of `log_options` below them."""
+    """A click command whose help lists its own options first, and the options of `log_options` below them."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options in two sections."""
@@ -71,10 +71,10 @@ class LogCommand(click.Command):
 
 
 def plot_option(command: Any) -> Any:
-    """Add the options --plot and --style to a command; `output.plot` uses the style."""
+    """Decorator that adds the options --plot and --style to a command; `output.save_plots` uses the style."""
 
     def keep(ctx: click.Context, _param: click.Parameter, value: str) -> None:
-        """Store the style of --style for `output.plot`."""
+        """Store the value of --style in the context, for `output.save_figure`."""
         ctx.meta[STYLE] = value
 
     style = click.option(
@@ -100,7 +100,7 @@ class Seconds(click.types.FloatParamType):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Time in seconds from a text such as ``10min``."""
+        """Positive time in s, as a float, from a text such as ``10min``."""
         text, factor = str(value).strip(), 1.0
         for unit, size in self.units:
             if text.endswith(unit):
@@ -133,7 +133,7 @@ class RateType(click.ParamType[float | str]):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float | str:
-        """Sampling rate in Hz as a float; a text with an exclamation mark stays a text."""
+        """Sampling rate in Hz as a float; a text that ends in an exclamation mark stays a text."""
         text = str(value).strip()
         try:
             number = float(text.removesuffix("!"))
@@ -260,7 +260,7 @@ class LogOptions:
 
     @property
     def after_reading(self) -> tuple[str, ...]:
-        """Tuple of texts: names of the given options that change the samples after the log was read."""
+        """Tuple of the names of the given options that change the samples after the log was read."""
         given = {
             "--trim": self.trim,
             "--decimate": self.decimate,
@@ -270,13 +270,13 @@ class LogOptions:
 
     @property
     def output_units(self) -> dict[str, str]:
-        """Unit of the samples that follows from ``--output-unit``, by kind of sensor."""
+        """Dict from kind of sensor to the unit of its samples that --output-unit implies; empty without this option."""
         if self.output_unit is None:
             return {}
         return units_by_kind(",".join(map(sample_unit, self.output_unit.split(","))))
 
-    def reading(self) -> dict[str, Any]:
-        """Keyword arguments for `allanite.read`."""
+    def read_arguments(self) -> dict[str, Any]:
+        """Dict of the keyword arguments for `allanite.read`."""
         from allanite.readers.scaling import parse_scales
 
         return {
@@ -297,7 +297,7 @@ READING_OPTIONS = frozenset(field.name for field in fields(LogOptions)) - {"as_j
 
 
 def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the shared options to a command, which receives their values as one `LogOptions` named ``options``."""
+    """Decorator that adds the shared options to a command; it gets their values as one `LogOptions` named ``options``."""
 
     @wraps(command)
     def wrapped(**arguments: Any) -> Any:
@@ -311,15 +311,15 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def is_points_per_decade(taus: str) -> bool:
-    """True if the value of --taus is a whole number of points per decade."""
+    """True if the value of --taus is a whole number, which means points per decade."""
     # "²".isdigit() is true, and int() refuses thousands of digits.
     return taus.isascii() and taus.isdigit() and len(taus) <= MAX_DIGITS
 
 
 def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[Recording]:
-    """Read a log with these options; returns a list of one `Recording` per column.
+    """List with one `Recording` per sensor column of a log, read as the options say and checked.
 
-    With `for_fit`, a log that is mostly motion is refused.
+    With `for_fit`, a log that is mostly motion is refused, and columns with only one code are left out with a note.
 
     Raises
     ------
@@ -336,9 +336,9 @@ def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[
 
 
 def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
-    """List of `Recording`: columns whose samples take more than one quantization code.
+    """List of the columns whose samples take more than one quantization code.
 
-    Prints a line for each other column, and raises an error if all are locked.
+    Prints a line for each other column, and raises an error if there is no column left.
     """
     from allanite.fit.locked import locked_error
 
@@ -352,8 +352,8 @@ def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
 
 
 def _constant_column_error(path: str, column: Recording) -> InputError:
-    """Error for a column without any variation."""
-    path = NAME if path == PIPE else path
+    """`InputError` (not raised) for a column without any variation."""
+    path = INPUT_NAME if path == STANDARD_INPUT else path
     return InputError(
         f"{path}: column {column.columns[0]} is constant or all NaN: the sensor is stuck, or --column names the"
         " wrong column"
@@ -366,9 +366,9 @@ def recording_of(
     *,
     for_fit: bool = True,
 ) -> Recording:
-    """Recording of a log with all columns that the options select, checked.
+    """`Recording` of a log with all columns that the options select, trimmed, checked and decimated.
 
-    With `for_fit`, a log that is mostly motion is refused.
+    With `for_fit`, a log that is mostly motion is refused. Findings about motion are printed.
 
     Raises
     ------
@@ -379,8 +379,8 @@ def recording_of(
     """
     from allanite.readers import read
 
-    with log_file(path) as file, named(file, path):
-        recording = read(file, **options.reading())
+    with log_file(path) as file, errors_name_input(file, path):
+        recording = read(file, **options.read_arguments())
     return _prepared_recording(recording, path, options, for_fit=for_fit)
 
 
@@ -389,11 +389,14 @@ def recordings_of(
     options: LogOptions,
     check_columns: Callable[[Sequence[Recording]], None] | None = None,
 ) -> list[Recording]:
-    """Recordings of a log, one for each of its sampling rates, read as `recording_of` does."""
+    """List of `Recording`, one for each sampling rate of a log, read as `recording_of` does.
+
+    `check_columns` gets this list before the checks of the samples, and may raise an error.
+    """
     from allanite.readers import read_sensors
 
-    with log_file(path) as file, named(file, path):
-        recordings = read_sensors(file, **options.reading())
+    with log_file(path) as file, errors_name_input(file, path):
+        recordings = read_sensors(file, **options.read_arguments())
     if check_columns is not None:
         check_columns(recordings)
     return [_prepared_recording(recording, path, options) for recording in recordings]
@@ -402,16 +405,20 @@ def recordings_of(
 def _prepared_recording(
     recording: Recording, path: str, options: LogOptions, *, for_fit: bool = True
 ) -> Recording:
-    """Copy of a recording: trimmed, checked, decimated and converted as the options say."""
+    """Recording trimmed, checked, decimated and converted as the options say; prints findings about motion.
+
+    Also sets the units in which results are printed (--output-unit). Raises `TooShortError` below 16 samples, and
+    `InputError` if no column varies or the recording is implausible.
+    """
     from allanite.readers.plausibility import checked
 
-    if path == PIPE:
-        path = NAME
-        recording = recording.called(NAME)
+    if path == STANDARD_INPUT:
+        path = INPUT_NAME
+        recording = recording.called(INPUT_NAME)
     if options.trim == "quiet":
         recording = recording.quiet()
     elif options.trim is not None:
-        span = _span(options.trim)
+        span = _trim_bounds(options.trim)
         with about(f"{path}, --trim {options.trim}"):
             recording = recording.trim(*span)
     with about(path):
@@ -448,7 +455,7 @@ def is_shown_early(finding: Finding) -> bool:
 
 
 def _show_early_findings(recording: Recording, options: LogOptions) -> None:
-    """Print excluded columns and motion on standard error. JSON output has them in its audit instead."""
+    """Print findings about excluded columns and motion on standard error; nothing with --quiet or --json."""
     from allanite.recording.at_rest import motion_findings
 
     if not (options.quiet or options.as_json):
@@ -459,7 +466,7 @@ def _show_early_findings(recording: Recording, options: LogOptions) -> None:
 
 
 def _rate_varies(column: Recording) -> bool:
-    """True if the rate changes at all. The rate of a phase with a constant slope does not."""
+    """True if at least two samples of the rate differ. The rate of a phase with a constant slope is constant."""
     import numpy as np
 
     x = column.rate_samples()
@@ -467,8 +474,8 @@ def _rate_varies(column: Recording) -> bool:
     return x.size > 1 and bool(x.max() > x.min())
 
 
-def _span(text: str) -> tuple[float | None, float | None]:
-    """Start and end in s from a text ``START:END``; None for an open end."""
+def _trim_bounds(text: str) -> tuple[float | None, float | None]:
+    """Tuple (start, end) in s from a text ``START:END``; None for an open end."""
     start, colon, end = text.partition(":")
     try:
         bounds = (float(start) if start else None), (float(end) if end else None)

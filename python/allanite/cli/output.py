@@ -41,7 +41,7 @@ def dumps(document: Any) -> str:
 
 
 def _jsonable(value: Any) -> Any:
-    """The value with only types that JSON knows."""
+    """Copy of a value with only types that JSON knows; NaN and infinities become None."""
     if isinstance(value, dict):
         return {str(key): _jsonable(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -53,8 +53,11 @@ def _jsonable(value: Any) -> Any:
     return value
 
 
-def show(results: Sequence[Any], options: LogOptions) -> None:
-    """Print results, one per column, as JSON documents or as tables."""
+def print_results(results: Sequence[Any], options: LogOptions) -> None:
+    """Print results, one per column, as tables, or with --json as one JSON document.
+
+    Several columns are in the list ``columns`` of the document.
+    """
     if options.as_json:
         documents = [result.to_dict() for result in results]
         one = len(documents) == 1
@@ -68,19 +71,19 @@ def show(results: Sequence[Any], options: LogOptions) -> None:
         click.echo(wrapped(str(result)))
 
 
-def width() -> int:
+def terminal_width() -> int:
     """Characters per line: the width of the terminal, or COLUMNS, or 100; at least 60."""
     return max(get_terminal_size((100, 24)).columns, 60)
 
 
 def wrapped(text: str) -> str:
-    """The text with long sentences wrapped at the terminal's width; rows of tables stay on one line.
+    """Text with long sentences wrapped at the terminal's width; rows of tables stay on one line.
 
     If the output goes to a file or another program, the text is unchanged.
     """
     if not sys.stdout.isatty():
         return text
-    limit = width()
+    limit = terminal_width()
     out = []
     for line in text.splitlines():
         indent = line[: len(line) - len(line.lstrip())]
@@ -95,8 +98,8 @@ def wrapped(text: str) -> str:
     return "\n".join(out)
 
 
-def notes(columns: Sequence[Record], options: LogOptions, log: str = "") -> None:
-    """Print the findings of the audit, below the name of the log if it is given.
+def print_findings(columns: Sequence[Record], options: LogOptions, log: str = "") -> None:
+    """Print the findings of the audit on standard output, below the name of the log if it is given.
 
     Findings that were printed before the computation are not printed again. Prints nothing with --quiet or --json; a
     JSON document contains the findings.
@@ -117,7 +120,7 @@ def notes(columns: Sequence[Record], options: LogOptions, log: str = "") -> None
 
 
 def check_targets(plot: str | None = None, save: str | None = None) -> None:
-    """Refuse files of --plot and --save that cannot be written, before anything is computed."""
+    """Raise `InputError` if a file of --plot or --save cannot be written; nothing is written."""
     if plot is not None:
         if Path(plot).suffix.lower() not in (".svg", ".png", ".pdf"):
             raise InputError(f"--plot {plot}: the name must end in .svg, .png or .pdf")
@@ -134,8 +137,11 @@ def save_fits(fits: Sequence[Fit], path: str) -> None:
         draft.write_text(dumps(one if len(fits) > 1 else documents[0]) + "\n", encoding="utf-8")
 
 
-def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None:
-    """Write the figure of each result. With several results, each file name gets the column's name."""
+def save_plots(results: Sequence[Any], names: Sequence[str], path: str | None) -> None:
+    """Write the figure of each result; does nothing if `path` is None.
+
+    With several results, each file name gets the column's name.
+    """
     if path is None:
         return
     for result, name in zip(results, names, strict=True):
@@ -146,7 +152,7 @@ def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Write a figure in the style of the option --style."""
+    """Write a figure to a file, in the style of the option --style."""
     from allanite.cli.options import STYLE
 
     context = click.get_current_context(silent=True)
@@ -155,7 +161,10 @@ def save_figure(figure: Figure, path: str | Path) -> None:
 
 @contextmanager
 def progress(label: str, options: LogOptions) -> Iterator[Callable[[int, int], None] | None]:
-    """Context with a callback (steps done, all steps) that draws a progress bar; None if stderr is no terminal."""
+    """Context with a callback (steps done, all steps) that draws a progress bar.
+
+    The callback is None with --quiet, or if standard error is no terminal.
+    """
     if options.quiet or not sys.stderr.isatty():
         yield None
         return
@@ -169,8 +178,8 @@ def progress(label: str, options: LogOptions) -> Iterator[Callable[[int, int], N
         yield report
 
 
-def phase(name: str, options: LogOptions) -> None:
-    """Print on a terminal what the command does at the moment."""
+def print_phase(name: str, options: LogOptions) -> None:
+    """Print on standard error what the command does at the moment; nothing with --quiet or without a terminal."""
     if not options.quiet and sys.stderr.isatty():
         click.echo(f"· {name}", err=True)
 
@@ -179,9 +188,10 @@ def phase(name: str, options: LogOptions) -> None:
 def progress_of_axes(
     columns: int, options: LogOptions
 ) -> Iterator[Callable[[str, int, int], None] | None]:
-    """Context with a callback (column, steps done, all steps) that draws the progress of all axes on a terminal.
+    """Context with a callback (column, steps done, all steps) that draws the progress of all axes.
 
-    After the first step, the callback also prints an estimate of the total time. Without a terminal it is None.
+    After the first step, the callback also prints an estimate of the total time. It is None with --quiet, or if
+    standard error is no terminal.
     """
     if options.quiet or not sys.stderr.isatty():
         yield None
@@ -192,10 +202,10 @@ def progress_of_axes(
     lock = Lock()
     begin = monotonic()
     turns = -(-columns // max_parallel_columns())
-    phase(f"{columns} axes, {max_parallel_columns()} at a time", options)
+    print_phase(f"{columns} axes, {max_parallel_columns()} at a time", options)
 
     def steps_shown(_item: object) -> str:
-        """Text with the steps done."""
+        """Text with the number of steps done on each running axis."""
         return " · ".join(f"{name} step {done}" for name, done in at.items())
 
     with click.progressbar(
@@ -207,7 +217,7 @@ def progress_of_axes(
             with lock:
                 if not at and not bar.pos:
                     first = turns * (monotonic() - begin)
-                    low, high = (_time(ratio * first) for ratio in (1.0, MAX_TIME_RATIO))
+                    low, high = (_duration_text(ratio * first) for ratio in (1.0, MAX_TIME_RATIO))
                     click.echo(f"\r· about {low} to {high} in total", err=True)
                 ended = done == total
                 at[column] = done
@@ -218,8 +228,8 @@ def progress_of_axes(
         yield report
 
 
-def _time(seconds: float) -> str:
-    """Text of a time in s or min."""
+def _duration_text(seconds: float) -> str:
+    """Text of a time in s, such as ``90 s``; from 120 s on in min."""
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
 
 

@@ -16,8 +16,9 @@ from allanite.readers import FORMATS
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-PIPE = "-"
-NAME = "standard input"
+#: Name of a log on the command line that stands for standard input, and its name in messages.
+STANDARD_INPUT = "-"
+INPUT_NAME = "standard input"
 #: Bytes that are copied at a time.
 BLOCK = 1 << 20
 #: Largest part of the free space of the temporary folder that a copy may take: a pipe may have no end. Chosen by judgment;
@@ -27,8 +28,11 @@ MAX_SPACE_SHARE = 0.5
 
 @contextmanager
 def log_file(path: str) -> Iterator[Path]:
-    """Context with the path of a log. Standard input is copied to a temporary file, which is deleted at the end."""
-    if path != PIPE:
+    """Context with the path of a log.
+
+    Standard input (``-``) is copied to a temporary file, which is deleted at the end.
+    """
+    if path != STANDARD_INPUT:
         yield Path(path)
         return
     if sys.stdin is None:
@@ -38,7 +42,7 @@ def log_file(path: str) -> Iterator[Path]:
     head = stream.read(max(map(len, FORMATS.magic)))
     suffix = next((s for magic, s in FORMATS.magic.items() if head.startswith(magic)), ".csv")
     with TemporaryDirectory(prefix="allanite-") as folder:
-        spool = Path(folder) / f"{NAME}{suffix}"
+        spool = Path(folder) / f"{INPUT_NAME}{suffix}"
         _copy(head, stream, spool)
         yield spool
 
@@ -60,18 +64,18 @@ def _copy(head: bytes, stream: IO[bytes], spool: Path) -> None:
                 file.write(block)
                 if file.tell() > most:
                     raise InputError(
-                        f"{NAME} is longer than {bytes_text(most)}, half of the free space of {folder}: give the name of"
-                        " a file"
+                        f"{INPUT_NAME} is longer than {bytes_text(most)}, half of the free space of {folder}: give the name"
+                        " of a file"
                     )
                 block = stream.read(BLOCK)
     except OSError as error:
         raise InputError(
-            f"{NAME} cannot be copied to {folder} ({error.strerror or error}): give the name of a file"
+            f"{INPUT_NAME} cannot be copied to {folder} ({error.strerror or error}): give the name of a file"
         ) from None
 
 
 @contextmanager
-def named(file: Path, path: str) -> Iterator[None]:
-    """Context in which errors name standard input instead of its temporary file."""
-    with about(NAME if path == PIPE else None, instead=file):
+def errors_name_input(file: Path, path: str) -> Iterator[None]:
+    """Context in which errors name standard input instead of its temporary file; `path` is the user's path."""
+    with about(INPUT_NAME if path == STANDARD_INPUT else None, instead=file):
         yield

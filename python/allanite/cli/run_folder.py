@@ -30,7 +30,7 @@ INPUT = "input.sha256"
 
 
 class RunFolder:
-    """Writes the files of a characterization.
+    """Output folder of a characterization: files of each axis and of all axes, and models of earlier runs.
 
     Parameters
     ----------
@@ -70,7 +70,10 @@ class RunFolder:
             ) from None
 
     def start_model(self, column: Recording, model: Model) -> Model:
-        """Model that an earlier run saved for the same samples and options; otherwise the given model."""
+        """Model that an earlier run saved for the same samples and options; otherwise the given model.
+
+        Prints a line if a saved model is found.
+        """
         from allanite.effects.files import model_from_dict
         from allanite.sources import documents_of
 
@@ -88,7 +91,7 @@ class RunFolder:
         return saved
 
     def write(self, study: Study) -> None:
-        """Write the model, table and parameter files of one axis."""
+        """Write the model, table and parameter files of one axis to its folder, and add the axis to `finished`."""
         from allanite.axes.twin import samples_of
         from allanite.axes.working import working_states
         from allanite.cli.output import dumps
@@ -118,7 +121,10 @@ class RunFolder:
             self.finished.append(name)
 
     def finish(self, found: Characterization) -> list[str]:
-        """Write the models, figure, report and parameter files of all axes; returns the list of written paths."""
+        """List of the paths written: models, figure, report and parameter files of all axes.
+
+        Prints a warning for each file that could not be made.
+        """
         from allanite.cli.output import dumps
 
         texts = {self.path / MODELS: dumps(found.to_dict()) + "\n"}
@@ -152,7 +158,7 @@ def _write(path: Path, text: str) -> None:
 
 
 def _digest(column: Recording, options: str) -> str:
-    """Digest of the samples, logged columns, rate and unit of a column, and of the options."""
+    """SHA-256 digest (hexadecimal text) of the samples, logged columns, rate and unit of a column, and of the options."""
     digest = hashlib.sha256(f"{column.rate!r} {column.unit} {options}".encode())
     for values in (column.samples, *column.covariates.values()):
         digest.update(np.ascontiguousarray(values).tobytes())

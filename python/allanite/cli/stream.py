@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.cli.options import is_points_per_decade
-from allanite.cli.pipe import NAME, PIPE
+from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.memory import budget
 from allanite.common.plain import plain
@@ -32,14 +32,16 @@ if TYPE_CHECKING:
 
     _Rows = Callable[[list[int]], Iterator[NDArray[Any]]]
 
+#: First bytes of an NPY file.
+NPY = b"\x93NUMPY"
 #: Number of rows per chunk.
 CHUNK_ROWS = 1 << 16
 #: Maximum number of averaging times per octave (limit of `Accumulator`).
 MAX_TAUS_PER_OCTAVE = 16
 
 
-def too_large(path: str) -> bool:
-    """True if a text log or NPY file is too large to be held in memory."""
+def is_too_large(path: str) -> bool:
+    """True if a text log or NPY file is larger than the memory budget; False for other files or no file."""
     file = Path(path)
     if not file.is_file() or file.stat().st_size <= budget():
         return False
@@ -48,12 +50,9 @@ def too_large(path: str) -> bool:
     return head.startswith(NPY) or b"\0" not in head
 
 
-NPY = b"\x93NUMPY"
-
-
 @dataclass(frozen=True, slots=True)
 class Stream(Record):
-    """Description of a log that was read in chunks; its samples are not audited."""
+    """Description of a log that was read in chunks, without its samples; only its time stamps are audited."""
 
     path: str
     columns: tuple[str, ...]
@@ -65,8 +64,10 @@ class Stream(Record):
     whole: bool = False
 
 
-def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[Stream, Deviation]]:
-    """Read a log once, to its end; returns a list of (column, overlapping Allan deviation).
+def deviations_in_chunks(
+    options: LogOptions, taus: str, log: str = STANDARD_INPUT
+) -> list[tuple[Stream, Deviation]]:
+    """List of (`Stream`, overlapping Allan deviation), one pair per column; the log is read once, in chunks.
 
     Parameters
     ----------
@@ -86,13 +87,13 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
     """
     from allanite.readers.text import core_errors_with_remedy
 
-    name = NAME if log == PIPE else log
+    name = INPUT_NAME if log == STANDARD_INPUT else log
     with about(name), core_errors_with_remedy(name):
-        return _deviations(options, taus, log)
+        return _read_deviations(options, taus, log)
 
 
-def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, Deviation]]:
-    """List of (`Stream`, `Deviation`), one pair for each column. The caller adds the name of the log to errors."""
+def _read_deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, Deviation]]:
+    """List of (`Stream`, `Deviation`), one pair per column. The caller adds the name of the log to errors."""
     from allanite.cli.clock import Clock
     from allanite.common.validation import positive_rate
     from allanite.readers import refuse_contradicting_rate, request_of
@@ -101,9 +102,9 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     from allanite.recording.findings import stamp_findings
     from allanite.recording.samples import factors_to
 
-    request = request_of(**{**options.reading(), "piece": None, "topic": None})
-    name = NAME if log == PIPE else log
-    table, rows = _open_text(log)
+    request = request_of(**{**options.read_arguments(), "piece": None, "topic": None})
+    name = INPUT_NAME if log == STANDARD_INPUT else log
+    table, rows = _open_log(log)
     layout = layout_of(table, request)
     names, units = table.names, table.units
     # Columns that are not used may hold text and infinities.
@@ -137,7 +138,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
         factors_to(",".join(options.output_units.values()), tuple(c.unit for c in columns))
     for chunk in all_rows if clock is None else clock.fill(all_rows):
         for column in columns:
-            column.take(chunk)
+            column.add(chunk)
     stamps = None if clock is None else clock.stamps()
     rate = request.rate or (stamps.rate if stamps else 0.0)
     refuse_contradicting_rate(request, None, stamps)
@@ -150,7 +151,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
 def _with_joined_time(
     chunks: Iterable[NDArray[np.float64]], places: Sequence[int], parts: TimeParts
 ) -> Iterator[NDArray[np.float64]]:
-    """Yields chunks, shape (rows, columns), in which the first time column holds the seconds since the first row.
+    """Yield chunks, shape (rows, columns), whose first time column holds the seconds since the first row.
 
     `places` are the columns whose parts (date, seconds, nanoseconds, …) make up the time.
     """
@@ -163,13 +164,13 @@ def _with_joined_time(
         yield out
 
 
-def _open_text(log: str) -> tuple[Table, _Rows]:
-    """Pair: table of the first rows of a log, and a function that yields all rows of given columns in chunks."""
+def _open_log(log: str) -> tuple[Table, _Rows]:
+    """Tuple (table of the first rows, function that yields all rows of given columns in chunks)."""
     from allanite._kernels import TextReader
     from allanite.readers._table import split_header
     from allanite.readers.text import first_rows
 
-    if log != PIPE:
+    if log != STANDARD_INPUT:
         with Path(log).open("rb") as stream:
             if stream.read(len(NPY)) == NPY:
                 return _open_npy(log)
@@ -187,7 +188,7 @@ def _open_text(log: str) -> tuple[Table, _Rows]:
 
 
 def _open_npy(log: str) -> tuple[Table, _Rows]:
-    """Pair: table of the first rows of an NPY file, and a function that yields all rows of given columns in chunks.
+    """Tuple (table of the first rows, function that yields all rows of given columns in chunks) of an NPY file.
 
     The file is mapped into memory.
     """
@@ -209,7 +210,7 @@ def _open_npy(log: str) -> tuple[Table, _Rows]:
 
 
 class _Column:
-    """Accumulates one column chunk by chunk; angles are differenced, also across chunks."""
+    """Allan variance of one column, accumulated chunk by chunk; angles are differenced, also across chunks."""
 
     def __init__(
         self,
@@ -253,8 +254,8 @@ class _Column:
             unit=self.unit,
         )
 
-    def take(self, chunk: NDArray[Any]) -> None:
-        """Add the samples of a chunk."""
+    def add(self, chunk: NDArray[Any]) -> None:
+        """Add the samples of this column in a chunk to the sums. Raises `InputError` for an infinite sample."""
         x = samples = chunk[:, self.at]
         if self.quantity == "angle":
             # Differences of narrow or unsigned integers would wrap. Differences of 64-bit integers are exact modulo 2^64.
@@ -279,12 +280,12 @@ class _Column:
         self.rows += len(samples)
 
     def result(self, rate: float, audit: tuple[Finding, ...]) -> tuple[Stream, Deviation]:
-        """Pair: description and deviation of the column."""
+        """Tuple (`Stream`, `Deviation`) of all samples so far; `rate` is the sampling rate in Hz."""
         self.sums.rate = rate
         stream = Stream(self.log, (self.name,), rate, (self.unit,), self.rows, self.gaps, audit)
         found = self.sums.oadev()
         factor = self.factor * (rate if self.quantity == "angle" else 1.0)
         notes = found.diagnostics
-        if self.log != NAME:
+        if self.log != INPUT_NAME:
             notes = ("log read in chunks, as it is larger than half of the free memory", *notes)
         return stream, replace(found, deviation=found.deviation * factor, diagnostics=notes)

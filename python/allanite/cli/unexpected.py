@@ -13,7 +13,7 @@ from allanite.common.memory import address_space
 
 
 def internal_error_message(error: BaseException) -> str:
-    """Message about an internal error; the traceback is written to a temporary file, which the message names."""
+    """Text about an internal error; the traceback is written to a temporary file, which the text names."""
     what = f"{type(error).__name__}: {str(error)[:120]}"
     if address_space() < math.inf:
         # Libraries that cannot be loaded, or cannot start a thread, raise all kinds of errors.
@@ -37,7 +37,7 @@ def internal_error_message(error: BaseException) -> str:
 
 
 def _version() -> str:
-    """Version of allanite."""
+    """Version of allanite, or a text that the compiled core is missing."""
     try:
         from allanite._kernels import version
     except ImportError:  # a missing core may be the reported error

@@ -29,9 +29,8 @@ WORDS = {
 
 
 def words_of(trim: str | None) -> dict[str, str]:
-    """Words for error messages: `WORDS`, adapted to the option --trim.
+    """Dict from the name of a remedy to the option of the command line; `trim` is the value of --trim.
 
-    After trimming, the seconds in a message do not refer to the untrimmed log, so the message must
-    not suggest them.
+    After trimming, the seconds in a message do not refer to the untrimmed log. Then the message suggests no seconds.
     """
     return WORDS if trim is None else {**WORDS, "this_span": WORDS["trim"]}

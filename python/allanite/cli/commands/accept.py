@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from allanite.comparison.acceptance import Acceptance
 
 #: Exit code of each verdict; 3 stands for a record that is too short to tell.
-EXIT = {"meets": 0, "does not meet": 1, "undecided": 3}
+EXIT_CODES = {"meets": 0, "does not meet": 1, "undecided": 3}
 
 
 class Margin(Percent):
@@ -24,7 +24,7 @@ class Margin(Percent):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """The number before the percent sign."""
+        """Percentage of zero or more as a float: 5.0 for ``5%`` or ``5``."""
         if str(value).strip().removesuffix("%").strip() in ("0", "0.0"):
             return 0.0
         return super().convert(value, param, ctx)
@@ -117,13 +117,13 @@ def command(
     if as_csv:
         click.echo(_csv(found, log, serial, date), nl=False)
     else:
-        output.notes(tested, options)
-        output.show(found, options)
-    ctx.exit(EXIT[overall(found)])
+        output.print_findings(tested, options)
+        output.print_results(found, options)
+    ctx.exit(EXIT_CODES[overall(found)])
 
 
 def _csv(found: Sequence[Acceptance], log: str, serial: str, date: str) -> str:
-    """CSV text with one row per figure."""
+    """CSV text with a header and one row per axis and figure."""
     import csv
     import io
 
@@ -151,10 +151,10 @@ def _csv(found: Sequence[Acceptance], log: str, serial: str, date: str) -> str:
             numbers: list[Any] = [f.limit, f.measured, f.low, f.high]
             cells = ["" if v is None else f"{v:.6g}" for v in numbers]
             needs = "" if f.needs is None else f"{f.needs:.4g}"
-            writer.writerow([*map(_text, texts), *cells, f.verdict, needs])
+            writer.writerow([*map(_safe_cell, texts), *cells, f.verdict, needs])
     return stream.getvalue()
 
 
-def _text(cell: str) -> str:
-    """Text of a CSV cell, with an apostrophe in front if a spreadsheet would take the text for a formula."""
+def _safe_cell(cell: str) -> str:
+    """Text of a CSV cell, with an apostrophe in front if a spreadsheet would take it for a formula."""
     return f"'{cell}" if cell[:1] in ("=", "+", "-", "@", "\t", "\r") else cell

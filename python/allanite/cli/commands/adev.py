@@ -14,7 +14,7 @@ from allanite.cli.options import (
     log_options,
     plot_option,
 )
-from allanite.cli.pipe import PIPE
+from allanite.cli.pipe import STANDARD_INPUT
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.deviation import ESTIMATORS
@@ -102,15 +102,15 @@ def command(
     if plot is not None and len(kinds) > 1:
         _plot_kinds(results, len(kinds), plot)
     elif plot is not None and len(results) > 1:
-        _plot_all(results, plot)
+        _plot_all_columns(results, plot)
     else:
-        output.plot(results, [r.recording.columns[0] for r in results], plot)
-    output.notes([r.recording for r in results], options)
-    output.show(results, options)
+        output.save_plots(results, [r.recording.columns[0] for r in results], plot)
+    output.print_findings([r.recording for r in results], options)
+    output.print_results(results, options)
 
 
-def _plot_all(results: list[_Measured], path: str) -> None:
-    """Write one figure with all columns."""
+def _plot_all_columns(results: list[_Measured], path: str) -> None:
+    """Write one figure with the deviations of all columns."""
     from allanite.cli import output
     from allanite.comparison.curves import of_deviations
     from allanite.plots import plot_compare
@@ -120,7 +120,10 @@ def _plot_all(results: list[_Measured], path: str) -> None:
 
 
 def _plot_kinds(results: list[_Measured], kinds: int, path: str) -> None:
-    """Write one figure per column with all kinds; with several columns, each file name gets the column's name."""
+    """Write one figure per column with all kinds of deviation.
+
+    With several columns, each file name gets the column's name.
+    """
     from allanite.cli import output
     from allanite.plots import plot_stability
 
@@ -133,41 +136,44 @@ def _plot_kinds(results: list[_Measured], kinds: int, path: str) -> None:
         )
         for own in columns
     ]
-    output.plot(figures, [own[0].recording.columns[0] for own in columns], path)
+    output.save_plots(figures, [own[0].recording.columns[0] for own in columns], path)
 
 
 @dataclass(frozen=True, slots=True)
 class _Drawing:
-    """A finished figure with the `plot` method that `output.plot` calls."""
+    """A finished figure with the `plot` method that `output.save_plots` calls."""
 
     figure: Figure
 
     def plot(self) -> Figure:
-        """Figure that was computed before."""
+        """The stored figure."""
         return self.figure
 
 
 def _is_read_in_chunks(log: str, taus: str, options: LogOptions) -> bool:
-    """True if the log is read in chunks and never held in memory as a whole."""
-    from allanite.cli.stream import too_large
+    """True if the log is read in chunks: standard input or a large file, and no option needs all samples."""
+    from allanite.cli.stream import is_too_large
 
     simple = options.trim is None and options.decimate is None and options.piece is None
     if not simple or not (is_points_per_decade(taus) or taus == "octave"):
         return False
-    return log == PIPE or too_large(log)
+    return log == STANDARD_INPUT or is_too_large(log)
 
 
 def _read_in_chunks(log: str, options: LogOptions, taus: str) -> list[_Measured]:
-    """List of `_Measured`: overlapping Allan deviation of each column of a log that is read in chunks."""
-    from allanite.cli.stream import deviations
+    """List of `_Measured` with the overlapping Allan deviation of each column of a log read in chunks."""
+    from allanite.cli.stream import deviations_in_chunks
 
-    return [_Measured(stream, deviation) for stream, deviation in deviations(options, taus, log)]
+    return [
+        _Measured(stream, deviation)
+        for stream, deviation in deviations_in_chunks(options, taus, log)
+    ]
 
 
 def _read_whole(
     log: str, kinds: tuple[str, ...], taus: str, options: LogOptions
 ) -> list[_Measured]:
-    """List of `_Measured`: deviations of each column and kind, of a log that is held in memory."""
+    """List of `_Measured` with the deviation of each column and kind, of a log that is held in memory."""
     from allanite.cli.options import columns_of
 
     columns = columns_of(log, options, for_fit=False)
@@ -189,7 +195,7 @@ class _Measured:
     deviation: Deviation
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON document with the schema ``allanite/adev/1``."""
+        """Dict for JSON with the schema ``allanite/adev/1``."""
         from allanite._kernels import version
 
         head = {"schema": "allanite/adev/1", "version": version()}
@@ -201,7 +207,7 @@ class _Measured:
         return f"{r.path or 'recording'} · {r.columns[0]} · {what}\n{self.deviation}"
 
     def plot(self) -> Figure:
-        """Figure of the curve, with its interval if there is one."""
+        """Figure of the deviation over τ, with its interval if there is one."""
         from allanite.plots import plot_deviation, plot_stability
 
         recording = cast("Recording", self.recording)

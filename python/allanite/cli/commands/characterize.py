@@ -136,12 +136,12 @@ def command(
     from allanite.effects.files import parse_model
 
     in_folder = _is_folder(target, output)
-    _check(plot, report, save, target, output, in_folder=in_folder)
+    _check_output_options(plot, report, save, target, output, in_folder=in_folder)
     check_columns = None if target is None else partial(_check_columns, target)
     recordings = recordings_of(logs[0], options, check_columns)
     parsed = parse_model(model or start_model(recordings[0].quantity, recordings[0].units))
     further = [recordings_of(log, options) for log in logs[1:]]
-    at_work = _at_work(working, options, recordings)
+    at_work = _working_recordings(working, options, recordings)
     how: dict[str, Any] = {
         "overbound": overbound,
         "as_fitted": as_fitted,
@@ -181,11 +181,11 @@ def command(
         raise
     written = []
     if plot is not None:
-        out.phase("writing the figure", options)
+        out.print_phase("writing the figure", options)
         out.save_figure(found.plot(), plot)
         written.append(plot)
     if report is not None:
-        out.phase("writing the report", options)
+        out.print_phase("writing the report", options)
         found.report().save(report)
         written.append(report)
     if save is not None:
@@ -193,9 +193,9 @@ def command(
             draft.write_text(out.dumps(found.to_dict()) + "\n", encoding="utf-8")
         written.append(save)
     if target is not None:
-        _warn(found)
+        _print_warnings(found)
     if folder is not None:
-        out.phase("writing the files of all axes", options)
+        out.print_phase("writing the files of all axes", options)
         written += folder.finish(found)
     elif target is not None and output is not None:
         for path, text in export_files(axes_of(found), target, Path(output), **how).items():
@@ -205,15 +205,19 @@ def command(
     if options.as_json:
         click.echo(out.dumps(found.to_dict()))
         return
-    click.echo(found.table(out.width(), words_of(options.trim)))
+    click.echo(found.table(out.terminal_width(), words_of(options.trim)))
     if written and not options.quiet:
         click.echo(f"\nwritten: {plain(', '.join(written))}")
 
 
-def _at_work(
+def _working_recordings(
     working: str | None, options: LogOptions, rest: Sequence[Recording]
 ) -> list[Recording]:
-    """List of `Recording`: recordings of the --working log, read with the same options except --trim; motion is allowed."""
+    """List of the recordings of the --working log; empty without this option.
+
+    The log is read with the same options except --trim; motion is allowed. Raises `InputError` if the log does not fit
+    the log at rest.
+    """
     from dataclasses import replace
 
     from allanite.axes.working import check_working
@@ -236,7 +240,7 @@ def _is_folder(target: str | None, output: str | None) -> bool:
     )
 
 
-def _check(
+def _check_output_options(
     plot: str | None,
     report: str | None,
     save: str | None,
@@ -245,7 +249,7 @@ def _check(
     *,
     in_folder: bool,
 ) -> None:
-    """Refuse output files that cannot be written, before the long computation."""
+    """Raise `InputError` if an output file cannot be written, or --export and --output do not fit together."""
     from allanite.cli import output as out
     from allanite.common.errors import InputError
     from allanite.common.files import check_target
@@ -266,7 +270,7 @@ def _check(
 
 
 def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
-    """Refuse columns that the target cannot hold, before their models are computed for minutes."""
+    """Raise `InputError` if the target cannot hold these columns, for instance without units."""
     from allanite.common.errors import InputError
     from allanite.common.units import FREQUENCY, parse_unit
     from allanite.effects.files import model_to_dict, parse_model
@@ -294,8 +298,8 @@ def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
     export_files(axes_of(tried), target, Path(target))
 
 
-def _warn(found: Characterization) -> None:
-    """Print a warning for each axis whose fit is not adequate."""
+def _print_warnings(found: Characterization) -> None:
+    """Print a warning on standard error for each axis whose fit is not adequate."""
     from allanite.exports._axis import warning_of
 
     for name, study in found.studies.items():

@@ -34,18 +34,18 @@ def command(
     reports a missing effect. allanite improve adds these effects. LOG is a file, or - for standard input.
     """
     from allanite.cli import output
-    from allanite.cli.models import first_models
+    from allanite.cli.models import start_models
     from allanite.cli.options import columns_of
 
     columns = columns_of(log, options)
     output.check_targets(plot)
-    starts = first_models(model, columns)
+    starts = start_models(model, columns)
     checks = []
     for column, own in zip(columns, starts, strict=True):
         with output.progress(column.columns[0], options) as on_progress:
             checks.append(own.fit(column).check(on_progress=on_progress))
-    output.plot(checks, [c.columns[0] for c in columns], plot)
-    output.notes(columns, options)
-    output.show(checks, options)
+    output.save_plots(checks, [c.columns[0] for c in columns], plot)
+    output.print_findings(columns, options)
+    output.print_results(checks, options)
     if strict and not all(check.adequate for check in checks):
         ctx.exit(1)

@@ -60,12 +60,12 @@ def command(
             "--save writes one combination, found several axes: choose one with --column"
         )
     for log, recording in zip(logs, recordings, strict=True):
-        out.notes(list(recording), options, log if len(logs) > 1 else "")
+        out.print_findings(list(recording), options, log if len(logs) > 1 else "")
     found = []
     for name, units in groups.items():
         with out.progress(name, options) as on_progress:
             found.append(combine(units, model, tau=tau, on_progress=on_progress))
-    out.plot(found, list(groups), plot)
+    out.save_plots(found, list(groups), plot)
     if save is not None:
         found[0].save(save)
-    out.show(found, options)
+    out.print_results(found, options)

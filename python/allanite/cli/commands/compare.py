@@ -81,15 +81,15 @@ def command(
     results: list[Any] = []
     unit_of_models = options.output_unit or options.unit
     if sheet is not None:
-        results += _against_sheet(columns, sheet, model or DEFAULT_MODEL)
+        results += _datasheet_comparisons(columns, sheet, model or DEFAULT_MODEL)
     if sheet is None or len(named) > 1:
         results.append(compare(named, rate=options.rate_hz, unit=unit_of_models))
     if plot is not None:
         if sheet is not None:
             named += [(m.name, m.model, m.unit) for m in _models_of_sheet(sheet, columns)]
-        output.plot([compare(named, rate=options.rate_hz, unit=unit_of_models)], [""], plot)
-    output.notes(columns, options)
-    output.show(results, options)
+        output.save_plots([compare(named, rate=options.rate_hz, unit=unit_of_models)], [""], plot)
+    output.print_findings(columns, options)
+    output.print_results(results, options)
 
 
 def _is_table(item: str) -> bool:
@@ -108,7 +108,10 @@ def _is_table(item: str) -> bool:
 
 
 def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
-    """List: models of the sheet for the kinds of sensor in these columns; empty if the sheet has no noise density."""
+    """List of `NamedModel` of the sheet for the kinds of sensor in these columns.
+
+    It is empty if the sheet has no noise density.
+    """
     from allanite.cli.models import models_of
     from allanite.common.errors import InputError
     from allanite.common.units import parse_unit
@@ -122,7 +125,7 @@ def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
 
 
 def _is_log(item: str) -> bool:
-    """True if the item is a log, by its name or because the file exists. Otherwise the item is parsed as a model."""
+    """True if the item is a log: a file that exists, or a name with the suffix of a log, but no model file."""
     from pathlib import Path
 
     from allanite.common.files import exists
@@ -138,10 +141,10 @@ def _is_log(item: str) -> bool:
     }
 
 
-def _against_sheet(columns: list[Any], datasheet: str, model: str) -> list[Any]:
-    """List: one comparison per column: the figures of the data sheet against a fit of the model.
+def _datasheet_comparisons(columns: list[Any], datasheet: str, model: str) -> list[Any]:
+    """List with one comparison per column: figures of the data sheet against a fit of the model.
 
-    Columns whose kind of sensor the sheet does not cover are skipped.
+    Columns whose kind of sensor the sheet does not cover are skipped. Raises `InputError` if none is left.
     """
     from allanite.common.errors import InputError
     from allanite.common.units import parse_unit
@@ -161,7 +164,7 @@ def _against_sheet(columns: list[Any], datasheet: str, model: str) -> list[Any]:
 
 
 def _has_figures(sheet: Any, column: Any) -> bool:
-    """True if the sheet has figures for the kind of sensor in this column."""
+    """True if the data sheet has figures for the kind of sensor of this column."""
     from allanite.common.errors import InputError
     from allanite.common.units import parse_unit
 

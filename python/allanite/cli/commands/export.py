@@ -127,7 +127,7 @@ def command(
 
 
 def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:
-    """List: unit of each model. --unit holds one unit for all models, or one per model, separated by commas."""
+    """List with the unit of each model, or None: --unit holds one unit for all models, or one per model."""
     from allanite.common.errors import InputError
 
     units = unit.split(",") if unit else [None]

@@ -54,23 +54,23 @@ def command(
     follows. Its row "all" has the common values, and the p-value of agreement is below 0.05 if the logs differ.
     """
     from allanite.cli import output
-    from allanite.cli.models import first_models
+    from allanite.cli.models import start_models
     from allanite.cli.options import columns_of
 
     columns = [column for log in logs for column in columns_of(log, options)]
     output.check_targets(plot, save)
-    starts = first_models(model, columns)
+    starts = start_models(model, columns)
     fits = [m.fit(column, method=method) for m, column in zip(starts, columns, strict=True)]
     if save is not None:
         output.save_fits(fits, save)
     names = [c.columns[0] for c in columns]
     if len(logs) > 1:
         names = [f"{number}-{name}" for number, name in enumerate(names, start=1)]
-    output.plot(fits, names, plot)
-    output.notes(columns, options)
+    output.save_plots(fits, names, plot)
+    output.print_findings(columns, options)
     results = [fit.compare_methods() for fit in fits] if compare_methods else fits
     if len(fits) == 1:
-        output.show(results, options)
+        output.print_results(results, options)
         return
     from allanite.fit.several.many import of_fits
     from allanite.readers import kind_of_sensor
@@ -91,6 +91,6 @@ def command(
         }
         click.echo(output.dumps(document))
         return
-    output.show(results, options)
+    output.print_results(results, options)
     for many in together:
         click.echo(output.wrapped(f"\n{many}"))

@@ -29,7 +29,7 @@ class Percent(click.types.FloatParamType):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """The number before the percent sign."""
+        """Positive percentage as a float: 5.0 for ``5%`` or ``5``."""
         text = str(value).strip().removesuffix("%").strip()
         try:
             number = float(text)
@@ -79,23 +79,23 @@ def command(
     """
     from allanite.axes.run import improve_columns
     from allanite.cli import output
-    from allanite.cli.models import first_models
+    from allanite.cli.models import start_models
     from allanite.cli.options import columns_of
     from allanite.common.threads import results_or_raise
     from allanite.study import SearchInterrupted, improve
 
     columns = columns_of(log, options)
-    starts = first_models(model, columns)
+    starts = start_models(model, columns)
     output.check_targets(plot, save)
     names = [c.columns[0] for c in columns]
 
     def write(studies: Sequence[Study]) -> None:
-        """Write the models of the finished columns to the file of --save."""
+        """Save, plot and print the studies, as the options say."""
         if save is not None:
             output.save_fits([study.fit for study in studies], save)
-        output.plot(studies, names, plot)
-        output.notes(columns, options)
-        output.show(studies, options)
+        output.save_plots(studies, names, plot)
+        output.print_findings(columns, options)
+        output.print_results(studies, options)
 
     if len(columns) > 1:
         with output.progress_of_axes(len(columns), options) as on_axes:

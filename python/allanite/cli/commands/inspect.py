@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from allanite.cli.options import LogCommand, LogOptions, log_options
-from allanite.cli.pipe import NAME, PIPE, log_file, named
+from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT, errors_name_input, log_file
 from allanite.cli.words import WORDS
 
 
@@ -24,10 +24,10 @@ def command(log: str, options: LogOptions) -> None:
     from allanite.cli import output
     from allanite.readers.inspection import inspect
 
-    with log_file(log) as file, named(file, log):
-        found = inspect(file, **options.reading())
-    if log == PIPE:
-        found = replace(found, path=NAME)
+    with log_file(log) as file, errors_name_input(file, log):
+        found = inspect(file, **options.read_arguments())
+    if log == STANDARD_INPUT:
+        found = replace(found, path=INPUT_NAME)
     if options.after_reading and not options.quiet:
         names = ", ".join(options.after_reading)
         click.echo(f"· {names} ignored: inspect shows the whole log as it is read", err=True)

@@ -100,7 +100,7 @@ def command(
         )
     base = models[0].model
     result: object
-    effect = None if find is None else _effect(find, models[0].unit)
+    effect = None if find is None else _effect_to_find(find, models[0].unit)
     # A model file states the rate of its log.
     rate = models[0].rate if rate is None else rate
     if duration is not None:
@@ -122,8 +122,8 @@ def command(
     click.echo(dumps(document) if as_json else str(result))
 
 
-def _effect(text: str, unit: str | None) -> Effect | str:
-    """The effect of --find, with coefficients for samples in the unit of the model; a file name is returned unchanged."""
+def _effect_to_find(text: str, unit: str | None) -> Effect | str:
+    """Effect of --find, with coefficients for samples in the unit of the model; a file name is returned unchanged."""
     from allanite.common.errors import InputError
     from allanite.effects.strings import parse_with_units
     from allanite.sources import is_source_file
@@ -141,7 +141,7 @@ def _effect(text: str, unit: str | None) -> Effect | str:
 
 
 def _effect_pair(text: str) -> tuple[str, str]:
-    """The two effect names of ``GM,K``."""
+    """Tuple of the two effect names in a text such as ``GM,K``."""
     from allanite.common.errors import InputError
 
     first, comma, second = (part.strip() for part in text.partition(","))
@@ -151,7 +151,7 @@ def _effect_pair(text: str) -> tuple[str, str]:
 
 
 def _fraction_of(text: str) -> float:
-    """Fraction from a text: 0.1 from ``10%`` or ``0.1``."""
+    """Fraction as a float from a text: 0.1 from ``10%`` or ``0.1``; raises `InputError` for 1 or more without %."""
     from allanite.common.errors import InputError
 
     try:

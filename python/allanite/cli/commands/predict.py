@@ -82,7 +82,12 @@ def command(
         axes.append(Axis(name, whole, unit, rate))
         duration = None if recording is None else recording.duration
         found = error_growth(
-            whole, aided=aided, unit=unit, rate=rate, tau=_times(last, rate), duration=duration
+            whole,
+            aided=aided,
+            unit=unit,
+            rate=rate,
+            tau=_prediction_times(last, rate),
+            duration=duration,
         )
         rows = []
         for growth in found:
@@ -101,7 +106,9 @@ def command(
         )
     together = []
     if {ANGULAR_RATE, ACCELERATION} <= {parse_unit(axis.unit).kind for axis in axes}:
-        found = six_axis_budget(axes, aided=aided, tau=_times(last, min(a.rate for a in axes)))
+        found = six_axis_budget(
+            axes, aided=aided, tau=_prediction_times(last, min(a.rate for a in axes))
+        )
         tables += [f"all axes: {growth.table()}" for growth in found]
         together = [{**growth.to_dict(), "measured": None} for growth in found]
     if options.as_json:
@@ -117,12 +124,11 @@ def command(
 def _models(
     log: str | None, text: str, options: LogOptions, *, overbound: bool
 ) -> Iterator[tuple[str, Any, str, float, Recording | None]]:
-    """Yields (name, model, unit, rate in Hz, recording) of each column; the recording is None without a log.
+    """Yield (name, model, unit, rate in Hz, recording) of each column; the recording is None without a log.
 
-    Effects that were not detected have their expected size; with `overbound`, all effects have
-    their upper limit.
+    Effects that were not detected have their expected size; with `overbound`, all effects have their upper limit.
     """
-    from allanite.cli.models import for_column, models_of
+    from allanite.cli.models import model_for_column, models_of
     from allanite.cli.options import columns_of
     from allanite.common.errors import InputError, about
     from allanite.exports import sized
@@ -145,7 +151,7 @@ def _models(
             yield m.name, own, unit, rate, None
         return
     for column in columns_of(log, options):
-        m = for_column(models, column.columns[0], text)
+        m = model_for_column(models, column.columns[0], text)
         own, document = m.model, m.document
         if any(getattr(e, e.coefficient) is None for e in own.stochastic):
             fit = own.fit(column)
@@ -157,8 +163,8 @@ def _models(
         yield column.columns[0], own, here.unit, here.rate, here
 
 
-def _times(last: float, rate: float) -> list[float]:
-    """Times in s at 1, 2 and 5 of each decade, from 1/1000 of the last time (or one sample) up to the last time."""
+def _prediction_times(last: float, rate: float) -> list[float]:
+    """List of times in s at 1, 2 and 5 of each decade, from `last`/1000 (or one sample) to `last`."""
     import math
 
     first = max(last / 1000.0, 1.0 / rate)

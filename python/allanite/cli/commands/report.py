@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from allanite.cli.options import LogCommand, LogOptions, log_options, model_option
-from allanite.cli.pipe import PIPE
+from allanite.cli.pipe import STANDARD_INPUT
 from allanite.common.plain import file_name, plain
 
 
@@ -58,7 +58,7 @@ def command(
     from allanite.effects.files import parse_model
     from allanite.report.document import Report, kind_of, make_report
 
-    target = _target(logs[0], output) if output or not options.as_json else None
+    target = _report_path(logs[0], output) if output or not options.as_json else None
     if target is not None:
         kind = kind_of(target)
         check_target(target)
@@ -81,21 +81,23 @@ def command(
     if options.as_json:
         click.echo(out.dumps(report.to_dict()))
         return
-    out.notes([entry.recording for entry in report.entries], options)
+    out.print_findings([entry.recording for entry in report.entries], options)
     for entry in report.entries:
         click.echo(f"{entry.recording.columns[0]}: {entry.study.fit.model.name}")
     click.echo(f"written: {plain(target)}")
 
 
-def _target(log: str, output: str | None) -> Path:
-    """Path of the report."""
+def _report_path(log: str, output: str | None) -> Path:
+    """Path of the report: that of --output, or ``LOG-report.html`` in the current folder."""
     if output is not None:
         return Path(output)
-    return Path("report.html" if log == PIPE else f"{file_name(Path(log).stem)}-report.html")
+    return Path(
+        "report.html" if log == STANDARD_INPUT else f"{file_name(Path(log).stem)}-report.html"
+    )
 
 
 def _provenance(logs: tuple[str, ...], model: str, options: LogOptions) -> dict[str, str]:
-    """Dict: inputs from which the report can be repeated: logs, command, first model and seed."""
+    """Dict of texts from which the report can be repeated: logs, command, first model and seed."""
     words = [w for w in sys.argv[1:] if w != "--quiet"]
     command = " ".join(["allanite", *words]) if words[:1] == ["report"] else "allanite report"
     seed = "none: nothing in a report is random" if options.seed is None else str(options.seed)

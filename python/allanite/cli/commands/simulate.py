@@ -109,7 +109,9 @@ def command(
         check_target(output)
     if all_axes:
         recording = _simulate_all_axes(model, rate, duration, samples, seed, covariates)
-        _deliver(recording if unit is None else recording.to(unit), model, seed, output, as_json)
+        _write_and_describe(
+            recording if unit is None else recording.to(unit), model, seed, output, as_json
+        )
         return
     models = models_of(model)
     if len(models) > 1:
@@ -126,7 +128,7 @@ def command(
     recording = models[0].model.simulate(**length, rate=rate, seed=seed, unit=own)
     if unit is not None:
         recording = recording.to(unit)
-    _deliver(recording, model, seed, output, as_json)
+    _write_and_describe(recording, model, seed, output, as_json)
 
 
 def _simulate_all_axes(
@@ -137,7 +139,7 @@ def _simulate_all_axes(
     seed: int,
     log: str | None,
 ) -> Recording:
-    """Simulated recording of every axis in a file of characterize; prints the properties that are not simulated."""
+    """Simulated `Recording` of every axis in a file of characterize; prints the effects that are not simulated."""
     from allanite.axes.twin import twin
     from allanite.common.documents import json_of
     from allanite.common.errors import InputError
@@ -164,7 +166,7 @@ def _simulate_all_axes(
     return found.recording
 
 
-def _deliver(
+def _write_and_describe(
     recording: Recording, model: str, seed: int, output: str | None, as_json: bool
 ) -> None:
     """Write a recording to a file and print a line about the file; without a file, print CSV."""
@@ -175,7 +177,7 @@ def _deliver(
         write_csv(recording, None)
         return
     with whole_file(output) as draft:
-        _write(recording, draft)
+        _write_log(recording, draft)
     if as_json:
         description = {**recording.describe(), "path": output}
         click.echo(
@@ -194,7 +196,7 @@ def _deliver(
 
 
 def _check_format(path: str) -> None:
-    """Refuse a file name with an unknown suffix."""
+    """Raise `InputError` if a file name has a suffix that cannot be written."""
     from pathlib import Path
 
     from allanite.common.errors import InputError
@@ -205,8 +207,8 @@ def _check_format(path: str) -> None:
         raise InputError(f"--output {path}: {found}; use .npz, .npy or .csv")
 
 
-def _write(recording: Recording, path: Path) -> None:
-    """Write a recording in the format of the path's suffix; `allanite.read` can read the file."""
+def _write_log(recording: Recording, path: Path) -> None:
+    """Write a recording as .npy, .npz, .csv or .txt, as the suffix says; `allanite.read` can read the file."""
     import numpy as np
 
     from allanite.cli.output import write_csv

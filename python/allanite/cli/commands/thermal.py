@@ -68,7 +68,7 @@ def command(
     recordings = [recording_of(log, options) for log in logs]
     if target is None or output is not None:
         for log, recording in zip(logs, recordings, strict=True):
-            out.notes(list(recording), options, log if len(logs) > 1 else "")
+            out.print_findings(list(recording), options, log if len(logs) > 1 else "")
     count = len([n for n in recordings[0].columns if all(n in r.columns for r in recordings)])
     with out.progress("temperature laws", options) as report:
         done: dict[str, float] = {}

@@ -73,20 +73,20 @@ def command(
     if hat:
         if mask or after or as_logged:
             raise InputError("--hat compares clocks: remove --mask, --after and --as-logged")
-        _hat(logs, options)
+        _print_three_cornered_hat(logs, options)
         return
     masks = [mask_named(name) for name in mask]
     times = [seconds_of(text, None) for text in after] or AFTER
     found = []
     columns: list[Recording] = []
     for log in logs:
-        recording, steering = _read(log, options, as_logged=as_logged)
+        recording, steering = _phase_and_corrections(log, options, as_logged=as_logged)
         with about(log):
             for column in recording:
-                output.phase(f"{column.columns[0]}: noise models", options)
+                output.print_phase(f"{column.columns[0]}: noise models", options)
                 found.append(timing(column, masks=masks, after=times, steering=steering))
         columns.append(recording)
-    output.notes(columns, options)
+    output.print_findings(columns, options)
     if options.as_json:
         documents = [one.to_dict() for one in found]
         one = documents[0] if len(documents) == 1 else None
@@ -95,12 +95,13 @@ def command(
         click.echo(output.wrapped("\n\n".join(map(str, found))))
 
 
-def _read(
+def _phase_and_corrections(
     log: str, options: LogOptions, *, as_logged: bool
 ) -> tuple[Recording, tuple[str, float] | None]:
-    """Phase of a log, and its servo's frequency corrections as (column name, phase added per second by one unit).
+    """Tuple (phase, corrections): `Recording` of a log, and the frequency corrections of its servo.
 
-    The second value is None if the log is not that of a servo, or with `as_logged`.
+    The corrections are (column name, phase in s added per second by one unit). They are None if the log is not that of
+    a servo, or with `as_logged`.
     """
     from dataclasses import replace
 
@@ -115,8 +116,8 @@ def _read(
     return recording_of(log, again, for_fit=False), ("frequency", SERVOS[names])
 
 
-def _hat(logs: tuple[str, ...], options: LogOptions) -> None:
-    """Print the Allan deviation of each clock of one log."""
+def _print_three_cornered_hat(logs: tuple[str, ...], options: LogOptions) -> None:
+    """Print the Allan deviation of each clock of one log, as a table or with --json as JSON."""
     from allanite.cli import output
     from allanite.cli.options import recording_of
     from allanite.clocks import three_cornered_hat
@@ -125,7 +126,7 @@ def _hat(logs: tuple[str, ...], options: LogOptions) -> None:
     if len(logs) > 1:
         raise InputError("--hat: give one log, with a column for each clock")
     recording = recording_of(logs[0], options, for_fit=False)
-    output.notes([recording], options)
+    output.print_findings([recording], options)
     with about(logs[0]):
         found = three_cornered_hat(recording)
     click.echo(output.dumps(found.to_dict()) if options.as_json else str(found))

@@ -79,7 +79,7 @@ def command(
         raise InputError(
             f"{log}: the unit of the series is missing: add --unit, e.g. m, mm, nm/s^2 or s"
         )
-    unit, factor = _output_unit(unit, options.output_unit)
+    unit, factor = _output_unit_and_factor(unit, options.output_unit)
     if factor != 1.0:
         recording = recording.with_samples(recording.samples * factor)
     with about(log), output.progress("noise models", options) as bar:
@@ -99,15 +99,18 @@ def command(
             model=noise,
             progress=report,
         )
-    output.notes([recording], options)
+    output.print_findings([recording], options)
     if options.as_json:
         click.echo(output.dumps(trends.to_dict()))
     else:
         click.echo(output.wrapped(str(trends)))
 
 
-def _output_unit(unit: str, requested: str | None) -> tuple[str, float]:
-    """Pair: unit of the results, and the factor that converts the samples to this unit."""
+def _output_unit_and_factor(unit: str, requested: str | None) -> tuple[str, float]:
+    """Tuple (unit of the results, factor that converts the samples to this unit).
+
+    Raises `InputError` for units other than lengths and times.
+    """
     from allanite.common.errors import InputError
 
     if requested is None or requested == unit:

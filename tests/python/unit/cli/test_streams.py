@@ -39,7 +39,7 @@ def test_a_log_larger_than_memory_is_read_in_chunks(run, log, tmp_path, monkeypa
         whole = adev(file, *options)
         with monkeypatch.context() as patch:
             patch.setattr(stream, "budget", lambda: 500.0)
-            assert stream.too_large(str(file))
+            assert stream.is_too_large(str(file))
             chunked = adev(file, *options)
         assert "chunks" in chunked["diagnostics"][0]
         assert chunked["recording"]["n"] == whole["recording"]["n"]
@@ -49,8 +49,8 @@ def test_a_log_larger_than_memory_is_read_in_chunks(run, log, tmp_path, monkeypa
         assert len(near) == 5
         for point in near:
             assert point["deviation"] == pytest.approx(same[point["m"]], rel=1e-9)
-    assert not stream.too_large(str(log))
-    assert not stream.too_large("no such file")
+    assert not stream.is_too_large(str(log))
+    assert not stream.is_too_large("no such file")
 
 
 @pytest.mark.long

@@ -85,7 +85,7 @@ def command(
     shown = not quiet and sys.stderr.isatty()
 
     def on_done(done: int, total: int, path: str) -> None:
-        """Show the progress: `done` of `total` logs."""
+        """Print the progress on a terminal: `done` of `total` logs; nothing with --quiet."""
         if shown:
             click.echo(f"{done}/{total} {plain(path)}", err=True)
 

@@ -89,7 +89,7 @@ def command(
     from allanite.cli.first_rows import WatchedColumn, watched_column
     from allanite.cli.live_source import Stop, is_file, rows_of
     from allanite.cli.models import models_of
-    from allanite.cli.pipe import NAME, PIPE
+    from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT
     from allanite.common.errors import InputError, about
     from allanite.common.files import check_target, exists
     from allanite.common.units import rate_unit
@@ -119,15 +119,15 @@ def command(
         if not is_file(source):
             # Samples that arrived since the state was saved are lost.
             watch.interrupt()
-    name = NAME if source == PIPE else source
+    name = INPUT_NAME if source == STANDARD_INPUT else source
 
     def column_of(first: list[str]) -> WatchedColumn:
-        """Column to watch, from the first rows of the source; errors name the source."""
+        """`WatchedColumn` from the first lines of the source; errors name the source."""
         with about(name):
             return watched_column(first, column, chosen, unit, quantity, name)
 
-    start = _Start(name, rate, own, watch.taken)
-    report = _Report(watch, state, prometheus, every * rate)
+    motion = _MotionWarning(name, rate, own, watch.taken)
+    lines = _WatchOutput(watch, state, prometheus, every * rate)
     stop = Stop()
     with stop.listening():
         rows = rows_of(source, column_of, stop, position=watch.position, follow=follow)
@@ -136,17 +136,17 @@ def command(
                 if not some.follows:
                     watch.interrupt()
                 raised = watch.update(some.samples)
-                start.take(some.samples)
+                motion.add(some.samples)
                 watch.position = some.position
-                report.advance(raised=raised is not None)
+                lines.advance(raised=raised is not None)
         finally:
-            start.finish()
-            report.finish()
-    _end(stop)
+            motion.finish()
+            lines.finish()
+    _exit_by_signal(stop)
 
 
-class _Start:
-    """Prints a warning if the sensor moves in the first minute of a watch.
+class _MotionWarning:
+    """Collects the first minute of a watch, and prints a warning if the sensor moves in it.
 
     A fit refuses a moving sensor, a watch does not: motion is one of the changes that a watch must report.
     """
@@ -160,8 +160,8 @@ class _Start:
         self.left = max(round(self.TESTED_SECONDS * rate) - taken, 0)
         self.samples: list[Any] = []
 
-    def take(self, samples: Any) -> None:
-        """Take samples; check them for motion once the first minute is complete."""
+    def add(self, samples: Any) -> None:
+        """Add samples; once the first minute is complete, test it for motion."""
         if self.left:
             self.samples.append(samples[: self.left])
             self.left -= len(self.samples[-1])
@@ -169,7 +169,7 @@ class _Start:
                 self.finish()
 
     def finish(self) -> None:
-        """Check the samples so far for motion, and print the warning."""
+        """Test the samples so far for motion, print a warning if there is any, and drop them."""
         import numpy as np
 
         from allanite.common.plain import plain
@@ -186,8 +186,8 @@ class _Start:
                 click.echo(warning, err=True)
 
 
-class _Report:
-    """Prints the lines of a watch, and writes its files with each line."""
+class _WatchOutput:
+    """Prints the JSON lines of a watch, and writes the files of --state and --prometheus with each line."""
 
     def __init__(
         self, watch: Watch, state: str | None, prometheus: str | None, samples: float
@@ -196,7 +196,7 @@ class _Report:
         self.shown = watch.taken
 
     def advance(self, *, raised: bool) -> None:
-        """Print a line after enough samples, or after an alarm."""
+        """Print a line if an alarm was raised, or enough samples have arrived since the last line."""
         if raised or self.watch.taken - self.shown >= self.samples:
             self._print()
 
@@ -206,7 +206,7 @@ class _Report:
             self._print()
 
     def _print(self) -> None:
-        """Print the state of the test as a JSON line, and write the state and metrics files."""
+        """Write the state and metrics files, and print the state of the test as a JSON line."""
         import json
 
         from allanite.common.files import whole_file
@@ -221,8 +221,8 @@ class _Report:
         click.echo(json.dumps(self.watch.to_dict(), allow_nan=False))
 
 
-def _end(stop: Stop) -> None:
-    """End the process in the way that the received signal requires; does nothing without a signal."""
+def _exit_by_signal(stop: Stop) -> None:
+    """Raise `KeyboardInterrupt` after SIGINT and `SystemExit` after SIGTERM; return without a signal."""
     import signal
 
     if stop.signal == signal.SIGINT:
