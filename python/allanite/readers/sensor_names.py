@@ -126,7 +126,7 @@ def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
 
 
 def _is_magnetometer(name: str, words: str, unit: str | None) -> bool:
-    """True if the name or the unit of a rate is that of a magnetometer, and the name is not that of an inertial sensor."""
+    """True if the name or the unit is that of a magnetometer, and the name is not that of an inertial sensor."""
     if sensor_kind(name) is not None:
         return False
     magnetic = unit is not None and parse_unit(unit).kind == MAGNETIC_FIELD
@@ -156,10 +156,10 @@ def sensor_kind(name: str) -> str | None:
 
 
 def kind_of_sensor(name: str, unit: str) -> str:
-    """Kind of sensor: ``"angular rate"``, ``"acceleration"`` or ``"fractional frequency"``, from the unit.
+    """Kind of sensor from its unit; if the unit is dimensionless, from its name.
 
-    If the unit is dimensionless, the name decides. It is ``"fractional frequency"`` if the name states no sensor or the
-    unit is unknown.
+    One of ``"angular rate"``, ``"acceleration"``, ``"magnetic field"`` and ``"fractional frequency"``. It is the last
+    one if the name states no sensor, or the unit is unknown.
     """
     try:
         kind = parse_unit(unit).kind
