@@ -346,10 +346,10 @@ def test_a_suffix_is_a_unit_only_of_its_kind_of_sensor():
 def test_a_unit_that_is_not_understood_is_said(tmp_path):
     rows = "".join(f"{k % 7},{k % 5},{k % 3}\n" for k in range(200))
     path = tmp_path / "log.csv"
-    path.write_text("gx [deg/s],ax [m/sq],p [hPa]\n" + rows)
+    path.write_text("gx [deg/s],ax [m/sq],press [hPa]\n" + rows)
     seen = al.inspect(path, rate=100)
     assert (
-        "! not used: ax (the unit m/sq is not understood); p (hPa is no unit of a sensor)"
+        "! not used: ax (the unit m/sq is not understood); press (hPa is no unit of a sensor)"
         in str(seen)
     )
     told = [f for f in al.read(path, rate=100).audit if f.kind == "not_used"]
