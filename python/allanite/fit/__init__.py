@@ -46,7 +46,7 @@ METHODS = ("whittle", "gls", "lines")
 def fit_model(
     recording: Recording | Summary, model: Model | Effect | str, method: str = "whittle"
 ) -> Fit:
-    """Fit a model to a recording.
+    """`Fit` of a model to a recording of one column.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
 
 
 def fit_columns(recording: Recording, model: Model | Effect | str, method: str = "whittle") -> Fits:
-    """Fit one model to each column of a recording.
+    """`Fits` of one model to each column of a recording.
 
     Parameters
     ----------
@@ -163,7 +163,10 @@ def fit_columns(recording: Recording, model: Model | Effect | str, method: str =
 
 
 def _following(model: Model, columns: list[str]) -> Model:
-    """The model in which effects without a column name follow the only logged column, if there is just one."""
+    """A model whose effects without a column name follow the only logged column.
+
+    `model` unless there is exactly one column.
+    """
     if len(columns) != 1:
         return model
     follow = [
@@ -186,7 +189,10 @@ def refitted(fit: Fit, model: Model) -> Fit:
 
 
 def completed(fit: Fit, model: Model) -> Fit:
-    """Fit of another model to the recording of a fit by the same method, completing missing samples under the new model."""
+    """Fit of another model to the recording of `fit` by the same method.
+
+    Missing samples are completed under the new model.
+    """
     if fit.method == "whittle" and fit.data.missing is None:
         found = refitted(fit, model)
         if without_ends(found.data, found.solution) is None:
@@ -195,7 +201,7 @@ def completed(fit: Fit, model: Model) -> Fit:
 
 
 def removes(effect: Effect) -> bool:
-    """True if an effect excludes samples of the record."""
+    """True if an effect excludes samples of the record (a `Modifier` with `removes`)."""
     return isinstance(effect, Modifier) and effect.removes
 
 
@@ -221,7 +227,7 @@ def _check_values(model: Model, n: int, rate: float) -> None:
 
 
 def _check_limits(effect: Effect, name: str, n: int, rate: float) -> None:
-    """Raise InputError if the limits of a time or frequency exclude all values that n samples can resolve."""
+    """Raise InputError if the limits of `name` (s or Hz) exclude all values that n samples at `rate` Hz resolve."""
     grids = [variant.grid(name, n, rate) for variant in effect.variants()]
     first, last = 0.5 * min(g.min() for g in grids), 2.0 * max(g.max() for g in grids)
     if isinstance(effect, Periodic):

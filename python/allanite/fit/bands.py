@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 #: Equivalent degrees of freedom below which the exact distribution (eigenvalues of the differences) is used, because a χ²
 #: distribution of the same variance has visibly the wrong shape. Chosen by judgment; not measured.
 MAX_EXACT_EDF = 40.0
-#: Draws for the simultaneous band: its level then has a standard error of √(0.95·0.05/20000) = 0.15 %.
+#: Number of random draws for the simultaneous band; its level then has a standard error of √(0.95·0.05/20000) = 0.15 %.
 BAND_DRAWS = 20_000
 
 
@@ -112,7 +112,7 @@ def bands(
 
 
 def expected_variance(terms: Sequence[Term], factors: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Allan variance of a sum of terms at integer averaging factors, U², shape (k,)."""
+    """Array of the Allan variance of a sum of terms at integer averaging factors, U², shape (k,)."""
     m = factors.astype(float)
     return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
@@ -120,7 +120,7 @@ def expected_variance(terms: Sequence[Term], factors: NDArray[np.int64]) -> NDAr
 def degrees_of_freedom(
     terms: Sequence[Term], n: int, factors: ArrayLike, kind: str = "oadev"
 ) -> NDArray[np.float64]:
-    """Exact equivalent degrees of freedom 2σ⁴/var(σ̂²) at each factor, shape (k,)."""
+    """Array of the exact equivalent degrees of freedom 2σ⁴/var(σ̂²) at each averaging factor, shape (k,)."""
     plain = [t.kernel for t in terms]
     m = np.atleast_1d(np.asarray(factors, dtype=np.int64))
     expected, variance = _kernels.allan_variances(plain, n, m, kind)
@@ -135,7 +135,7 @@ def _quantiles(
     probabilities: list[float],
     kind: str,
 ) -> NDArray[np.float64]:
-    """Quantiles of σ̂²/σ² at one averaging factor, shape of `probabilities`."""
+    """Array of the quantiles of σ̂²/σ² at one averaging factor for the given `probabilities`."""
     from scipy.special import gammaincinv
 
     if edf < MAX_EXACT_EDF and any(name != "blue" for name, _ in terms):
@@ -144,7 +144,7 @@ def _quantiles(
 
 
 def _simultaneous_tail(correlation: NDArray[np.float64], level: float) -> float:
-    """Tail probability of each single interval for which all normal scores lie inside together with probability `level`."""
+    """Tail probability of each single interval with which all normal scores are inside with the probability `level`."""
     from scipy.special import ndtr
 
     values, vectors = np.linalg.eigh(correlation)

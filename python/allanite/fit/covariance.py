@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def joint_covariance(
     solution: Solution, data: Data
 ) -> tuple[list[tuple[int, str]], NDArray[np.float64]]:
-    """Names and covariance matrix of all active parameters of random effects and modifiers.
+    """Pair: names and covariance matrix of all active parameters of random effects and modifiers; both may be empty.
 
     Names are (index of the effect, parameter). The covariance is that of ln(parameter), or of the parameter itself if
     it may be negative. It is the inverse Fisher information, with slopes of ln S by central differences. With missing
@@ -69,9 +69,9 @@ def _with_narrow(
     solution: Solution,
     data: Data,
 ) -> tuple[list[tuple[int, str]], NDArray[np.float64]]:
-    """Names and covariance with the parameters of narrow bands, whose errors come from single ordinates.
+    """Pair: names and covariance in which narrow bands have the errors from single ordinates.
 
-    They are uncorrelated with all other parameters.
+    The parameters of narrow bands are uncorrelated with all others.
     """
     own = {(place, name): i for i, (place, name) in enumerate(names)}
     for place, effect in enumerate(solution.model):
@@ -94,7 +94,7 @@ def _with_narrow(
 
 
 def _covariance(solution: Solution, data: Data, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Covariance of parameters with given slopes of ln S, shape (p, p), also with missing samples."""
+    """Array of the covariance of parameters with given slopes of ln S, shape (p, p), also with missing samples."""
     shared = _sandwich_covariance(data, solution.weight, slopes)
     return _independent_covariance(solution, slopes) if shared is None else shared
 
@@ -102,7 +102,7 @@ def _covariance(solution: Solution, data: Data, slopes: NDArray[np.float64]) -> 
 def _sandwich_covariance(
     data: Data, weight: NDArray[np.float64], slopes: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
-    """Sandwich covariance of parameters if missing samples correlate the power of bins.
+    """Array of the sandwich covariance of parameters if missing samples correlate the power of bins, else None.
 
     The estimate solves Σ_b w_b (I_b/S_b − 1) ∂lnS_b/∂φ = 0. The covariance of I_a/S_a and I_b/S_b is 2 Σ (δ_ji − c_ji)²
     divided by the degrees of freedom of both bins (Godambe's sandwich).
@@ -132,7 +132,7 @@ def _sandwich_covariance(
 
 
 def _independent_covariance(solution: Solution, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Covariance of parameters with independent bins: the inverse Fisher information, shape (p, p)."""
+    """Array of the covariance of parameters with independent bins: the inverse Fisher information, shape (p, p)."""
     fisher = information(solution.count, solution.weight, slopes)
     scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
     inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
@@ -141,7 +141,7 @@ def _independent_covariance(solution: Solution, slopes: NDArray[np.float64]) -> 
 
 
 def logl_scale(solution: Solution, own: Process, data: Data) -> float:
-    """Variance of a coefficient according to the likelihood, divided by its sandwich variance.
+    """Variance of a squared coefficient according to the likelihood over its sandwich variance.
 
     1 without missing samples.
     """
@@ -159,7 +159,7 @@ def logl_scale(solution: Solution, own: Process, data: Data) -> float:
 
 
 def shape_widening(solution: Solution, own: Process, relative: float, data: Data) -> float:
-    """Ratio of the standard error `relative` of ln(coefficient) to that at fixed shapes; at least 1."""
+    """Ratio, at least 1, of the standard error `relative` of ln(coefficient) to the standard error at fixed shapes."""
     active = [process for process in solution.processes if process.theta > 0.0]
     slopes = np.column_stack([2.0 * process.power / solution.spectrum for process in active])
     index = active.index(own)

@@ -66,28 +66,31 @@ class Curve:
 
     @cached_property
     def components(self) -> dict[str, NDArray[np.float64]]:
-        """Deviation of each effect alone, U, shape (k,), by kind; computed on first use."""
+        """Dict of the deviation of each effect alone, U, shape (k,), by kind; computed on first use."""
         return components_at(*self.of, self.factors)
 
     @property
     def ratio(self) -> NDArray[np.float64]:
-        """Measured over modeled deviation, shape (k,)."""
+        """Array of measured over modeled deviation, shape (k,)."""
         return self.measured / self.model
 
     @property
     def is_counted(self) -> NDArray[np.bool_]:
-        """True where the deviation counts in the Allan error: edf ≥ 10, and a deviation above 0; shape (k,)."""
+        """Mask of the τ that count in the Allan error: edf ≥ 10 and a measured deviation above 0; shape (k,)."""
         return np.asarray((self.edf >= MIN_EDF) & (self.measured > 0.0))
 
     @property
     def rms_percent(self) -> float | None:
-        """Geometric rms error of the model, 100·(e^{rms of ln(model/measured)} − 1), over τ with edf ≥ 10."""
+        """Geometric rms error of the model, 100·(e^{rms of ln(model/measured)} − 1) %, over τ with edf ≥ 10.
+
+        None without such τ.
+        """
         apart = self._log_ratio()
         return None if apart.size == 0 else float(100.0 * np.expm1(np.sqrt(np.mean(apart**2))))
 
     @property
     def chance_percent(self) -> float | None:
-        """Expected scatter: the expected `rms_percent` of a true model."""
+        """Expected scatter, %: the expected `rms_percent` of a true model; None without τ with edf ≥ 10."""
         keep = self.is_counted
         if not keep.any():
             return None
@@ -95,7 +98,7 @@ class Curve:
 
     @property
     def contradicts_model(self) -> bool:
-        """True if one deviation, or the Allan error over all τ, is further from the model than chance explains.
+        """True if one deviation, or the Allan error over all τ, differs from the model significantly.
 
         The false-alarm probability is about 0.2 %.
         """
@@ -111,7 +114,7 @@ class Curve:
     def risen(self, before: Curve, chance: float) -> float:
         """Increase of the mean square of ln(model/measured) over that of the curve `before`, over τ with edf ≥ 10.
 
-        Both curves belong to fits of one record. A change at a τ counts only if it exceeds `chance`
+        It may be negative. Both curves belong to fits of one record. A change at a τ counts only if it exceeds `chance`
         standard deviations.
         """
         keep = self.is_counted & before.is_counted
@@ -123,7 +126,7 @@ class Curve:
 
     @property
     def worst(self) -> tuple[float, float] | None:
-        """(model/measured, τ in s) with the ratio furthest from 1, among τ with edf ≥ 10."""
+        """Pair (model/measured, τ in s) with the ratio furthest from 1, among τ with edf ≥ 10; None without such τ."""
         apart = self._log_ratio()
         if apart.size == 0:
             return None
@@ -131,7 +134,7 @@ class Curve:
         return float(np.exp(apart[top])), float(self.tau[self.is_counted][top])
 
     def _log_ratio(self) -> NDArray[np.float64]:
-        """Logarithm of model/measured Allan deviation at the τ with edf ≥ 10, shape (judged τ,)."""
+        """Array of ln(model/measured Allan deviation) at the τ with edf ≥ 10."""
         keep = self.is_counted
         return np.asarray(np.log(self.model[keep] / self.measured[keep]))
 
@@ -163,7 +166,7 @@ class ChanceBand:
     inside: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON: level, inside, and a list of points with the band at each τ."""
         names = ("low", "high", "low_everywhere", "high_everywhere", "edf")
         points = [
             {"tau_s": float(t), **{name: float(getattr(self, name)[k]) for name in names}}
@@ -173,7 +176,7 @@ class ChanceBand:
 
 
 def chance_band(data: Data, model: Model, curve: Curve) -> ChanceBand:
-    """Pointwise and simultaneous 95 % band of a measured curve under a model with values.
+    """`ChanceBand`: pointwise and simultaneous 95 % band of a measured curve under a model with values.
 
     The band uses the exact distribution of the random part (`fit.bands`), plus the curve of known functions of time.
     """
@@ -183,7 +186,7 @@ def chance_band(data: Data, model: Model, curve: Curve) -> ChanceBand:
     found = bands(terms, data.n, curve.factors)
 
     def at(factor: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Allan deviation at each τ if the noise variance is divided by the square of a factor."""
+        """Array of the Allan deviation at each τ if the noise variance is divided by the square of `factor`."""
         return np.asarray(np.sqrt(known + noise / factor**2))
 
     low, high = at(found.high_everywhere), at(found.low_everywhere)
@@ -194,7 +197,7 @@ def chance_band(data: Data, model: Model, curve: Curve) -> ChanceBand:
 
 
 def compare_curves(data: Data, model: Model) -> Curve:
-    """Measured Allan curve (gaps and outliers bridged, as in the fit) compared with that of a model with values.
+    """`Curve` of the measured Allan deviation (gaps and outliers bridged, as in the fit) and that of a model with values.
 
     Deterministic effects contribute the Allan variance of their signal.
     """
@@ -235,7 +238,10 @@ def compare_curves(data: Data, model: Model) -> Curve:
 def components_at(
     data: Data, model: Model, factors: NDArray[np.int64]
 ) -> dict[str, NDArray[np.float64]]:
-    """Allan deviation of each effect alone, shape (k,), by kind; further effects of a kind have numbered names."""
+    """Dict of the Allan deviation of each effect alone, shape (k,), by kind.
+
+    Further effects of a kind have numbered names.
+    """
     out: dict[str, NDArray[np.float64]] = {}
     for i, effect in enumerate(model.stochastic):
         size = (getattr(effect, effect.coefficient) or 0.0) ** 2

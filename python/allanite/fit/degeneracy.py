@@ -44,12 +44,12 @@ class Correlations:
         self.matrix.flags.writeable = False
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict of names and matrix (as nested lists), for JSON."""
         return {"names": list(self.names), "matrix": self.matrix.tolist()}
 
 
 def correlations(solution: Solution, data: Data) -> Correlations:
-    """Correlations of the fitted parameters of random effects, from their joint covariance."""
+    """`Correlations` of the fitted parameters of random effects, from their joint covariance."""
     places, covariance = joint_covariance(solution, data)
     labels = solution.model.labels
     names = tuple(parameter_label(labels[place], name) for place, name in places)
@@ -58,7 +58,10 @@ def correlations(solution: Solution, data: Data) -> Correlations:
 
 
 def degeneracies(found: Correlations, model: Model, data: Data) -> list[str]:
-    """A sentence for each effect or pair of parameters that this record cannot distinguish."""
+    """List of a sentence for each effect or pair of parameters that this record cannot distinguish.
+
+    Empty if there are none.
+    """
     out = []
     for effect, label in zip(model, model.labels, strict=True):
         time = effect.values.get("correlation_time")

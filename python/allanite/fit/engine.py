@@ -60,7 +60,9 @@ def solve(
     settled: int = 0,
     rounds: int = 8,
 ) -> Solution:
-    """Fit all free values of `model` to `data`.
+    """`Solution` with all free values of `model` fitted to `data`.
+
+    White noise is added to a model without random effects.
 
     Parameters
     ----------
@@ -86,7 +88,7 @@ def solve(
     model = _with_white(model)
 
     def fit(tried: Model) -> Solution:
-        """Solution of a model with the given options and without limits."""
+        """`Solution` of a model with the given options, without limits."""
         return _fit(data, tried, start, like, polish, settled, rounds)
 
     return within_limits(model, fit)
@@ -101,7 +103,10 @@ def _fit(
     settled: int,
     rounds: int,
 ) -> Solution:
-    """Solution of a model without limits, except that shapes are searched within limits; see `solve`."""
+    """`Solution` of a model without limits, except that shapes are searched within limits.
+
+    For the arguments see `solve`.
+    """
     given = model
     free = effective_freedom(model, data) if has_changing_power(model) else data.bins.count
     if not polish:
@@ -163,7 +168,7 @@ def _fit_random_effects(
     polish: bool,
     settled: int,
 ) -> tuple[Model, Maximum]:
-    """The model with fitted random effects and modifiers, and its maximum, at fixed functions of time.
+    """Pair: model with fitted random effects and modifiers, and its maximum, at fixed functions of time.
 
     `reopened` is the model with some shapes open again; the better of both results is used.
     """
@@ -194,7 +199,7 @@ class _Functions:
     regression: Regression = NO_REGRESSION
 
     def refitted(self, effects: tuple[Deterministic, ...], noise: Noise, data: Data) -> _Functions:
-        """The given effects fitted; the design is reused if no shape has changed."""
+        """`_Functions` of the given effects with fitted amplitudes; the design is reused if no shape has changed."""
         same = [e.seen_alike for e in self.effects] == [e.seen_alike for e in effects]
         design = self.design if same else design_of(effects, data)
         regression = _regress(effects, design, data, noise.variance(design.ordinates))
@@ -205,7 +210,7 @@ class _Functions:
         return _Functions(tuple(made), design, regression)
 
     def without_leverage(self, whole: RandomPart) -> RandomPart:
-        """The random part with the degrees of freedom that the regression left in each bin."""
+        """A copy of the random part with the degrees of freedom that the regression left in each bin."""
         edges = whole.data.bins.edges
         used = np.zeros(whole.count.size)
         place = np.searchsorted(edges, self.design.ordinates, side="right") - 1
@@ -214,7 +219,7 @@ class _Functions:
         return RandomPart(whole.data, whole.power * whole.count / count, count)
 
     def fitted(self, removed: tuple[Deterministic, ...]) -> tuple[Regressed, ...]:
-        """One record per function; `removed` are the functions that were removed from the residual."""
+        """Tuple of a `Regressed` for each function; `removed` are the functions that were removed from the residual."""
         return tuple(
             Regressed(
                 effect,
@@ -246,10 +251,10 @@ class _ResidualOrdinates:
     near: tuple[Deterministic, ...] = ()
 
     def moved(self, functions: _Functions, data: Data, is_tried: bool) -> _ResidualOrdinates:
-        """Residual with other functions removed instead; amplitudes that hardly changed are kept.
+        """`_ResidualOrdinates` with other functions removed instead; amplitudes that hardly changed are kept.
 
-        With `is_tried` (an additional effect is only tried), faint functions, except short events, are removed only at the
-        ordinates of the regression.
+        With `is_tried` (an additional effect is only tried), faint functions, except short events, are removed only at
+        the ordinates of the regression.
         """
         scatter = np.sqrt(np.diag(functions.regression.covariance))
         max_change = MAX_KEPT_CHANGE_TRIED if is_tried else MAX_KEPT_CHANGE
@@ -289,12 +294,12 @@ class _ResidualOrdinates:
 
 
 def _is_among(effect: Effect, effects: Sequence[Effect]) -> bool:
-    """True if the effect object is one of these objects."""
+    """True if `effect` is one of the objects `effects` (identity, not equality)."""
     return any(e is effect for e in effects)
 
 
 def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
-    """Local maximum with a discrepancy, started from the model's values; None if a value is missing."""
+    """`Maximum` with a discrepancy, climbed to from the model's values; None if a value is missing."""
     known = [getattr(e, e.coefficient) for e in model.stochastic]
     shapes = [e.values[n] for e in model if not isinstance(e, Deterministic) for n in e.free_shapes]
     if any(v is None for v in [*known, *shapes]) or not any(known):
@@ -306,14 +311,14 @@ def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
 
 
 def _with_white(model: Model) -> Model:
-    """Model with white noise added if it has no stochastic effect."""
+    """The model, with white noise added in first place if it has no stochastic effect."""
     if not model.stochastic:
         return Model((white_noise(), *model.effects))
     return model
 
 
 def with_coefficients(model: Model, theta: Array) -> Model:
-    """The model with squared coefficients theta; held coefficients stay."""
+    """A copy of the model with the squared coefficients `theta`; held coefficients stay."""
     return _with_replaced(
         model,
         Stochastic,
@@ -327,14 +332,14 @@ def with_coefficients(model: Model, theta: Array) -> Model:
 
 
 def _with_replaced(model: Model, base: type[Effect], effects: Iterator[Effect]) -> Model:
-    """The model with its effects of class `base` replaced in order."""
+    """A copy of the model whose effects of class `base` are replaced by `effects`, in order."""
     return Model(tuple(next(effects) if isinstance(e, base) else e for e in model))
 
 
 def _regress(
     effects: tuple[Deterministic, ...], design: Design, data: Data, variance: Array
 ) -> Regression:
-    """GLS regression of the amplitudes; effects with held amplitudes are subtracted first."""
+    """`Regression` (GLS) of the amplitudes; effects with held amplitudes are subtracted first and have no covariance."""
     values = data.ordinates[design.ordinates]
     given = [
         np.full(own.stop - own.start, effect.amplitudes_held)

@@ -46,7 +46,7 @@ MAX_LOG_HALF_WIDTH = 50.0
 
 
 def free_parameters(solution: Solution) -> int:
-    """Number of fitted parameters of the expected bin power: active coefficients and their shapes."""
+    """Number of fitted parameters of the spectrum: free coefficients of processes above zero, and free shapes."""
     count = 0
     for own in solution.processes:
         if own.theta > 0.0:
@@ -58,7 +58,7 @@ def free_parameters(solution: Solution) -> int:
 def _unit(
     effect: Effect, name: str, sample_unit: str, column_units: Mapping[str, str] | None = None
 ) -> str:
-    """Unit of a parameter for samples (and a logged column) in the given units."""
+    """Unit of a parameter as a text, for samples (and a logged column) in the given units."""
     declared = effect.parameter(name).unit
     if not isinstance(declared, str):
         return coefficient_unit(sample_unit, declared)
@@ -72,7 +72,7 @@ def _unit(
 def estimates(
     solution: Solution, data: Data, unit: str, column_units: Mapping[str, str]
 ) -> tuple[dict[str, Any], ...]:
-    """Values of each effect of the model by parameter name; numbers are given as `Estimate` with error and interval.
+    """Tuple of a dict for each effect of the model: values by parameter name, numbers as `Estimate` with interval.
 
     `unit` is the unit of the samples; `column_units` are the known units of logged columns.
     """
@@ -101,7 +101,7 @@ def estimates(
 def _with_noise_uncertainty(
     effect: Deterministic, values: Mapping[str, Any], law: Mixture
 ) -> dict[str, Estimate]:
-    """Amplitudes of a slow effect with errors and intervals that include the uncertainty of the noise.
+    """Dict of the amplitudes of a slow effect with errors and intervals that include the uncertainty of the noise.
 
     `law` is the distribution of the amplitudes averaged over noise coefficients.
     """
@@ -119,7 +119,7 @@ def _with_noise_uncertainty(
 
 
 def _amplitude_names(effect: Deterministic) -> list[str]:
-    """Names of the coefficients of a deterministic effect that have values."""
+    """List of the names of the coefficients of a deterministic effect that have values."""
     return [
         p.name
         for p in effect.parameters
@@ -133,7 +133,7 @@ def _all_held(effect: Deterministic) -> bool:
 
 
 def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float]:
-    """Standard errors of ln(coefficient) and ln(shape), by (effect index, parameter name).
+    """Dict of the standard errors of ln(coefficient) and ln(shape), by (effect index, parameter name).
 
     For a shape that may be negative, the standard error of the shape itself.
     """
@@ -144,7 +144,7 @@ def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float
 def _process_values(
     solution: Solution, own: Process, errors: dict[str, float], unit: str, data: Data
 ) -> dict[str, Any]:
-    """Values of a random process by parameter name; `errors` holds standard errors of logarithms."""
+    """Dict of the values of a random process by parameter name; `errors` holds standard errors of logarithms."""
     effect = own.effect
     coefficient = _coefficient(solution, own, errors.get(effect.coefficient), unit, data)
     detected, ends = coefficient.detected, coefficient.interval
@@ -170,7 +170,10 @@ def _process_values(
 def _coefficient(
     solution: Solution, own: Process, relative: float | None, unit: str, data: Data
 ) -> Estimate:
-    """Estimate of the coefficient of a random process; `relative` is the standard error of its logarithm."""
+    """`Estimate` of the coefficient of a random process; `relative` is the standard error of its logarithm.
+
+    A held coefficient has no error and no interval. If it is not detected, the interval starts at 0.
+    """
     effect, name = own.effect, own.effect.coefficient
     value = float(np.sqrt(own.theta))
     own_unit = _unit(effect, name, unit)
@@ -211,13 +214,13 @@ def _is_number(value: Any) -> bool:
 
 
 def _log_interval(value: float, relative: float) -> tuple[float, float]:
-    """95 % interval of a positive value whose logarithm has the standard error `relative`."""
+    """Pair: 95 % interval of a positive value whose logarithm has the standard error `relative`."""
     factor = float(np.exp(min(NORMAL * relative, MAX_LOG_HALF_WIDTH)))
     return value / factor, value * factor
 
 
 def _loss_of_single_ordinates(solution: Solution, own: Process, data: Data) -> float:
-    """Loss of logL, given the power of the bins, if a narrow band is removed, from single ordinates."""
+    """Loss of logL of single ordinates, given the power of the bins, if the narrow band of `own` is removed."""
     model = solution.model
     less = Model(tuple(e for e in model if e is not own.effect))
     with_it, without = (
@@ -233,9 +236,9 @@ def has_interval(value: Any) -> bool:
 
 
 def _extended_to_lowest(value: Estimate, effect: Effect, data: Data) -> Estimate:
-    """The estimate of a shape.
+    """Estimate of a shape whose interval starts at the lowest possible value if the fit ended at the lowest searched value.
 
-    Its interval reaches the lowest possible value if the fit ended at the lowest searched value.
+    Otherwise the estimate is unchanged.
     """
     low = effect.parameter(value.name).low
     # Exponents are searched down to their lowest value, positive shapes down to half of the lowest grid value.
@@ -248,10 +251,13 @@ def _extended_to_lowest(value: Estimate, effect: Effect, data: Data) -> Estimate
 
 
 def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[float, float]:
-    """An interval widened by `factor` in ln(value), at most to e^±`MAX_LOG_HALF_WIDTH` times the value."""
+    """Pair: interval `ends` widened by `factor` in ln(value), at most to e^±`MAX_LOG_HALF_WIDTH` times the value.
+
+    A low end of 0 stays.
+    """
 
     def times(ratio: float) -> float:
-        """A ratio to the power `factor`, limited to e^±`MAX_LOG_HALF_WIDTH`."""
+        """`ratio` to the power `factor`, limited to e^±`MAX_LOG_HALF_WIDTH`."""
         return float(
             np.exp(np.clip(factor * np.log(ratio), -MAX_LOG_HALF_WIDTH, MAX_LOG_HALF_WIDTH))
         )
@@ -263,7 +269,10 @@ def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[flo
 def _shape_estimate(
     effect: Effect, name: str, relative: float | None, detected: bool, own_unit: str
 ) -> Any:
-    """Estimate of a shape with error and interval; `relative` is the standard error of its logarithm (or of itself)."""
+    """`Estimate` of a shape with error and interval; `relative` is the standard error of its logarithm (or of itself).
+
+    Without `relative` it has neither. None and texts are returned unchanged.
+    """
     value = effect.values[name]
     if value is None or isinstance(value, str):
         return value
@@ -285,7 +294,7 @@ def _modifier_values(
     unit: str,
     column_units: Mapping[str, str],
 ) -> dict[str, Any]:
-    """Values of a modifier by parameter name; `shaped` holds standard errors of logarithms of shapes."""
+    """Dict of the values of a modifier by parameter name; `shaped` holds standard errors of logarithms of shapes."""
     errors = effect.errors(data.rate)
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
@@ -310,7 +319,7 @@ def _deterministic_values(
     unit: str,
     column_units: Mapping[str, str],
 ) -> dict[str, Any]:
-    """Values of a deterministic effect by parameter name."""
+    """Dict of the values of a deterministic effect by parameter name, numbers as `Estimate`."""
     effect, amplitudes, covariance = own.effect, own.amplitudes, own.covariance
     drop = 0.5 * float(amplitudes @ np.linalg.pinv(covariance, hermitian=True) @ amplitudes)
     detected = drop > (
@@ -350,7 +359,7 @@ def _deterministic_values(
 def _phase_by_frequency(
     effect: Deterministic, own: Regressed, solution: Solution, data: Data
 ) -> float:
-    """Error of the phase at time 0 due to the error of the frequency, rad.
+    """Standard error of the phase at time 0 due to the error of the frequency, rad; 0 without a free frequency.
 
     The phase at the middle of the record is uncorrelated with the frequency. Extrapolated to time 0, the error of the
     frequency adds to the phase.
@@ -419,7 +428,7 @@ def _deterministic_shape_error(
 def shape_slope(
     effect: Deterministic, name: str, ordinates: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64] | None:
-    """Derivative of the effect's ordinates by one of its shapes; None if the shape cannot be changed."""
+    """Array of the derivative of the effect's ordinates by one of its shapes; None if the shape cannot be changed."""
     from allanite.fit.shapes.deterministic import regressors_at
 
     value = effect.values[name]
@@ -439,9 +448,9 @@ def shape_slope(
 
 
 def _with_admissible_intervals(effect: Effect, values: dict[str, Any]) -> dict[str, Any]:
-    """Values of an effect by name with admissible intervals.
+    """Dict of the values of an effect by name, with intervals clipped to limits.
 
-    Intervals are clipped to limits. Shapes of an effect that is not detected have no interval.
+    Shapes of an effect that is not detected have no interval.
     """
     out = dict(values)
     for name, value in values.items():
@@ -459,6 +468,6 @@ def _with_admissible_intervals(effect: Effect, values: dict[str, Any]) -> dict[s
 
 
 def _is_shape(effect: Effect, name: str) -> bool:
-    """True if a parameter describes place, time or form of an effect instead of its size."""
+    """True if a parameter describes place, time or form of an effect (by role, or unit Hz, s, rad) instead of its size."""
     declared = effect.parameter(name)
     return declared.role in ("shape", "time") or declared.unit in ("Hz", "s", "rad")

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 
 def locked_error(column: Recording) -> TooShortError | None:
-    """The error that a column is locked to one code, with the upper limit of N; None if it is not locked."""
+    """`TooShortError` (returned, not raised) that a column is locked to one code, with the upper limit of N.
+
+    None if it is not.
+    """
     if column.quantity != "rate":
         return None
     locked = locked_of(column.samples)

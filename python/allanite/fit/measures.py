@@ -63,7 +63,7 @@ class Error:
         return None if self.predictive is None else self.predictive.score
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form ``error``."""
+        """Dict of the attributes, for JSON (``error``)."""
         worst = self.adev_worst
         return {
             "adev_rms_percent": self.adev_rms_percent,
@@ -85,5 +85,5 @@ class Discrepancy:
     interval: tuple[float, float]
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form ``discrepancy``."""
+        """Dict of percent and interval, for JSON (``discrepancy``)."""
         return {"percent": self.percent, "interval": list(self.interval)}

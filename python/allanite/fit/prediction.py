@@ -64,12 +64,12 @@ class Prediction:
     __repr__ = brief
 
     def to_dict(self) -> dict[str, float]:
-        """JSON form ``predictive``."""
+        """Dict of score and std_error, for JSON (``predictive``)."""
         return {"score": self.score, "std_error": self.std_error}
 
 
 def compare(before: Prediction, after: Prediction) -> tuple[float, float]:
-    """Difference of the predictive losses of two models of a record, and its standard error.
+    """Pair: difference of the predictive losses of two models of a record, and its standard error.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def predicts_worse(before: Prediction, after: Prediction) -> bool:
 
 
 def predict(data: Data, solution: Solution, raw: Data | None = None) -> Prediction | None:
-    """Predictive losses of a fitted model on ordinates and blocks of time left out of the fit.
+    """`Prediction`: losses of a fitted model on ordinates and blocks of time left out of the fit.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def _std_error(losses: Array) -> float:
 
 
 def _used(bins: Bins, solution: Solution) -> Array:
-    """Degrees of freedom that the regression on amplitudes used up in each fold of each bin, shape (FOLDS, bins)."""
+    """Array of the degrees of freedom that the regression used in each fold of each bin, shape (FOLDS, bins)."""
     used = np.zeros((FOLDS, bins.count.size))
     place = np.searchsorted(bins.edges, solution.regressed_ordinates, side="right") - 1
     np.add.at(used, (solution.regressed_ordinates % FOLDS, place), solution.leverage)
@@ -175,7 +175,7 @@ def _used(bins: Bins, solution: Solution) -> Array:
 
 
 def _refitted(solution: Solution, part: RandomPart) -> Maximum:
-    """Maximum of the same model on other ordinates, started from its fitted values."""
+    """`Maximum` of the same model on other ordinates, started from its fitted values."""
     model = solution.model
     found = part.climb(part.linear(model), solution.theta, solution.scale)
     _, found = polish(model, free_places(model), found, part, roughly=True)
@@ -183,7 +183,7 @@ def _refitted(solution: Solution, part: RandomPart) -> Maximum:
 
 
 def _outlier_costs(data: Data, solution: Solution) -> Array:
-    """Cost ln n of each single sample excluded by the model, summed in each block of time, shape (BLOCKS,)."""
+    """Array of the cost ln n of single samples that the model excludes, summed in each block of time, shape (BLOCKS,)."""
     out = np.zeros(BLOCKS)
     for effect in solution.model.modifiers:
         times = np.array(effect.moments) - data.start

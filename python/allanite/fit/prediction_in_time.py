@@ -35,7 +35,7 @@ PREDICTED_ORDINATES = 512
 
 
 def function_costs(data: Data, solution: Solution) -> Array:
-    """Predictive cost of a fit's functions of time in each block of the record, nats, shape (BLOCKS,).
+    """Array of the predictive cost of a fit's functions of time in each block of the record, nats, shape (BLOCKS,).
 
     The total is at least 1 nat for each fitted parameter, the expected overfitting (Akaike 1973). One-time events cost
     exactly this, since no other block contains information about them.
@@ -46,7 +46,7 @@ def function_costs(data: Data, solution: Solution) -> Array:
     noise = solution.noise(data)
 
     def losses_of(j: NDArray[np.int64], matrix: Array, amplitudes: Array) -> Array:
-        """Loss of each block if functions with these regressors at ordinates j are fitted to the other blocks."""
+        """Array of the loss of each block if functions with the regressors `matrix` are fitted to the other blocks."""
         rows = matrix[np.searchsorted(solution.regressed_ordinates, j)]
         values = solution.ordinates[j] + (rows * amplitudes).sum(axis=1)
         return block_losses(values, rows, noise.variance(j), mean=bool(j[0] == 1))
@@ -86,7 +86,7 @@ def function_costs(data: Data, solution: Solution) -> Array:
 
 
 def level_change_costs(data: Data, solution: Solution) -> Array:
-    """Predictive cost of changes of the noise level minus their gain in each block, nats, shape (BLOCKS,).
+    """Array of the predictive cost of noise-level changes minus their gain in each block, nats, shape (BLOCKS,).
 
     The cost is 1 nat for each fitted parameter, as for one-time events.
     """
@@ -105,15 +105,15 @@ def level_change_costs(data: Data, solution: Solution) -> Array:
 
 
 def _at_least(costs: Array, numbers: int) -> Array:
-    """Costs of the blocks, raised equally so that their sum is at least `numbers`, the number of parameters."""
+    """Array of the costs of the blocks, raised equally so that their sum is at least `numbers` (of parameters)."""
     return costs + max(0.0, numbers - float(costs.sum())) / BLOCKS
 
 
 def block_losses(values: Array, matrix: Array, variance: Array, mean: bool) -> Array:
-    """Loss of ln p(block | rest) if a regression is fitted only to the rest of the record, shape (BLOCKS,).
+    """Array of the loss of ln p(block | rest) if a regression is fitted only to the rest of the record, shape (BLOCKS,).
 
-    The rest determines the amplitudes a with precision matrix R. Integrated over them, the block is less likely by
-    ½ (a − â)ᵀ R (a − â) + ½ ln |A|/|R| than with the amplitudes â and precision A of the whole record. A unit-information
+    The rest determines the amplitudes a with precision matrix R. Integrated over them, the block is less likely by ½ (a
+    − â)ᵀ R (a − â) + ½ ln |A|/|R| than with the amplitudes â and precision A of the whole record. A unit-information
     prior (one of the k ordinates, Kass & Wasserman 1995) is added to R.
 
     Parameters
@@ -152,7 +152,7 @@ def block_losses(values: Array, matrix: Array, variance: Array, mean: bool) -> A
 
 @lru_cache(maxsize=4)
 def _local(m: int) -> Array:
-    """Matrix of the orthonormal inverse cosine transform, shape (m times, m ordinates)."""
+    """Array: matrix of the orthonormal inverse cosine transform, shape (m times, m ordinates); cached and read-only."""
     matrix = np.cos(np.pi / m * np.outer(np.arange(m) + 0.5, np.arange(m))) * np.sqrt(2.0 / m)
     matrix[:, 0] = np.sqrt(1.0 / m)
     matrix.flags.writeable = False

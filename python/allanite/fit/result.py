@@ -87,7 +87,7 @@ class Fit:
 
     @cached_property
     def estimates(self) -> tuple[dict[str, Any], ...]:
-        """Values of each effect by parameter name, with standard errors and intervals, in the order of the model."""
+        """Tuple of a dict for each effect of the model: values by parameter name, with standard errors and intervals."""
         if self.given is not None:
             return self.given
         return estimates(
@@ -96,28 +96,28 @@ class Fit:
 
     @cached_property
     def correlations(self) -> Correlations:
-        """Correlations of the fitted parameters of random effects (by the Whittle likelihood)."""
+        """`Correlations` of the fitted parameters of random effects (by the Whittle likelihood)."""
         return correlations(self.solution, self.data)
 
     @property
     def degeneracies(self) -> list[str]:
-        """A sentence for each pair of parameters, or each effect, that this record cannot distinguish."""
+        """List of a sentence for each pair of parameters, or each effect, that this record cannot distinguish."""
         return degeneracies(self.correlations, self.model, self.data)
 
     @property
     def not_judged(self) -> list[tuple[float, float]]:
-        """Frequency bands (low, high), Hz, that the fit ignores because a filter left almost no power there."""
+        """List of frequency bands (low, high), Hz, that the fit ignores because a filter left almost no power there."""
         return empty_ranges(self.data.bins, self.data.rate)
 
     @cached_property
     def z(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Standard normal scores of the spectral bins, shape (bins,)."""
+        """Array of the standard normal scores of the spectral bins, shape (bins,)."""
         s = self.solution
         return normal_scores(s.power, s.count, s.spectrum)
 
     @cached_property
     def misfit(self) -> Misfit:
-        """χ² goodness of fit of the spectrum."""
+        """`Misfit`: χ² goodness of fit of the spectrum."""
         from scipy.special import chdtrc
 
         z = group_scores(self.solution, self.data)
@@ -127,17 +127,17 @@ class Fit:
 
     @cached_property
     def curve(self) -> _curve.Curve:
-        """Measured and modeled Allan deviation."""
+        """`Curve`: measured and modeled Allan deviation."""
         return _curve.compare_curves(self.data, self.model)
 
     @cached_property
     def band(self) -> _curve.ChanceBand:
-        """95 % band of the measured Allan deviation if the model is true, at each τ and for all τ together."""
+        """`ChanceBand`: 95 % band of the measured Allan deviation if the model is true, at each τ and simultaneous."""
         return _curve.chance_band(self.data, self.model, self.curve)
 
     @cached_property
     def error(self) -> Error:
-        """Error of the Allan deviation and predictive score, by which steps of model building are compared."""
+        """`Error`: error of the Allan deviation and predictive score, by which steps of model building are compared."""
         cleaned = any(e.removes for e in self.model.modifiers)
         raw = prepare(self.recording) if cleaned else None
         if raw is not None and raw.missing is not None:
@@ -148,7 +148,10 @@ class Fit:
 
     @cached_property
     def discrepancy(self) -> Discrepancy:
-        """Model discrepancy δ in % of the deviation, with its 95 % interval; 0 if the data do not contradict the model."""
+        """`Discrepancy`: model discrepancy δ in % of the deviation, and 95 % interval.
+
+        0 if the data do not contradict the model.
+        """
         s = self.solution
         low, high = scale_interval(s.power, s.count, s.spectrum, s.scale)
         # δ refers to ln power; ln deviation has half of it.
@@ -156,7 +159,10 @@ class Fit:
 
     @property
     def excess(self) -> float:
-        """LogL of the saturated model minus that of this model, minus its expectation for a true model, nats."""
+        """LogL of the saturated model minus that of this model, minus its expectation for a true model, nats.
+
+        It may be negative.
+        """
         s = self.solution
         best = float(-0.5 * s.count @ (np.log(s.power) + 1.0))
         plain = judge(s.power, s.count, s.spectrum, s.scale).log_likelihood
@@ -203,32 +209,38 @@ class Fit:
         return found[0]
 
     def display_name(self, effect: Effect) -> str:
-        """Name of an effect for this kind of sensor."""
+        """Name of an effect for this kind of sensor, e.g. "velocity random walk" for N of an accelerometer."""
         from allanite.readers import kind_of_sensor
 
         return effect.name_for(kind_of_sensor(self.recording.columns[0], self.recording.unit))
 
     def alternatives(self, place: int) -> tuple[Alternative, ...]:
-        """Fits in which another effect replaces the effect at index `place` of the model; computed once."""
+        """Tuple of fits (`Alternative`) in which another effect replaces the effect at index `place` of the model.
+
+        Cached.
+        """
         from allanite.fit.rivals.alternatives import alternatives
 
         return self._searched(alternatives, place)
 
     @cached_property
     def instead_of_two(self) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
-        """Models in which other processes replace two wandering ones: ln evidence over this fit, places, solution."""
+        """Tuple of (ln evidence over this fit, places, solution) of models with others instead of two slow processes."""
         from allanite.fit.rivals.together import instead_of_two
 
         return instead_of_two(self)
 
     def together(self, place: int) -> tuple[Pair, ...]:
-        """Pairs of effects that may replace the effect at index `place` of the model; computed once."""
+        """Tuple of pairs of effects (`Pair`) that may replace the effect at index `place` of the model; cached."""
         from allanite.fit.rivals.together import together
 
         return self._searched(together, place)
 
     def _searched(self, search: Callable[[Fit, int], Iterable[Any]], place: int) -> tuple[Any, ...]:
-        """Result of a search of rivals of the effect at index `place`; computed once."""
+        """Tuple of the results of a search for alternatives of the effect at index `place`.
+
+        Cached by name of the search.
+        """
         key = search.__name__, place
         if key not in self._rivals:
             self._rivals[key] = tuple(search(self, place))
@@ -240,7 +252,7 @@ class Fit:
         return {}
 
     def check(self, on_progress: Callable[[int, int], None] | None = None) -> Check:
-        """Check of the model: where it fails, and which effects are missing.
+        """`Check` of the model: where it fails, and which effects are missing.
 
         Parameters
         ----------
@@ -271,18 +283,24 @@ class Fit:
         return completed(self, model)
 
     def simulate(self, **options: Any) -> Recording:
-        """Simulated samples of the fitted model at the recording's rate and unit; for `options` see `Model.simulate`."""
+        """`Recording` of the fitted model, simulated at the recording's rate and unit.
+
+        For `options` see `Model.simulate`.
+        """
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
         return self.model.simulate(**options)
 
     def state_space(self, **options: Any) -> StateSpace:
-        """State-space form of the fitted model at the recording's rate and duration; `options`: see `Model.state_space`."""
+        """`StateSpace` of the fitted model at the recording's rate and duration; for `options` see `Model.state_space`."""
         options.setdefault("duration", self.recording.duration)
         return self.model.state_space(self.recording.rate, **options)
 
     def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
-        """Simulated samples as consecutive segments of ``size=`` samples; for `options` see `Model.simulate_chunks`."""
+        """Iterator over simulated recordings of ``size=`` consecutive samples.
+
+        For `options` see `Model.simulate_chunks`.
+        """
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
         return self.model.simulate_chunks(**options)
@@ -290,7 +308,7 @@ class Fit:
     def simulate_check(
         self, n: int = 200, seed: int = 0, progress: Callable[[int, int], None] | None = None
     ) -> SimulatedCheck:
-        """Simulate and refit the fitted model `n` times: p-value of the misfit, and bias and scatter of the parameters.
+        """`SimulatedCheck` from `n` simulated and refitted records: p-value of the misfit, bias and scatter of parameters.
 
         Parameters
         ----------
@@ -315,7 +333,7 @@ class Fit:
         return simulate_check(self, n, seed, progress)
 
     def compare_methods(self) -> MethodTable:
-        """Coefficients by Whittle likelihood, least squares and straight lines, with remarks where lines mislead."""
+        """`MethodTable`: coefficients by Whittle likelihood, least squares and straight lines, with remarks."""
         from allanite.fit.classical.methods import compare_methods
 
         return compare_methods(self)
@@ -334,7 +352,7 @@ class Fit:
         return al.plots.plot_fit(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form ``allanite/fit/1``, with the band of the Allan curve."""
+        """Dict (JSON form ``allanite/fit/1``) of the fit, with the band of the Allan curve."""
         return {
             "schema": "allanite/fit/1",
             "version": _kernels.version(),
@@ -347,7 +365,7 @@ class Fit:
         }
 
     def body(self, searched: bool = True) -> dict[str, Any]:
-        """JSON form of model, effects, misfit, error and adequacy, as used by fits, checks and steps of model building.
+        """Dict (JSON form) of model, effects, misfit, error and adequacy, as used by fits, checks and studies.
 
         Without `searched`, alternative explanations are not searched, and the lists of rivals are empty.
         """
@@ -386,7 +404,7 @@ class Fit:
             draft.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
 
     def summary(self) -> str:
-        """Text table, as shown by ``print(fit)``."""
+        """Text table of the fit, the same as ``str(fit)``."""
         return str(self)
 
     def __str__(self) -> str:
@@ -413,7 +431,7 @@ class Fit:
 
 
 def group_scores(solution: Solution, data: Data) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Standard normal scores of the groups of bins (ten per decade), shape (groups,)."""
+    """Array of the standard normal scores of the groups of bins (ten per decade), shape (groups,)."""
     groups, count = data.bins.groups, solution.count
     total = np.add.reduceat(count, groups)
     ratio = np.add.reduceat(count * solution.power / solution.spectrum, groups) / total
@@ -421,7 +439,7 @@ def group_scores(solution: Solution, data: Data) -> np.ndarray[Any, np.dtype[np.
 
 
 def plain(value: Any) -> dict[str, Any]:
-    """JSON form of a parameter."""
+    """Dict (JSON form) of a parameter: that of an `Estimate`, or ``{"value": …}``."""
     if isinstance(value, Estimate):
         return value.to_dict()
     return {"value": list(value) if isinstance(value, tuple) else value}

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Parameter
     from allanite.fit.result import Fit
 
-#: Number of threads. Transforms release the interpreter lock; more threads mainly need more memory. Chosen by judgment; not
-#: measured.
+#: Number of threads that simulate and refit. Transforms release the interpreter lock; more threads mainly need more memory.
+#: Chosen by judgment; not measured.
 MAX_THREADS = 2
 
 
@@ -65,12 +65,12 @@ class SimulatedCheck:
         )
 
     def spread(self, name: str) -> tuple[float, float, float]:
-        """(bias, standard deviation, rms error) of a fitted parameter over the replicates."""
+        """Tuple (bias, standard deviation, rms error) of the fitted parameter `name` over the replicates."""
         error = self.simulated[name] - self.fitted[name]
         return float(error.mean()), float(error.std()), float(np.sqrt(np.mean(error**2)))
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict (JSON form ``allanite/simulate-check/1``) with χ², p-value, and bias and scatter of each parameter."""
         rows = {}
         for name, values in self.simulated.items():
             bias, deviation, _ = self.spread(name)
@@ -113,7 +113,7 @@ class SimulatedCheck:
 def simulate_check(
     fit: Fit, n: int, seed: int, progress: Callable[[int, int], None] | None
 ) -> SimulatedCheck:
-    """Comparison of a fit with refits of `n` records simulated from it; see `Fit.simulate_check`."""
+    """`SimulatedCheck`: comparison of a fit with refits of `n` records simulated from it; see `Fit.simulate_check`."""
     from allanite.fit import fit_model
     from allanite.recording import Recording
 
@@ -129,7 +129,7 @@ def simulate_check(
     gaps = bool(missing.any())
 
     def replicate(number: int) -> tuple[float, dict[str, float]]:
-        """χ² and parameters of a refitted simulation."""
+        """Pair: χ² and parameter values of a refitted simulation."""
         # Stream 0 of a seed is used by `fit.simulate(seed=…)`.
         twin = simulate(
             fit.model,
@@ -170,7 +170,7 @@ def simulate_check(
 
 
 def _free_parameters(fit: Fit) -> dict[str, tuple[Effect, Parameter]]:
-    """Each free parameter of a fit by name, with its effect and its declaration."""
+    """Dict from name to (effect, declaration) of each free parameter of a fit."""
     return {
         parameter_label(label, p.name): (effect, p)
         for effect, label in zip(fit.model, fit.model.labels, strict=True)
@@ -180,7 +180,7 @@ def _free_parameters(fit: Fit) -> dict[str, tuple[Effect, Parameter]]:
 
 
 def _parameter_values(fit: Fit) -> dict[str, float]:
-    """Values of the free numeric parameters of a fit's model, without the cost of intervals."""
+    """Dict of the values of the free numeric parameters of a fit's model, without the cost of intervals."""
     return {
         name: float(value)
         for name, (effect, p) in _free_parameters(fit).items()
@@ -189,7 +189,7 @@ def _parameter_values(fit: Fit) -> dict[str, float]:
 
 
 def _units(fit: Fit) -> dict[str, str]:
-    """Units of the free parameters of a fit, by name."""
+    """Dict of the units of the free parameters of a fit, by name."""
     estimates = [v for values in fit.estimates for v in values.items()]
     known = {name: e.unit for name, e in estimates if isinstance(e, Estimate)}
     return {name: known.get(p.name, "") for name, (_, p) in _free_parameters(fit).items()}

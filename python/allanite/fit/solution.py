@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
-    """An effect with fitted values; modifiers have no further results."""
+    """Base class of fitted effects; modifiers have no further results."""
 
     effect: Effect
 
@@ -52,7 +52,7 @@ class Process(Fitted):
 
     @property
     def power(self) -> Array:
-        """Expected bin power, shape (bins,)."""
+        """Array of the expected bin power, shape (bins,)."""
         return self.column * self.theta
 
 
@@ -81,7 +81,7 @@ class Regressed(Fitted):
 
 
 def processes_of(model: Model, theta: Array, columns: Array) -> tuple[Process, ...]:
-    """Fitted random processes of a model from squared coefficients and columns."""
+    """Tuple of the fitted random processes of a model from squared coefficients and columns."""
     values = zip(model.stochastic, theta.tolist(), columns.T, strict=True)
     return tuple(Process(*own) for own in values)
 
@@ -89,7 +89,7 @@ def processes_of(model: Model, theta: Array, columns: Array) -> tuple[Process, .
 def fitted(
     model: Model, processes: Iterable[Process], functions: Iterable[Regressed] = ()
 ) -> tuple[Fitted, ...]:
-    """Fitted records of all effects, in the order of the model."""
+    """Tuple of the fitted records of all effects, in the order of the model."""
     random, known = iter(processes), iter(functions)
     return tuple(
         next(random)
@@ -121,13 +121,13 @@ class Residual:
 
     @property
     def ordinates(self) -> Array:
-        """Residual ordinates, shape (n,)."""
+        """Array of the residual ordinates, shape (n,); computed on demand."""
         if not self.removed:
             return self.data.ordinates
         return self.data.functions.get(self._key, lambda: self.data.without(self.removed))
 
     def known(self, ordinates: Array) -> Residual:
-        """The residual itself, after storing its known ordinates in the cache."""
+        """The residual itself, after storing its known ordinates in the cache of the data."""
         if self.removed:
             self.data.functions.get(self._key, lambda: ordinates)
         return self
@@ -182,7 +182,7 @@ class Solution:
 
     @property
     def ordinates(self) -> Array:
-        """Residual ordinates, shape (n,)."""
+        """Array of the residual ordinates, shape (n,)."""
         return self.residual.ordinates
 
     @cached_property
@@ -192,37 +192,37 @@ class Solution:
 
     @cached_property
     def processes(self) -> tuple[Process, ...]:
-        """The random processes, in the order of the model."""
+        """Tuple of the random processes, in the order of the model."""
         return tuple(own for own in self.effects if isinstance(own, Process))
 
     @cached_property
     def functions(self) -> tuple[Regressed, ...]:
-        """The known functions of time, in the order of the model."""
+        """Tuple of the known functions of time, in the order of the model."""
         return tuple(own for own in self.effects if isinstance(own, Regressed))
 
     @cached_property
     def theta(self) -> Array:
-        """Squared coefficients, shape (processes,)."""
+        """Array of the squared coefficients, shape (processes,)."""
         return np.array([own.theta for own in self.processes])
 
     @cached_property
     def columns(self) -> Array:
-        """Expected bin power at coefficient 1, shape (bins, processes)."""
+        """Array of the expected bin power at coefficient 1, shape (bins, processes)."""
         return np.column_stack([own.column for own in self.processes])
 
     @property
     def best(self) -> Maximum:
-        """Maximum of the likelihood of the random part."""
+        """`Maximum` of the likelihood of the random part."""
         return Maximum(self.theta, self.spectrum, self.maximum, self.scale, self.weight)
 
     @property
     def removed_functions(self) -> tuple[Deterministic, ...]:
-        """Known functions of time that were removed from the residual ordinates."""
+        """Tuple of the known functions of time that were removed from the residual ordinates."""
         return tuple(own.removed for own in self.functions)
 
     @property
     def level(self) -> Array:
-        """Estimated ratio of true to modeled power in each bin, shape (bins,)."""
+        """Array of the estimated ratio of true to modeled power in each bin, shape (bins,); 1 without a discrepancy."""
         return bin_levels(self.power, self.count, self.spectrum, self.scale)
 
     @property
@@ -231,5 +231,5 @@ class Solution:
         return 0.0 if self.scale is None else float(SCALES[self.scale])
 
     def noise(self, data: Data) -> Noise:
-        """Predicted variance of single ordinates from the random effects."""
+        """`Noise`: predicted variance of single ordinates from the random effects."""
         return Noise(data.terms(self.model), data.bins, self.level)

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.fit.rivals.undecided import Undecided
 
-#: An averaged interval is reported if an end lies farther out by more than this fraction of the interval's width.
-#: Chosen by judgment; not measured.
+#: Minimum distance by which an end of an averaged interval must lie farther out for the interval to be reported, as a
+#: fraction of the width of the fit's interval. Chosen by judgment; not measured.
 MIN_WIDER_FRACTION = 0.1
 #: Maximum number of alternative models named in a sentence. Chosen by judgment; not measured.
 MAX_NAMED_MODELS = 3
@@ -24,7 +24,10 @@ MIN_CHOSEN_PROBABILITY = 0.05
 
 
 def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
-    """Table rows (effect, parameter, value, 95 % interval) of all parameters, as text."""
+    """List of table rows (effect, parameter, value, 95 % interval) of all parameters that have a value, as text.
+
+    The effect is named in its first row only.
+    """
     rows = []
     for effect, values in zip(fit.model.effects, fit.estimates, strict=True):
         title = fit.display_name(effect)
@@ -50,13 +53,13 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
 
 
 def _unit_of(parameter: Parameter, unit: str) -> str:
-    """Unit of a parameter for samples in a unit."""
+    """Unit of a parameter as a text, for samples in the unit `unit`."""
     power = parameter.unit
     return relative_unit(unit, power) if isinstance(power, float) else power
 
 
 def _cells(value: Any, column: str | None) -> tuple[str, str]:
-    """Value and 95 % interval of a parameter as text."""
+    """Pair of texts: value and 95 % interval of a parameter; "not detected" with an upper limit if it is not detected."""
     if not isinstance(value, Estimate):
         return str(value), ""
     unit = "" if value.unit == "1" else printed(value.unit, column or "")
@@ -104,7 +107,7 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
 
 
 def _percent(share: float) -> str:
-    """A probability as text in percent, two digits."""
+    """Text of a probability in percent, two digits."""
     return "100 %" if share > 0.995 else f"{100.0 * share:.2g} %"
 
 
@@ -117,7 +120,7 @@ def is_wider(value: Estimate, interval: tuple[float, float]) -> bool:
 
 
 def undecided_sentence(fit: Fit, found: Undecided) -> str:
-    """Sentence that names other models that explain the record equally well, and intervals widened by them."""
+    """Sentence that names other models that explain the record equally well, and the intervals widened by them."""
     (own, share), *others = found.models
     others = sorted(others, key=lambda model: -model[1])
     names = ", ".join(f"{name} ({_percent(p)})" for name, p in others[:MAX_NAMED_MODELS])
@@ -150,7 +153,7 @@ NOT_ADEQUATE_WARNING = "! do not use these limits and intervals: the model does 
 
 
 def alternative_texts(fit: Fit, found: Undecided | None) -> list[str]:
-    """Text for each effect of a fit: what may replace the effect, and the odds; empty without an alternative.
+    """List of a text for each effect of a fit: what may replace the effect, and the odds; empty without an alternative.
 
     For example ``not needed in a model with rate ramp (62 : 38)``.
     """

@@ -322,9 +322,9 @@ def suggest(
 
 
 def _best_wandering(candidates: Iterable[Candidate]) -> Solution | None:
-    """`Solution` of the model with the best wandering process, to which a slow function of time must add something.
+    """`Solution` of the model with the best wandering process; None without such a candidate.
 
-    Or None.
+    A slow function of time must explain something beyond this process.
     """
     red = [c for c in candidates if isinstance(c.effect, Stochastic) and c.effect.wanders]
     return max(red, key=lambda c: c.gain).solution if red else None

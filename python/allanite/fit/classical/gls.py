@@ -65,16 +65,16 @@ class GlsFit:
 
     @property
     def coefficients(self) -> NDArray[np.float64]:
-        """Fitted coefficients, shape (p,)."""
+        """Array of the fitted coefficients √`squares`, shape (p,)."""
         return np.sqrt(self.squares)
 
     @property
     def std_errors(self) -> NDArray[np.float64]:
-        """Standard errors of `squares`, shape (p,)."""
+        """Array of the standard errors of `squares` (not of the coefficients), shape (p,)."""
         return np.sqrt(np.diag(self.covariance))
 
     def intervals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Low and high end of each coefficient's 95 % interval, and p-value of a coefficient of 0, shape (p,) each.
+        """Tuple (low, high, p) of arrays, shape (p,): 95 % interval of each coefficient, and p-value of a coefficient of 0.
 
         The low end is 0 if the coefficient is not significant; the high end is then an upper limit.
         """
@@ -86,7 +86,7 @@ class GlsFit:
 
 
 def gls_factors(n: int) -> NDArray[np.int64]:
-    """Averaging factors for a fit to `n` samples: eight per decade, up to a quarter of the record.
+    """Array of averaging factors for a fit to `n` samples: eight per decade, up to a quarter of the record.
 
     More factors would add no information and make the covariance ill-conditioned.
     """
@@ -147,7 +147,7 @@ def fit_gls(
 def _checked_curve(
     allan_variances: ArrayLike, factors: ArrayLike, effects: int
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Allan variances and their factors as arrays, after the checks of `fit_gls`."""
+    """Pair of arrays: Allan variances and their factors, after the checks of `fit_gls` (InputError, TooShortError)."""
     target = np.asarray(allan_variances, dtype=float)
     m = np.asarray(factors, dtype=np.int64)
     if target.ndim != 1 or target.shape != m.shape:

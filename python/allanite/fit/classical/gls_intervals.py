@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 TAIL_PROBABILITY = 0.025
 #: Maximum iterations of the other coefficients and the covariance that they imply. Chosen by judgment; not measured.
 MAX_ROUNDS = 6
-#: Values added to the unit diagonal of a correlation matrix until it is positive definite, as in the compiled core.
-#: Chosen by judgment; not measured.
+#: Values that are added, one after the other, to the unit diagonal of a correlation matrix until it is positive definite,
+#: as in the compiled core. Chosen by judgment; not measured.
 DIAGONAL_JITTERS = (1e-9, 1e-7, 1e-5, 1e-3)
 
 
 def interval(
     mixtures: Mixtures, target: Array, squares: Array, index: int
 ) -> tuple[float, float, float]:
-    """95 % interval of one squared coefficient.
+    """Tuple (low, high, p) with the 95 % interval of one squared coefficient.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def interval(
     squares : ndarray, shape (p,)
         The estimate.
     index : int
-        Which coefficient.
+        Index of the coefficient.
 
     Returns
     -------
@@ -88,7 +88,7 @@ class _TestInversion:
     trial: Array
 
     def _fitted(self, t: float) -> Array:
-        """Squared coefficients with the value t and the others fitted."""
+        """Array of the squared coefficients with the value t at `index` and the others fitted."""
         columns = self.mixtures.columns
         others = np.delete(np.arange(self.squares.size), self.index)
         trial = self.trial.copy()
@@ -132,7 +132,7 @@ class _TestInversion:
         )
 
     def search(self, inside: float, outside: float, probability: float) -> float:
-        """The square between `inside` and `outside` at which `below` has a probability."""
+        """Value between `inside` and `outside` at which `below` has this `probability`; `outside` if there is none."""
         from scipy.optimize import brentq
         from scipy.special import ndtri
 
@@ -151,9 +151,9 @@ class _TestInversion:
 
 
 def _root(correlation: Array) -> Array:
-    """Lower Cholesky factor of a correlation matrix, with the smallest addition to the diagonal that makes it possible.
+    """Array: lower Cholesky factor of a correlation matrix, with the smallest diagonal addition that makes it possible.
 
-    Neighboring τ are nearly collinear.
+    Neighboring τ are nearly collinear. LinAlgError if no addition suffices.
     """
     unit = np.eye(correlation.shape[0])
     for jitter in DIAGONAL_JITTERS:

@@ -69,7 +69,7 @@ class LineReading:
     reason: str = ""
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict of the attributes, for JSON."""
         return asdict(self)
 
 
@@ -86,18 +86,18 @@ class LineReadings:
         raise KeyError(f"no line {name!r}: Q, N, B, K, R")
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: a list of lines."""
+        """Dict for JSON with the key ``lines``: a list of the readings."""
         return {"lines": [line.to_dict() for line in self.lines]}
 
 
 def read_lines(deviation: Deviation) -> LineReadings:
-    """Fit lines of slope −1, −½, 0, +½, +1 to an Allan curve and read their coefficients.
+    """`LineReadings` of lines of slope −1, −½, 0, +½, +1 on an Allan curve.
 
     The local slope is a generalized least-squares fit over a factor of 4 in τ, with the covariance that noise of this
-    slope would have. A line is present under three conditions. The local slope differs from that of the line by less than
-    0.05 plus twice its standard error. The standard error is at most 0.125. The line, extended over all τ, nowhere exceeds
-    the measured curve significantly, because a part of the variance cannot be larger than the total. The line is read
-    where its slope fits best.
+    slope would have. A line is present under three conditions. The local slope differs from that of the line by less
+    than 0.05 plus twice its standard error. The standard error is at most 0.125. The line, extended over all τ, nowhere
+    exceeds the measured curve significantly, because a part of the variance cannot be larger than the total. The line
+    is read where its slope fits best.
 
     Parameters
     ----------
@@ -132,7 +132,10 @@ def read_lines(deviation: Deviation) -> LineReadings:
 
 
 def _thinned(m: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Indices of averaging factors that grow by at least 20 % (1/8 of a decade, less 10 % for rounding); 0 is skipped."""
+    """Array of indices of averaging factors that grow by at least 20 % each; factors of 0 are skipped.
+
+    20 % is 1/8 of a decade, less 10 % for rounding.
+    """
     out: list[int] = []
     step = 10.0 ** (1.0 / TAUS_PER_DECADE) * 0.9
     for k in np.flatnonzero(m > 0):
@@ -149,11 +152,11 @@ def _read(
     edf: NDArray[np.float64],
     n: int,
 ) -> LineReading:
-    """Reading of one line on an Allan curve of n samples."""
+    """`LineReading` of one line on an Allan curve of n samples; `present` is False with a reason if the line is absent."""
     name, slope, where = line.name, line.slope, line.read_at
 
     def absent(reason: str) -> LineReading:
-        """Reading of a line that is not present."""
+        """`LineReading` of a line that is not present, for this reason."""
         return LineReading(name, slope, where, present=False, reason=reason)
 
     expected, covariance = _kernels.allan_covariance([(line.scatter, [1.0])], n, m)
@@ -196,14 +199,14 @@ def _read(
 def _largest_values(
     log_deviation: NDArray[np.float64], edf: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Largest plausible ln true deviation at each τ, with probability `CURVE_PROBABILITY`."""
+    """Array of the largest plausible ln true deviation at each τ, exceeded with probability 1 − `CURVE_PROBABILITY`."""
     from scipy.special import chdtri
 
     return np.asarray(log_deviation + 0.5 * np.log(edf / chdtri(edf, CURVE_PROBABILITY)))
 
 
 def _neighbors_that_hold(holds: Sequence[bool], k: int) -> tuple[int, int]:
-    """First and last index of the run of True that contains index k."""
+    """Pair of the first and last index of the run of True that contains index k."""
     first = last = k
     while first > 0 and holds[first - 1]:
         first -= 1
@@ -213,7 +216,7 @@ def _neighbors_that_hold(holds: Sequence[bool], k: int) -> tuple[int, int]:
 
 
 def _window(tau: NDArray[np.float64], a: int) -> slice | None:
-    """Slice of the averaging times from index `a` up to `WINDOW_TAU_RATIO` times the first.
+    """Slice of the averaging times from index `a` up to `WINDOW_TAU_RATIO` times `tau[a]`.
 
     None for fewer than three times.
     """
@@ -224,7 +227,7 @@ def _window(tau: NDArray[np.float64], a: int) -> slice | None:
 def _slope(
     x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Generalized least-squares slope of y against x, and its standard error."""
+    """Pair: generalized least-squares slope of y against x, and its standard error."""
     design = np.column_stack([np.ones_like(x), x])
     weighted = np.linalg.solve(covariance, design)
     inverse = np.linalg.inv(design.T @ weighted)
@@ -234,7 +237,7 @@ def _slope(
 def _fitted_level(
     x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64], slope: float
 ) -> tuple[float, float]:
-    """Ln deviation at τ = 1 s of a line with given slope, and its standard error."""
+    """Pair: ln deviation at τ = 1 s of a line with given slope, and its standard error."""
     weights = np.linalg.solve(covariance, np.ones_like(x))
     total = float(weights.sum())
     return float(weights @ (y - slope * x)) / total, total**-0.5
@@ -268,19 +271,19 @@ class NearestSlopes:
         self.deviation.flags.writeable = False
 
     def to_dict(self) -> dict[str, float]:
-        """JSON form, without the curve."""
+        """Dict of the values without the curve, for JSON."""
         return {
             name: getattr(self, name) for name in ("N", "K", "B", "tau_n_s", "tau_k_s", "tau_b_s")
         }
 
 
 def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
-    """N, K and B as read by the MathWorks example "Inertial Sensor Noise Analysis Using Allan Variance".
+    """`NearestSlopes`: N, K and B as in the MathWorks example "Inertial Sensor Noise Analysis Using Allan Variance".
 
-    The recipe is exactly as published, including its mistakes. The phase has no leading zero, so that the first sample is
-    ignored. There are 100 averaging factors, rounded up, to the largest power of two within half the record. Each line
-    goes through the one point whose slope to the next is nearest to −½, +½ or 0, even if the point is noisy or the curve
-    has no such slope. Use `read_lines` for a reading that checks the slopes.
+    The recipe is exactly as published, including its mistakes. The phase has no leading zero, so that the first sample
+    is ignored. There are 100 averaging factors, rounded up, to the largest power of two within half the record. Each
+    line goes through the one point whose slope to the next is nearest to −½, +½ or 0, even if the point is noisy or the
+    curve has no such slope. Use `read_lines` for a reading that checks the slopes.
 
     Parameters
     ----------
@@ -295,6 +298,8 @@ def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
 
     Raises
     ------
+    InputError
+        Several columns, infinite or constant samples.
     TooShortError
         Fewer than 8 samples.
     """
@@ -313,7 +318,7 @@ def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
     slopes = np.diff(np.log10(sigma)) / np.diff(np.log10(tau))
 
     def read(slope: float, at: float) -> tuple[float, float]:
-        """Deviation read at `at` seconds on the line through the point with the nearest slope, and the τ of that point."""
+        """Pair: deviation at `at` seconds on the line through the point with the nearest slope, and the τ of that point."""
         k = int(np.argmin(np.abs(slopes - slope)))
         return float(10.0 ** (np.log10(sigma[k]) + slope * np.log10(at / tau[k]))), float(tau[k])
 

@@ -45,7 +45,7 @@ class MethodRow:
     remark: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict of the coefficient by each method, for JSON, with ``misleads`` (True if there is a remark)."""
         line = self.line
         return {
             "name": self.name,
@@ -80,11 +80,11 @@ class MethodTable:
         raise KeyError(f"no coefficient {name!r}: {', '.join(r.name for r in self.rows)}")
 
     def to_dict(self) -> dict[str, Any]:
-        """The fit's JSON form with ``methods``, one entry for each coefficient."""
+        """Dict of the fit (see `Fit.to_dict`) with ``methods``, a list with one entry for each coefficient."""
         return {**self.fit.to_dict(), "methods": [row.to_dict() for row in self.rows]}
 
     def plot(self, path: str | Path | None = None) -> Any:
-        """Figure of the fit."""
+        """Figure of the fit, written to `path` if given; see `Fit.plot`."""
         return self.fit.plot(path)
 
     def __str__(self) -> str:
@@ -110,7 +110,7 @@ class MethodTable:
 
 
 def _cell(estimate: Estimate | None) -> str:
-    """Table cell of an estimate: value with interval, upper limit, "not detected" or a dash."""
+    """Table cell of an estimate: value with interval, "< limit", "not detected", or "–" for None."""
     if estimate is None:
         return "–"
     if not estimate.detected:
@@ -126,7 +126,10 @@ def _value_cell(value: float | None, low: float | None, high: float | None) -> s
 
 
 def compare_methods(fit: Fit) -> MethodTable:
-    """See `Fit.compare_methods`."""
+    """`MethodTable` of the coefficients of a fit by the Whittle likelihood, GLS and straight lines.
+
+    See `Fit.compare_methods`. GLS is omitted if it cannot be used, e.g. with held values.
+    """
     from allanite.fit import fit_model
 
     base = fit if fit.method == "whittle" else fit_model(fit.recording, fit.model)
@@ -163,7 +166,10 @@ def compare_methods(fit: Fit) -> MethodTable:
 def _lines_without_effect(
     readings: LineReadings, fit: Fit, modeled: set[str | None]
 ) -> list[MethodRow]:
-    """Rows for lines on the curve for which the model has no effect; `modeled` holds the names of the other lines."""
+    """List of rows for lines on the curve for which the model has no effect.
+
+    `modeled` holds the names of the other lines.
+    """
     unit = fit.recording.unit
     others = " + ".join(e.short for e in fit.model)
     out = []
@@ -188,7 +194,7 @@ def _lines_without_effect(
 
 
 def _remark(whittle: Estimate, line: LineReading) -> str:
-    """Remark how the line reading contradicts the fit; empty if it does not."""
+    """Remark how the line reading contradicts the Whittle estimate; empty text if it does not."""
     low, high = whittle.interval or (float(whittle), float(whittle))
     low, high = sorted((abs(low), abs(high)))
     if line.value is None or line.low is None or line.high is None:

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 #: Number of lowest ordinates that are used one by one. Chosen by judgment; not measured.
 SINGLE_ORDINATES = 512
-#: Sampled frequencies per factor e of frequency above these ordinates. Chosen by judgment; not measured.
+#: Number of sampled frequencies per factor e of frequency above these ordinates. Chosen by judgment; not measured.
 FREQUENCIES_PER_E = 400
 
 
 def kernel_terms(terms: Sequence[Term], factor: float = 1.0) -> list[tuple[str, list[float]]]:
-    """Terms in the form that the compiled core takes, with variances multiplied by `factor`."""
+    """List of (name, parameters) of terms for the compiled core, with variances multiplied by `factor`."""
     return [t.scaled(factor).kernel for t in terms]
 
 
@@ -66,10 +66,10 @@ class Mixtures:
         factors: NDArray[np.int64],
         around: Array,
     ) -> Mixtures:
-        """Mixtures of the effects given by their terms at coefficient 1.
+        """`Mixtures` of the effects given by their terms at coefficient 1.
 
-        `around`, shape (k,), are the measured variances. For polarization, effects are scaled so that each alone reaches
-        `around`; otherwise small parts would be lost in rounding.
+        `around`, shape (k,), are the measured variances. For polarization, effects are scaled so that each alone
+        reaches `around`; otherwise small parts would be lost in rounding.
         """
         p = len(unit_terms)
         columns = np.column_stack(
@@ -114,11 +114,11 @@ class Mixtures:
         return cls(columns, parts, transfer, spectra, weights)
 
     def covariance(self, squares: Array) -> Array:
-        """Covariance of the estimated Allan variances, shape (k, k), for squared coefficients of shape (p,)."""
+        """Array of the covariance of estimated Allan variances, shape (k, k), for squared coefficients of shape (p,)."""
         return np.asarray(np.einsum("a,b,abij->ij", squares, squares, self.parts))
 
     def skewness(self, squares: Array, readout: Array) -> float:
-        """Skewness of the weighted sum of the Allan variances, with the weights `readout`, shape (k,).
+        """Skewness of the sum of the Allan variances weighted by `readout`, shape (k,), for squared coefficients `squares`.
 
         The sum is a weighted sum of squares of nearly independent ordinates: κ3/κ2^{3/2} with κ_q ∝
         Σ (S H)^q.

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def refit(fit: Fit, method: str) -> Fit:
-    """The Whittle fit with its coefficients replaced by those of ``gls`` or ``lines``.
+    """A copy of the Whittle fit with coefficients of the method ``gls`` or ``lines``, and the likelihood recomputed.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def refit(fit: Fit, method: str) -> Fit:
 
 
 def _with_values(own: Fitted, values: dict[str, Any]) -> Fitted:
-    """A fitted effect with the given values in place of its own."""
+    """A copy of a fitted effect with its coefficient taken from `values`; unchanged if the method does not estimate it."""
     if isinstance(own, Process):
         name = own.effect.coefficient
         value = float(values[name])
@@ -60,7 +60,7 @@ def _with_values(own: Fitted, values: dict[str, Any]) -> Fitted:
 
 
 def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
-    """Dict of estimates by parameter name for each effect. GLS refits those of random processes; others are copied."""
+    """Tuple of a dict of estimates by parameter name for each effect; GLS refits coefficients of random processes only."""
     data, model = fit.data, fit.model
     factors = gls_factors(data.n)
     curve = oadev(data.residual(model), rate=data.rate, factors=factors)
@@ -99,7 +99,7 @@ def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
 
 
 def _rescaled(derived: Estimate, coefficient: Estimate, before: float) -> Estimate:
-    """A derived value proportional to a coefficient, rescaled from its value `before` to a new coefficient."""
+    """`Estimate` of a derived value proportional to a coefficient, rescaled from its value `before` to the new one."""
     ratio = float(derived) / before
     interval = coefficient.interval
     return Estimate(
@@ -113,7 +113,10 @@ def _rescaled(derived: Estimate, coefficient: Estimate, before: float) -> Estima
 
 
 def _line_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
-    """Estimates of each effect read from straight lines on the Allan curve."""
+    """Tuple of a dict for each effect: its coefficient read from a straight line on the Allan curve, 0 if not present.
+
+    InputError for effects without a straight line.
+    """
     other = [e.kind for e in fit.model if e.standard is None]
     if other:
         raise InputError(

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
 
-#: Upper edges of cells above the middle of a band, in half-widths of the band; cells widen as the band's power falls.
-#: Chosen by judgment; not measured.
+#: Upper edges of frequency cells above the middle of a band, in half-widths of the band; cells widen as the band's power
+#: falls. Chosen by judgment; not measured.
 CELL_EDGES = (0.2, 0.4, 0.6, 0.8, 1.0, 1.3, 1.7, 2.2, 3.0, 4.0, 6.0, 9.0, 13.0, 20.0, 30.0)
 #: Edges of cells to both sides of the middle of a band, in half-widths.
 CELL_EDGES_BOTH_SIDES = (*(-a for a in CELL_EDGES[::-1]), 0.0, *CELL_EDGES)
@@ -35,9 +35,10 @@ CELL_EDGES_OUTSIDE = (*CELL_EDGES[3:], 45.0, 65.0, 95.0, 140.0)
 def remove_level_change(
     white: NDArray[np.float64], effect: Modifier, solution: Solution, data: Data
 ) -> None:
-    """Remove a band's level change: divide the whitened band over time by the expected level, in place.
+    """Remove a band's level change from the whitened ordinates `white`, in place.
 
-    Only the share of the density that the affected processes make is divided; the share is constant within cells.
+    The band's time series is divided by the root of its expected relative power. Only the share of the density that the
+    affected processes make is divided; the share is constant within cells.
     """
     assert effect.band is not None
     owners = [p for p in solution.processes if effect.swells(p.effect)]
@@ -53,7 +54,10 @@ def remove_level_change(
 def remove_motion(
     white: NDArray[np.float64], own: Process, moving: Moving, solution: Solution, data: Data
 ) -> None:
-    """Remove a moving band's changes: divide the whitened ordinates near it over time by the expected power, in place."""
+    """Remove a moving band's changes from the whitened ordinates `white`, in place.
+
+    The time series near the band are divided by the root of the expected relative power.
+    """
     if moving.occupies is None:
         return
     low, high = (2.0 * f * data.n / data.rate for f in moving.occupies)
@@ -78,7 +82,10 @@ def remove_motion(
 def moving_power(
     solution: Solution, data: Data, j: NDArray[np.int64], times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Relative power over time that moving bands cause at ordinates j, shape (times, ordinates); mean 1 over time."""
+    """Array of the relative power over time that moving bands cause at ordinates j, shape (times, ordinates).
+
+    Mean 1 over time.
+    """
     power = np.ones((times.size, j.size))
     for own in solution.processes:
         if isinstance(own.effect, Moving) and own.theta:
@@ -97,10 +104,10 @@ def _divide(band: NDArray[np.float64], power: NDArray[np.float64]) -> None:
 def cell_shares(
     process: Process, solution: Solution, data: Data, n: int
 ) -> Iterator[tuple[int, int, float]]:
-    """Yields (first ordinate, number of ordinates, fraction of the density) of each cell around the peaks of a process.
+    """Iterator over (first ordinate, number of ordinates, fraction of the density) of cells around the peaks of a process.
 
-    Only cells below ordinate `n` are included. The fraction is the part of the model's density that
-    the process makes.
+    Only cells below ordinate `n` and with a fraction above 1 % are included. The fraction is the part of the model's
+    density that the process makes.
     """
     for low, high in process.effect.peaks:
         middle, half = ((high + s * low) * data.n / data.rate for s in (1.0, -1.0))
@@ -114,21 +121,24 @@ def cell_shares(
 
 
 def share_of(process: Process, solution: Solution, data: Data, ordinate: int) -> float:
-    """Fraction of the model's density at an ordinate that a process makes."""
+    """Fraction, 0 … 1, of the model's density at an ordinate that a process makes."""
     return float(_shares(process, solution, data, np.array([ordinate]))[0])
 
 
 def _shares(
     process: Process, solution: Solution, data: Data, j: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Fraction of the model's density at each ordinate j that a process makes."""
+    """Array of the fraction of the model's density at each ordinate j that a process makes."""
     total = density(data.terms(solution.model), j, data.n)
     own = density(data.unit_terms(solution.model, process.effect), j, data.n)
     return np.asarray(process.theta * own / total)
 
 
 def band_ordinates(band: tuple[float, float], data: Data, n: int) -> tuple[int, int]:
-    """First ordinate and number of ordinates of a band, Hz, within n; the number is rounded up to a fast transform."""
+    """Pair: first ordinate and number of ordinates of a band, Hz, within n.
+
+    The number is rounded up to a fast transform.
+    """
     from scipy.fft import next_fast_len
 
     first, last = (round(2.0 * data.n * f / data.rate) for f in band)
@@ -137,5 +147,5 @@ def band_ordinates(band: tuple[float, float], data: Data, n: int) -> tuple[int, 
 
 
 def band_series(band: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Time series of a band from its consecutive ordinates, shape (ordinates + 1,): their inverse cosine transform."""
+    """Array of the time series of a band, shape (ordinates + 1,): inverse cosine transform of consecutive ordinates."""
     return _kernels.inverse_cosine_transform(np.concatenate([[0.0], band]))

@@ -32,21 +32,21 @@ def has_changing_power(model: Model) -> bool:
 
 
 def crowding_ratio(model: Model, data: Data) -> float:
-    """Mean squared over squared mean power ν of the model's level changes, at least 1."""
+    """Mean squared power over squared mean power ν of the model's level changes over time, at least 1."""
     power = expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n))
     return float(np.mean(power**2))
 
 
 def peak_level(model: Model, data: Data) -> float:
-    """Largest power of the model's level changes over time, relative to the mean power."""
+    """Largest power of the model's level changes over time, relative to the mean power; 1 without changes."""
     return float(expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n)).max())
 
 
 def effective_freedom(model: Model, data: Data) -> NDArray[np.float64]:
-    """Effective degrees of freedom of each bin, shape (bins,), reduced by level changes and moving bands.
+    """Array of the effective degrees of freedom of each bin, reduced by level changes and moving bands, shape (bins,).
 
-    The reduction depends on the share of white noise in the bin. The share is the median power of all ordinates
-    over the power nearby. It comes from the record alone, so that models with the same level change get the same degrees of
+    The reduction depends on the share of white noise in the bin. The share is the median power of all ordinates over
+    the power nearby. It comes from the record alone, so that models with the same level change get the same degrees of
     freedom.
     """
     bins = data.bins
@@ -76,7 +76,7 @@ def effective_freedom(model: Model, data: Data) -> NDArray[np.float64]:
 
 
 def _segments_of_equal_width(moving: Moving) -> list[Stochastic]:
-    """The segments of a moving band, each with a width of 1/8 to each side of its range, whatever its damping."""
+    """List of the segments of a moving band, each with a half-width of 1/8 of its range, whatever its damping."""
     places = moving.middles
     half = max((max(places) - min(places)) / 8.0, 1e-6)
     parts = [

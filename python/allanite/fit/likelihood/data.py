@@ -36,8 +36,8 @@ MIN_SAMPLES = 32
 MIN_PRESENT_FRACTION = 1 / 200
 #: Averaging times of the Allan curve per decade. Chosen by judgment; not measured.
 TAUS_PER_DECADE = 8
-#: Bytes of each of two caches of `Data`: lowest ordinates of known functions of time, and model columns that are
-#: multiplied by the mixing matrix. Chosen by judgment; not measured.
+#: Maximum size, bytes, of each of two caches of `Data`: lowest ordinates of known functions of time, and model columns
+#: that are multiplied by the mixing matrix. Chosen by judgment; not measured.
 CACHE_BYTES_LOWEST = 1 << 25
 
 
@@ -93,17 +93,17 @@ class Data:
 
     @property
     def time(self) -> NDArray[np.float64]:
-        """Seconds since the first sample of the recording."""
+        """Array of the time of each sample, s since the first sample of the recording, shape (n,)."""
         return times_of(self.n, self.rate, self.start)
 
     @property
     def present_samples(self) -> NDArray[np.float64]:
-        """Samples without the missing ones, U."""
+        """Array of the samples without the missing ones, U."""
         return self.samples if self.missing is None else self.samples[~self.missing]
 
     @property
     def lost(self) -> float:
-        """Fraction of the samples that are missing."""
+        """Fraction of the samples that are missing, 0 … 1."""
         return 0.0 if self.missing is None else np.count_nonzero(self.missing) / self.missing.size
 
     @property
@@ -118,19 +118,19 @@ class Data:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Start and end time of the record, s."""
+        """Pair: start and end time of the record, s."""
         return self.start, self.start + self.duration
 
     def terms(self, model: Model) -> tuple[Term, ...]:
-        """Primitive spectral terms of a model with values, for this record."""
+        """Tuple of the primitive spectral terms of a model with values, for this record."""
         return self._without_end_leakage(model.terms(self.rate, self.span))
 
     def unit_terms(self, model: Model, effect: Stochastic) -> tuple[Term, ...]:
-        """Primitive spectral terms of one effect at coefficient 1, for this record."""
+        """Tuple of the primitive spectral terms of one effect at coefficient 1, for this record."""
         return self._without_end_leakage(model.unit_terms(effect, self.rate, self.span))
 
     def _without_end_leakage(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
-        """Terms without the leakage of the record's ends, if both ends are missing."""
+        """Tuple of the terms without the leakage of the record's ends if both ends are missing, else `terms`."""
         return tuple(term.inside for term in terms) if self.ends_missing else terms
 
     def octaves(
@@ -138,14 +138,18 @@ class Data:
         expected: Callable[[NDArray[np.int64]], NDArray[np.float64]],
         louder: Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]],
     ) -> list[tuple[int, int, NDArray[np.float64], float]]:
-        """Power over time of each octave for which no single ordinates are kept; empty for in-memory recordings.
+        """List of (first ordinate, end, power over time, squares per value) of octaves without single ordinates.
 
-        A summary (`fit.summarized`) overrides this method.
+        Empty for in-memory recordings; a summary (`fit.summarized`) overrides this method. `expected` returns the
+        density at ordinates, `louder` the relative power at ordinates and times.
         """
         return []
 
     def at_octave_resolution(self, power: NDArray[np.float64], first: int) -> NDArray[np.float64]:
-        """Power over time at the resolution that the octave from ordinate `first` has; unchanged for recordings."""
+        """Array of power over time at the resolution that the octave from ordinate `first` has.
+
+        Unchanged for recordings.
+        """
         return power
 
     def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
@@ -160,11 +164,11 @@ class Data:
         return number
 
     def sections(self, model: Model, number: int) -> Sections:
-        """The residual of a model cut into `number` equal sections."""
+        """`Sections`: the residual of a model cut into `number` equal sections."""
         return SectionsOfSamples(self.residual(model), self.rate, number)
 
     def half(self, which: int) -> Data:
-        """The first (`which` = 0) or second (`which` = 1) half of the record as its own record, with the times kept."""
+        """`Data` of the first (`which` = 0) or second (`which` = 1) half as a record of its own, with the times kept."""
         middle = self.n // 2
         part = slice(0, middle) if which == 0 else slice(middle, None)
         samples = np.ascontiguousarray(self.samples[part])
@@ -179,12 +183,12 @@ class Data:
         )
 
     def residual(self, model: Model) -> NDArray[np.float64]:
-        """Samples minus the model's known functions of time, shape (n,)."""
+        """Array of the samples minus the model's known functions of time, shape (n,)."""
         known = model.deterministic
         return self.samples - self.signal(known) if known else self.samples
 
     def signal(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
-        """Sum of the signals of at least one deterministic effect, shape (n,)."""
+        """Array of the sum of the signals of at least one deterministic effect, U, shape (n,)."""
         time = self.time
         total = effects[0].signal(time, self.covariates)
         for effect in effects[1:]:
@@ -192,29 +196,29 @@ class Data:
         return total
 
     def transform(self, series: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Cosine ordinates of a series sampled at `time`, shape (n,)."""
+        """Array of the cosine ordinates of a series sampled at `time`, shape (n,)."""
         stop_if_unwanted()
         return _kernels.cosine_transform(np.ascontiguousarray(series))
 
     def factors(self) -> NDArray[np.int64]:
-        """Averaging factors of the Allan curve: eight per decade, up to a third of the record."""
+        """Array of the averaging factors of the Allan curve: eight per decade, up to a third of the record."""
         return averaging_factors(self.n // 3)
 
     def deviation(
         self, factors: NDArray[np.int64], less: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
-        """Overlapping Allan deviation of the samples, minus a signal `less` if given, shape of `factors`."""
+        """Array of the overlapping Allan deviation of the samples, minus a signal `less` if given, shape of `factors`."""
         return self.deviation_of(self.samples if less is None else self.samples - less, factors)
 
     def deviation_of(
         self, signal: NDArray[np.float64], factors: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """Overlapping Allan deviation of a signal sampled at `time`, shape of `factors`."""
+        """Array of the overlapping Allan deviation of a signal sampled at `time`, shape of `factors`."""
         stop_if_unwanted()
         return oadev(signal, rate=self.rate, factors=factors).deviation
 
     def without(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
-        """Ordinates of the record minus those of known functions of time, shape (n,)."""
+        """Array of the ordinates of the record minus those of known functions of time, shape (n,)."""
         return self.with_exchanged(
             self.ordinates, [(effect, effect.amplitudes()) for effect in effects]
         )
@@ -224,7 +228,7 @@ class Data:
         ordinates: NDArray[np.float64],
         parts: Sequence[tuple[Deterministic, NDArray[np.float64]]],
     ) -> NDArray[np.float64]:
-        """The ordinates minus known functions of time with the given amplitudes; negative amplitudes add the functions.
+        """Array of `ordinates` minus known functions of time with given amplitudes; negative amplitudes add the functions.
 
         `parts` holds pairs of an effect and its amplitudes. Returns `ordinates` itself if all
         amplitudes are 0.
@@ -258,10 +262,10 @@ class Data:
         self.mixed.forget()
 
     def rows(self, effect: Deterministic) -> NDArray[np.float64]:
-        """Cosine ordinates of every regressor of an effect, shape (regressors, n); cached."""
+        """Array of the cosine ordinates of every regressor of an effect, shape (regressors, n); cached."""
 
         def made() -> NDArray[np.float64]:
-            """Ordinates of the regressors, computed because the cache does not contain them."""
+            """Array of the ordinates of the regressors, computed because the cache does not contain them."""
             series = effect.regressors(self.time, self.covariates).T
             return np.array([self.transform(s) for s in series])
 
@@ -270,18 +274,18 @@ class Data:
     def attenuated(
         self, ordinates: NDArray[np.float64], j: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """Ordinates j of known functions of time, shape (…, k), reduced by `gain` where samples are missing."""
+        """Array of `ordinates` j of known functions of time, shape (…, k), times `gain` where samples are missing."""
         return ordinates if self.gain is None else ordinates * self.gain[j]
 
 
 def averaging_factors(top: int) -> NDArray[np.int64]:
-    """Averaging factors up to `top`: eight per decade."""
+    """Array of averaging factors up to `top`, eight per decade; at least [1]."""
     at = np.arange(0.0, np.log10(max(1, top)) + 1e-9, 1 / TAUS_PER_DECADE)
     return np.unique(np.round(10**at).astype(np.int64))
 
 
 def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
-    """A one-column recording prepared for fitting.
+    """`Data` of a one-column recording, prepared for fitting.
 
     Parameters
     ----------
@@ -328,7 +332,10 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
 
 
 def _checked_values(samples: NDArray[Any], label: str) -> NDArray[np.float64]:
-    """Samples of one column as floats; raises an error for several columns, too few or infinite samples."""
+    """Array of the samples of one column as floats.
+
+    InputError or TooShortError for several columns, too few or infinite ones.
+    """
     if samples.ndim != 1:
         raise InputError(f"a fit needs one column, found an array of shape {samples.shape}")
     if samples.size < MIN_SAMPLES:
@@ -356,7 +363,7 @@ def _require_noise(filled: NDArray[np.float64], label: str) -> None:
 
 
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
-    """The record with additional samples marked as missing and bridged."""
+    """`Data` of the record with additional samples marked as missing and bridged; caches are new."""
     filled = bridge_gaps(data.samples, missing)
     if data.missing is not None:
         missing = missing | data.missing

@@ -40,7 +40,7 @@ HALF_CHI2_95 = 0.5 * NORMAL**2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """Marginal likelihood of a spectrum at one discrepancy.
+    """Marginal likelihood of a spectrum at one discrepancy δ.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Judged:
 
 @lru_cache(maxsize=64)
 def _likelihood_of_bytes(count: bytes, cells: bool) -> _kernels.Likelihood:
-    """The result of `likelihood` for degrees of freedom given as bytes, which can be a cache key."""
+    """`_kernels.Likelihood` of bins with degrees of freedom given as bytes, which can be a cache key; see `likelihood`."""
     counts = np.frombuffer(count)
     return _kernels.Likelihood(
         counts, SCALES, [*range(counts.size)] if cells else cells_of(counts.size)
@@ -66,7 +66,7 @@ def _likelihood_of_bytes(count: bytes, cells: bool) -> _kernels.Likelihood:
 
 
 def likelihood(count: Array, *, cells: bool = False) -> _kernels.Likelihood:
-    """Marginal likelihood of bins with these degrees of freedom; its tables are cached.
+    """`_kernels.Likelihood` (marginal likelihood) of bins with these degrees of freedom; its tables are cached.
 
     With `cells`, each value of `count` belongs to a whole cell with its own error ε.
     """
@@ -75,24 +75,24 @@ def likelihood(count: Array, *, cells: bool = False) -> _kernels.Likelihood:
 
 
 def judge(power: Array, count: Array, spectrum: Array, scale: int | None) -> Judged:
-    """Marginal logL and effective degrees of freedom of a spectrum at δ = SCALES[scale] (None: δ = 0)."""
+    """`Judged`: marginal logL and effective degrees of freedom of a spectrum at δ = SCALES[scale] (None: δ = 0)."""
     return Judged(*likelihood(count).judge(power, spectrum, scale))
 
 
 def profile(power: Array, count: Array, spectrum: Array) -> Array:
-    """Marginal logL of a spectrum at each δ of `SCALES`, shape (scales,)."""
+    """Array of the marginal logL of a spectrum at each δ of `SCALES`, shape (scales,)."""
     return likelihood(count).profile(power, spectrum[None], range(SCALES.size))[:, 0]
 
 
 def best_scale(power: Array, count: Array, spectrum: Array) -> tuple[int, float]:
-    """Index of the most likely discrepancy of a spectrum, and its marginal logL."""
+    """Pair: index into `SCALES` of the most likely discrepancy of a spectrum, and its marginal logL."""
     return likelihood(count).best_scale(power, spectrum)[:2]
 
 
 def climb_scale(
     power: Array, count: Array, spectrum: Array, scale: int, best: Judged
 ) -> tuple[int, Judged]:
-    """Index into `SCALES` and likelihood of the nearest local maximum over the discrepancy, from the index `scale` on.
+    """Pair: index into `SCALES` of the nearest local maximum over the discrepancy, uphill from `scale`, and its likelihood.
 
     `best` is the likelihood at `scale`.
     """
@@ -101,10 +101,10 @@ def climb_scale(
 
 
 def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Array:
-    """Estimated ratio e^ε of true to modeled power in each bin, shape (bins,).
+    """Array of the estimated ratio e^ε of true to modeled power in each bin, shape (bins,).
 
-    It is 1 if δ = 0, and in cells that a regression fits exactly: with less than half a degree of freedom left, the power
-    of such a cell is rounding error.
+    It is 1 if δ = 0, and in cells that a regression fits exactly: with less than half a degree of freedom left, the
+    power of such a cell is rounding error.
     """
     if scale is None:
         return np.ones_like(power)
@@ -120,7 +120,7 @@ def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -
 def linearized(
     slopes: Array, power: Array, count: Array, spectrum: Array, weight: Array
 ) -> tuple[Array, Array]:
-    """Least-squares problem of a Fisher-scoring step: rows and residual for a change of ln S by slopes · x.
+    """Pair (rows, residual): least-squares problem of a Fisher-scoring step for a change of ln S by slopes · x.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def linearized(
 def scale_interval(
     power: Array, count: Array, spectrum: Array, scale: int | None
 ) -> tuple[float, float]:
-    """95 % interval of the discrepancy δ at a spectrum, from its profile likelihood; the lower end may be 0."""
+    """Pair: 95 % interval of the discrepancy δ at a spectrum, from its profile likelihood; the lower end may be 0."""
     values = profile(power, count, spectrum)
     plain = judge(power, count, spectrum, None).log_likelihood
     inside = values > max(float(values.max()), plain) - HALF_CHI2_95

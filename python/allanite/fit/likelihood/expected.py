@@ -47,7 +47,7 @@ class Noise:
     __repr__ = brief
 
     def variance(self, j: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Expected squared ordinates j, U² per sample."""
+        """Array of the expected squares of the ordinates j, U² per sample."""
         place = np.searchsorted(self.bins.edges, j, side="right") - 1
         # No ordinate may stand out in an empty bin.
         unseen = np.where(is_empty(self.bins), EMPTY_BIN_DENSITY_FACTOR, 1.0)
@@ -55,7 +55,7 @@ class Noise:
 
 
 def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArray[np.float64]:
-    """Expected bin power of each effect at coefficient 1, shape (bins, effects)."""
+    """Array of the expected bin power of each effect at coefficient 1, shape (bins, effects)."""
     out = np.empty((len(effects), data.bins.count.size))
     modifiers, filters = model.modifiers, model.filters
     for row, effect in zip(out, effects, strict=True):
@@ -66,7 +66,7 @@ def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArra
 def columns_like(
     model: Model, other: Model, known: NDArray[np.float64], data: Data
 ) -> NDArray[np.float64]:
-    """Expected bin power of each random effect at coefficient 1, shape (bins, effects), reusing known columns.
+    """Array of the expected bin power of each random effect at coefficient 1, shape (bins, effects), reusing known columns.
 
     `known` holds the columns of the model `other`, which has as many random effects. Only the
     columns of effects that differ are computed.
@@ -83,19 +83,19 @@ def columns_like(
 
 
 def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
-    """Expected bin power of a sum of terms, shape (bins,)."""
+    """Array of the expected bin power of a sum of terms, shape (bins,)."""
     stop_if_unwanted()
     own = _column_of_terms(terms, data.n)
     return own if data.mixing is None else data.mixing @ own
 
 
 def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float64]:
-    """Expected bin power of one effect of a model at coefficient 1, shape (bins,)."""
+    """Array of the expected bin power of one effect of a model at coefficient 1, shape (bins,)."""
     return _column_with_modifiers(effect, model.modifiers if effect.white else model.filters, data)
 
 
 def means(model: Model, data: Data, ends_missing: bool = False) -> NDArray[np.float64]:
-    """Expected power in each bin from a model with values, without missing samples, shape (bins,).
+    """Array of the expected power in each bin from a model with values, without missing samples, shape (bins,).
 
     With `ends_missing`, the first and the last sample are missing, and the ends add no leakage.
     """
@@ -112,12 +112,12 @@ def means(model: Model, data: Data, ends_missing: bool = False) -> NDArray[np.fl
 def _column_with_modifiers(
     effect: Stochastic, acting: tuple[Modifier, ...], data: Data
 ) -> NDArray[np.float64]:
-    """Expected bin power of one effect at coefficient 1 with the modifiers `acting` on it, shape (bins,)."""
+    """Array of the expected bin power of one effect at coefficient 1 with the modifiers `acting` on it, shape (bins,)."""
     stop_if_unwanted()
     opened, mixing = _without_coefficient(effect), data.mixing
 
     def own() -> NDArray[np.float64]:
-        """The column without mixing by missing samples."""
+        """Array of the bin power without mixing by missing samples."""
         return _complete_column(opened, acting, data.rate, data.span, data.n, data.ends_missing)
 
     return own() if mixing is None else data.mixed.get((opened, acting), lambda: mixing @ own())
@@ -126,7 +126,7 @@ def _column_with_modifiers(
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def _without_coefficient(effect: Stochastic) -> Stochastic:
-    """The effect without coefficient, held names and limits, as a cache key: its column does not depend on them."""
+    """A copy of the effect without coefficient, held names and limits: a cache key, since columns do not depend on them."""
     return effect.with_values(**{effect.coefficient: None}, hold=(), limits={}, at_limit=())
 
 
@@ -140,7 +140,7 @@ def _complete_column(
     n: int,
     ends_missing: bool,
 ) -> NDArray[np.float64]:
-    """Expected bin power of one effect with modifiers, in a record without missing samples, shape (bins,); cached."""
+    """Array of the expected bin power of one effect with modifiers, without missing samples, shape (bins,); cached."""
     terms = Model((*acting, effect)).unit_terms(effect, rate, span)
     if ends_missing:
         inside = tuple(term.inside for term in terms)
@@ -158,7 +158,7 @@ def _complete_column(
 
 
 def _column_of_terms(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
-    """Expected bin power of a sum of terms for n samples, none missing; read-only, shape (bins,)."""
+    """Array of the expected bin power of a sum of terms for n samples, none missing, shape (bins,); read-only."""
     out = _evaluator(n).means([term.at_ordinates(n) for term in terms], bins_of(n).owner)
     out.flags.writeable = False
     return out
@@ -167,12 +167,12 @@ def _column_of_terms(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=32)
 def _evaluator(n: int) -> _kernels.Ordinates:
-    """Compiled evaluator of densities at the nodes of the bins of n samples."""
+    """Compiled evaluator of densities at the nodes of the bins of n samples; cached."""
     return _kernels.Ordinates(bins_of(n).nodes, n)
 
 
 def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> NDArray[np.float64]:
-    """Expected squared ordinates at single indices of n samples, U² per sample, shape of `ordinates`."""
+    """Array of the expected squares of single ordinates of n samples, U² per sample, shape of `ordinates`; above 0."""
     stop_if_unwanted()
     found = _kernels.Ordinates(ordinates, n).variance([term.at_ordinates(n) for term in terms])
     return np.maximum(found, 1e-300)
@@ -181,7 +181,10 @@ def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> ND
 def at_each_time(
     parts: Sequence[Stochastic], ordinates: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Relative power of each segment of a moving band at single ordinates, shape (parts, ordinates); mean 1."""
+    """Array of the relative power of each segment of a moving band at single ordinates, shape (parts, ordinates).
+
+    Its mean over the segments is 1.
+    """
     terms = [part.unit_terms(data.rate) for part in parts]
     power = np.array([density(own, ordinates, data.n) for own in terms])
     return np.asarray(power / power.mean(axis=0))

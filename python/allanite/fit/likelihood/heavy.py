@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
 
 Array = NDArray[np.float64]
-#: Simulated sums of squares from which the 2.5 % and 97.5 % points are taken. Chosen by judgment; not measured.
+#: Number of simulated sums of squares from which the 2.5 % and 97.5 % points are taken. Chosen by judgment; not measured.
 SUM_DRAWS = 1000
 #: Number of largest samples that are drawn individually; the sum of the others is nearly normal.
 #: Chosen by judgment; not measured.
 DRAWN_LARGEST = 400
-#: Steps of the integral over the squares of the other samples. Chosen by judgment; not measured.
+#: Number of steps of the integral over the squares of the other samples. Chosen by judgment; not measured.
 INTEGRAL_STEPS = 2000
-#: Entries of the quantile table: log-log interpolation between two entries is accurate to 1e-6.
+#: Number of entries of the quantile table: log-log interpolation between two entries is accurate to 1e-6.
 QUANTILE_TABLE_SIZE = 4096
 #: Maximum 1/ν of the Student law used; the variance is infinite from 1/ν = 0.5 on. Chosen by judgment; not measured.
 MAX_INVERSE_FREEDOM = 0.48
@@ -41,7 +41,7 @@ MIN_TAIL_PROBABILITY = 1e-3
 def widened_by_tails(
     value: float, ends: tuple[float, float], solution: Solution, data: Data
 ) -> tuple[float, float]:
-    """95 % interval of the white-noise coefficient `value`, widened from `ends` by the tails of the record's samples.
+    """Pair: 95 % interval of the white-noise coefficient `value`, widened from `ends` by heavy tails of the samples.
 
     Returns `ends` if the tails are not heavy, or if the record keeps no single samples.
     """
@@ -68,7 +68,7 @@ def widened_by_tails(
 
 
 def sum_of_squares_quantiles(tail: Tail, sizes: Array) -> tuple[float, float]:
-    """2.5 % and 97.5 % points of the sum of squares of a record over its expectation."""
+    """Pair: 2.5 % and 97.5 % points of the sum of squares of a record over its expectation; `sizes` are |samples|."""
     from scipy.special import stdtr
 
     n = sizes.size
@@ -81,14 +81,14 @@ def sum_of_squares_quantiles(tail: Tail, sizes: Array) -> tuple[float, float]:
 
 
 def _quantiles_by_kurtosis(sizes: Array) -> tuple[float, float]:
-    """2.5 % and 97.5 % points of the sum of squares over its expectation, by the central limit theorem."""
+    """Pair: 2.5 % and 97.5 % points of the sum of squares over its expectation, by the central limit theorem."""
     squares = sizes**2
     spread = NORMAL * float(squares.std() / squares.mean()) / np.sqrt(sizes.size)
     return float(np.exp(-spread)), float(np.exp(spread))
 
 
 def _quantiles_of_student(inverse: float, n: int) -> tuple[float, float]:
-    """2.5 % and 97.5 % points of the sum of squares over its expectation for n samples of a Student law.
+    """Pair: 2.5 % and 97.5 % points of the sum of squares over its expectation for n samples of a Student law.
 
     `inverse` is 1/ν. The largest samples are drawn one by one, the sum of the others from its mean and variance.
     """

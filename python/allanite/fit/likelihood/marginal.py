@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 #: Number of lowest ordinates that are used one by one: they hold all but a thousandth of the weight of a step.
 SINGLE_ORDINATES = 1024
-#: Draws of the coefficients in each importance sample. Chosen by judgment; not measured.
+#: Number of draws of the coefficients in each importance sample. Chosen by judgment; not measured.
 COEFFICIENT_DRAWS = 400
 #: Degrees of freedom of the multivariate t of the first proposal: heavier tails than the target.
 #: Chosen by judgment; not measured.
@@ -51,15 +51,15 @@ class Mixture:
 
     @property
     def variances(self) -> Array:
-        """Variance of each amplitude in each component (one component per draw), shape (draws, p)."""
+        """Array of the variance of each amplitude in each component (one component per draw), shape (draws, p)."""
         return np.diagonal(self.covariances, axis1=1, axis2=2)
 
     def of(self, own: slice) -> Mixture:
-        """Marginal distribution of the amplitudes in a slice."""
+        """`Mixture` of the amplitudes in the slice `own` alone (marginal distribution)."""
         return Mixture(self.means[:, own], self.covariances[:, own, own], self.weights)
 
     def sample(self, count: int, rng: np.random.Generator) -> Array:
-        """Random amplitudes from the mixture, shape (count, p)."""
+        """Array of random amplitudes from the mixture, shape (count, p)."""
         size = np.sqrt(np.maximum(self.variances, 1e-300))
         strength, axes = np.linalg.eigh(self.covariances / (size[:, :, None] * size[:, None, :]))
         root = size[:, :, None] * axes * np.sqrt(np.maximum(strength, 0.0))[:, None, :]
@@ -74,7 +74,7 @@ class Mixture:
         return float(np.sqrt(self.weights @ spread))
 
     def interval(self, i: int) -> tuple[float, float]:
-        """Central 95 % interval of amplitude i."""
+        """Pair: central 95 % interval of amplitude i."""
         from scipy.optimize import brentq
         from scipy.special import ndtr
 
@@ -119,7 +119,7 @@ class _Record:
     count: Array
 
     def posterior(self, coefficients: Array) -> tuple[Array, Array, Array]:
-        """Means and covariances of the amplitudes, and restricted logL, for each row of coefficients."""
+        """Tuple (means, covariances, restricted logL) of the amplitudes for each row of noise coefficients."""
         theta = coefficients**2
         spectrum = np.maximum(theta @ self.low.T, 1e-300)
         bins = np.maximum(theta @ self.high.T, 1e-300)
@@ -136,7 +136,7 @@ class _Record:
 
 
 def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
-    """Distribution of the amplitudes of each slow deterministic effect, by fitted function.
+    """Dict of the distribution (`Mixture`) of the amplitudes of each slow deterministic effect, by fitted function.
 
     Lines are excluded: their density is known from many ordinates.
     """
@@ -150,7 +150,7 @@ def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
 
 
 def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) -> Mixture:
-    """Joint distribution of the amplitudes of slow functions of time, in their order."""
+    """`Mixture`: joint distribution of the amplitudes of slow functions of time, in their order."""
     # The single ordinates end at the edge of a bin.
     first = int(np.searchsorted(data.bins.edges, min(SINGLE_ORDINATES, data.n), side="right")) - 1
     ordinates = np.arange(1, data.bins.edges[first], dtype=np.int64)
@@ -179,7 +179,7 @@ def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) 
 
 
 def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tuple[Array, ...]:
-    """Importance sample of the coefficients: means, covariances and weights of the amplitudes.
+    """Tuple (means, covariances, weights) of the amplitudes for an importance sample of the noise coefficients.
 
     The first proposal is a wide multivariate t around the fit; the next two are the smoothed previous samples
     (Population Monte Carlo, Cappé et al. 2004). Coefficients may be drawn negative: only their squares matter.
@@ -215,7 +215,7 @@ def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tup
 def _importance_weights(
     record: _Record, drawn: Array, proposed: Array
 ) -> tuple[Array, Array, Array]:
-    """Means and covariances of the amplitudes for each draw of the coefficients, and normalized importance weights.
+    """Tuple (means, covariances, weights) of the amplitudes for each draw of the coefficients; weights sum to 1.
 
     `proposed` are the logarithms of the proposal density at the draws.
     """
@@ -226,13 +226,13 @@ def _importance_weights(
 
 
 def _root(covariance: Array, solution: Solution) -> Array:
-    """Cholesky root of a covariance of coefficients, with a floor on its diagonal."""
+    """Array: Cholesky root of a covariance of coefficients, with a floor on its diagonal."""
     floor = 1e-6 * np.maximum(np.diag(covariance), 1e-12 * float(solution.theta.max()))
     return np.asarray(np.linalg.cholesky(covariance + np.diag(floor)))
 
 
 def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
-    """Root of the proposal covariance of the coefficients, 1.5 times as wide as the Fisher information says.
+    """Array: root of the proposal covariance of the coefficients, 1.5 times as wide as the Fisher information says.
 
     For coefficients fitted near zero the information of the squared coefficient alone is used.
     """

@@ -20,18 +20,18 @@ Ordinates = NDArray[np.int64]
 #: A band narrower than this fraction of its center frequency is fitted to single ordinates. Bins are 1.2 % wide and
 #: cannot resolve narrower bands.
 MAX_NARROW_WIDTH = 0.012
-#: Bins to either side of a narrow band in which single ordinates are used. Chosen by judgment; not measured.
+#: Number of bins to either side of a narrow band in which single ordinates are used. Chosen by judgment; not measured.
 BINS_BESIDE_BAND = 3
 #: Places, in half-widths from the middle of a band, at which its density is interpolated. They are dense near the
 #: middle and reach to 548 half-widths. Chosen by judgment; not measured.
 INTERPOLATION_PLACES = np.sinh(np.linspace(-7.0, 7.0, 141))
-#: Maximum number of ordinates near a band that are summed one by one; of more, the density is interpolated.
+#: Maximum number of ordinates near a band that are summed one by one; with more, the density is interpolated.
 #: Chosen by judgment; not measured.
 MAX_SUMMED_ORDINATES = 1 << 13
 #: Places, in half-widths from the middle, between which the density is linear in sums over many ordinates.
 #: With them and `SUM_PLACES_PER_BIN` the sums are at most 2e-4 off.
 SUM_PLACES = np.sinh(np.linspace(-12.0, 12.0, 1201))
-#: Additional places of that interpolation in each bin.
+#: Number of additional places in each bin between which the density is linear in these sums.
 SUM_PLACES_PER_BIN = 64
 #: Maximum fraction of missing samples with which single ordinates are used: the leakage between ordinates is small.
 #: Benchmark: narrow bands with 5 % and 10 % of the samples missing (`benches/claims/narrow_bands.py`).
@@ -39,7 +39,7 @@ MAX_MISSING_FRACTION = 0.1
 
 
 def is_narrow(effect: Effect) -> bool:
-    """True if an effect is a band narrower than a bin."""
+    """True if the effect is a band narrower than 1.2 % of its center frequency, the width of a bin."""
     if not isinstance(effect, Stochastic) or effect.occupies is None:
         return False
     low, high = effect.occupies
@@ -73,7 +73,7 @@ def is_fitted_to_ordinates(effect: Effect, data: Data) -> bool:
 
 
 def bins_near(effect: Effect, bins: Bins, rate: float) -> Ordinates:
-    """Indices of the bin of each peak of an effect, and of `BINS_BESIDE_BAND` bins on either side, in ascending order."""
+    """Array of the ascending indices of bins with a peak of the effect and of `BINS_BESIDE_BAND` bins on either side."""
     found: set[int] = set()
     for band in effect.peaks:
         middle = sum(band) * bins.n / rate
@@ -88,14 +88,14 @@ def bins_near(effect: Effect, bins: Bins, rate: float) -> Ordinates:
 
 
 def ordinates_of_bins(near: Ordinates, bins: Bins) -> Ordinates:
-    """All ordinates of the bins with indices `near`."""
+    """Array of all ordinates of the bins with indices `near`."""
     return np.concatenate([np.arange(bins.edges[b], bins.edges[b + 1]) for b in near])
 
 
 def means_near(
     effect: Effect, bins: Bins, rate: float, density: Callable[[Ordinates], NDArray[np.float64]]
 ) -> tuple[Ordinates, NDArray[np.float64]]:
-    """Bins in or near a narrow band, and the mean of its `density` in each of these bins.
+    """Pair of arrays: indices of the bins in or near a narrow band, and the mean of its `density` in each of these bins.
 
     The nodes at which bins are usually evaluated would miss the band.
     """
@@ -120,14 +120,14 @@ def means_near(
 def _ordinates_around_peaks(
     effect: Effect, bins: Bins, rate: float, places: NDArray[np.float64]
 ) -> Ordinates:
-    """Ordinates around each peak of an effect, at the distances `places` in half-widths from the center of the peak."""
+    """Array of ordinates around each peak of an effect, at the distances `places` in half-widths from its center."""
     low, high = np.array(effect.peaks).T[:, :, None] * 2.0 * bins.n / rate
     at = 0.5 * (low + high) + 0.5 * (high - low) * places
     return np.round(at).astype(np.int64).ravel()
 
 
 def nodes_of(model: Model, bins: Bins, rate: float) -> NDArray[np.int64]:
-    """Ordinates between which a model's density can be interpolated: nodes of the bins, denser near narrow bands."""
+    """Array of ordinates between which a model's density can be interpolated: bin nodes, denser near narrow bands."""
     places = [bins.nodes]
     for effect in model:
         if is_narrow(effect):

@@ -42,11 +42,11 @@ class Linear:
 
     @property
     def offset(self) -> Array | None:
-        """Power of the held effects, shape (bins,); None if it is 0."""
+        """Array of the power of the held effects, shape (bins,); None if it is 0."""
         return self.matrix @ self.fixed if self.fixed.any() else None
 
     def without(self, place: int) -> Linear:
-        """The linear form without the effect at index `place`."""
+        """`Linear` without the effect at index `place`."""
         return Linear(
             np.delete(self.matrix, place, axis=1),
             np.delete(self.free, place),
@@ -54,7 +54,7 @@ class Linear:
         )
 
     def whole(self, found: Maximum) -> Maximum:
-        """The maximum `found` over the free coefficients, with the held coefficients included in its θ."""
+        """A copy of the maximum `found` over the free coefficients, with the held coefficients included in its θ."""
         theta = self.fixed.copy()
         theta[self.free] = found.theta
         return replace(found, theta=theta)
@@ -81,7 +81,7 @@ class RandomPart:
     __repr__ = brief
 
     def linear(self, model: Model, like: tuple[Model, Linear] | None = None) -> Linear:
-        """The linear form of a model at its present shapes.
+        """`Linear` form of a model at its present shapes.
 
         `like` is a model with as many random effects and its linear form; unchanged columns are taken from there.
         """
@@ -95,9 +95,10 @@ class RandomPart:
         return Linear(matrix, ~held, np.where(held, known, 0.0))
 
     def maximize(self, model: Model, start: Maximum | None = None) -> Maximum:
-        """Maximum of the likelihood over the free coefficients and the discrepancy, at the model's present shapes.
+        """`Maximum` of the likelihood over the free coefficients and the discrepancy, at the model's present shapes.
 
-        `start` is a maximum at other shapes, or of a model with one effect fewer. θ of the result includes held effects.
+        `start` is a maximum at other shapes, or of a model with one effect fewer. θ of the result includes held
+        effects.
         """
         linear = self.linear(model)
         if self.is_expected:
@@ -110,7 +111,10 @@ class RandomPart:
         return linear.whole(maximize(self.power, self.count, free, start, linear.offset))
 
     def climb(self, linear: Linear, theta: Array, scale: int | None, rounds: int = 80) -> Maximum:
-        """Maximum of the likelihood that is reached uphill from `theta` in at most `rounds` iterations."""
+        """`Maximum` of the likelihood that is reached uphill from `theta` in at most `rounds` iterations.
+
+        `scale` starts δ.
+        """
         return linear.whole(
             climb(
                 self.power,

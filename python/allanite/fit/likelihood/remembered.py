@@ -17,10 +17,10 @@ __all__ = ["MIN_TRIM_SAMPLES", "ArrayCache", "series_cache", "times_of", "trim_m
 
 #: Minimum size of the cache for series of a record, bytes. Chosen by judgment; not measured.
 MIN_CACHE_BYTES = 3 << 25
-#: Samples up to which the cache grows with the record: it holds four series (8 bytes a sample) of a record.
+#: Maximum number of samples up to which the cache grows with the record; it holds four series of 8 bytes per sample.
 #: Chosen by judgment; not measured.
 MAX_CACHED_SAMPLES = 10**7
-#: Minimum samples of a record after whose search freed memory is returned to the system: 1 MB per array.
+#: Minimum number of samples of a record after whose search freed memory is returned to the system: 1 MB per array.
 #: Chosen by judgment; not measured.
 MIN_TRIM_SAMPLES = 1 << 17
 
@@ -28,7 +28,7 @@ MIN_TRIM_SAMPLES = 1 << 17
 @cleared_by_free_buffers
 @lru_cache(maxsize=1)
 def times_of(n: int, rate: float, start: float) -> NDArray[np.float64]:
-    """Time of each sample of a record, s, shape (n,); cached and read-only."""
+    """Array of the time of each sample of a record, s, shape (n,); cached and read-only."""
     time = np.arange(n, dtype=np.float64)
     time /= rate
     time += start
@@ -61,7 +61,10 @@ class ArrayCache:
     _lock: Lock = field(default_factory=Lock, repr=False)
 
     def get(self, key: Hashable, make: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
-        """Array of a key, made by `make` if it is not cached; two threads may make the same array twice."""
+        """The array of a key; made by `make` and stored if it is not cached.
+
+        Arrays larger than `most` are not stored. Two threads may make the same array twice.
+        """
         with self._lock:
             found = self._kept.pop(key, None)
             if found is not None:
@@ -79,7 +82,7 @@ class ArrayCache:
         return found
 
     def forget(self) -> None:
-        """Drop all arrays."""
+        """Remove all arrays from the cache."""
         with self._lock:
             self._kept.clear()
             self._bytes = 0
@@ -89,10 +92,10 @@ class ArrayCache:
         return ArrayCache, (self.most,)
 
     def holds(self, size: int) -> bool:
-        """True if three arrays of this many bytes fit into the cache."""
+        """True if three arrays of `size` bytes fit into the cache."""
         return 3 * size <= self.most
 
 
 def series_cache(n: int) -> ArrayCache:
-    """An empty cache for series of a record of n samples."""
+    """An empty `ArrayCache` for series of a record of n samples."""
     return ArrayCache(max(MIN_CACHE_BYTES, 32 * min(n, MAX_CACHED_SAMPLES)))

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from allanite.spectrum import Bins, bins_of
 
-#: A bin is empty if its power is below this fraction of the pass-band power. So deep are only the lobes of the stop
-#: band, the rounding of the filter's arithmetic and the leakage from the ends. Chosen by judgment; not measured.
+#: Maximum power of an empty bin, as a fraction of the pass-band power. Only the lobes of the stop band, the rounding of the
+#: filter's arithmetic and the leakage from the ends are that low. Chosen by judgment; not measured.
 MAX_EMPTY_POWER_RATIO = 1e-4
 #: Frequency, as a fraction of the sampling rate, above which stop bands are detected. Chosen by judgment; not measured.
 MIN_STOP_BAND_FREQUENCY = 1 / 32
@@ -18,7 +18,8 @@ MIN_STOP_BAND_FREQUENCY = 1 / 32
 PASS_BAND_OCTAVES = 2.0
 #: Degrees of freedom of an ordinate in an empty bin: nearly 0, without divisions by zero.
 EMPTY_BIN_FREEDOM = 1e-9
-#: Factor on the expected density of a single ordinate in an empty bin, so that no ordinate stands out there.
+#: Factor by which the expected density of a single ordinate in an empty bin is multiplied, so that no ordinate stands out
+#: there.
 EMPTY_BIN_DENSITY_FACTOR = 1e12
 #: Minimum number of ordinates of a bin that may be called empty. With 16 ordinates, power 1e-4 has no chance to be
 #: random: (e·1e-4)^8. Chosen by judgment; not measured.
@@ -26,7 +27,7 @@ MIN_EMPTY_BIN_ORDINATES = 16
 
 
 def bins_with_stop_band(ordinates: NDArray[np.float64]) -> Bins:
-    """Bins of a record with these ordinates; empty bins have (nearly) no degrees of freedom."""
+    """`Bins` of a record with these ordinates; empty bins have (nearly) no degrees of freedom."""
     bins = bins_of(ordinates.size)
     at = np.log2(bins.frequency(1.0))
     top = np.flatnonzero(at > np.log2(MIN_STOP_BAND_FREQUENCY))
@@ -45,12 +46,12 @@ def bins_with_stop_band(ordinates: NDArray[np.float64]) -> Bins:
 
 
 def is_empty(bins: Bins) -> NDArray[np.bool_]:
-    """True for each empty bin (without degrees of freedom), shape (bins,)."""
+    """Mask of the empty bins (without degrees of freedom), shape (bins,)."""
     return np.asarray(bins.count < 1e-6 * np.diff(bins.edges))
 
 
 def empty_ranges(bins: Bins, rate: float) -> list[tuple[float, float]]:
-    """Frequency ranges (low, high) of consecutive empty bins, Hz."""
+    """List of the frequency ranges (low, high) of consecutive empty bins, Hz."""
     low, high = bins.limits(rate)
     empty = np.concatenate([[False], is_empty(bins), [False]]).astype(np.int8)
     first, end = np.flatnonzero(np.diff(empty) == 1), np.flatnonzero(np.diff(empty) == -1)
@@ -64,7 +65,7 @@ def is_mostly_empty(bins: Bins, low: int, high: int) -> bool:
 
 
 def zero_empty_bins(ordinates: NDArray[np.float64], bins: Bins) -> NDArray[np.float64]:
-    """Set the ordinates in empty bins to 0 in place, and return the array."""
+    """Set the ordinates in empty bins to 0 in place, and return the same array."""
     for b in np.flatnonzero(is_empty(bins)):
         ordinates[bins.edges[b] : bins.edges[b + 1]] = 0.0
     return ordinates

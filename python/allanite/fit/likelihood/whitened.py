@@ -54,14 +54,15 @@ MIN_WHITE_SHARE = 0.5
 #: Maximum ratio of the number of values of the finest band to that of a band used for the white power over time.
 #: Chosen by judgment; not measured.
 MAX_TIME_RESOLUTION_RATIO = 8
-#: Segments, each with its own level, in which samples are tested for heavy tails. Chosen by judgment; not measured.
+#: Number of segments, each with its own level, in which samples are tested for heavy tails. Chosen by judgment; not
+#: measured.
 TAIL_TEST_SEGMENTS = 64
 #: Maximum number of samples used to test for heavy tails; longer records are thinned. Chosen by judgment; not measured.
 MAX_TAIL_TEST_SAMPLES = 1 << 20
-#: Samples of a cell whose median is the usual size of its samples.
+#: Number of samples of a cell whose median is the usual size of its samples.
 OUTLIER_CELL_SAMPLES = 32
-#: A single sample stands out if it exceeds the largest sample of a normal record by this factor. The median of 32 sizes
-#: has a relative standard error of 0.787/(0.6745 √32) = 21 %; the factor allows for three of them.
+#: Minimum size of an outlier relative to the largest sample of a normal record. The median of 32 sizes has a relative
+#: standard error of 0.787/(0.6745 √32) = 21 %; the factor allows for three of them.
 OUTLIER_FACTOR = 1.7
 
 
@@ -90,7 +91,7 @@ class Whitened:
 
     @cached_property
     def without_single(self) -> Whitened:
-        """The whitened residual with each single outlier reduced to the usual size of the samples near it.
+        """`Whitened` in which each single outlier is reduced to the usual size of the samples near it; cached.
 
         A single outlier can have as much power as a segment and would imitate a level change.
         """
@@ -98,7 +99,7 @@ class Whitened:
 
     @cached_property
     def with_normal_tails(self) -> Whitened:
-        """The whitened residual with normal tails: unchanged if normal, otherwise with samples replaced by normal scores.
+        """`Whitened` with normal tails: `without_single` if it is normal, otherwise its samples become normal scores.
 
         With heavy tails the few largest samples would decide when a level changes; with a coarse step most samples are
         equal. Changes over time remain; single outliers do not.
@@ -107,7 +108,7 @@ class Whitened:
 
 
 def whiten(solution: Solution, data: Data) -> Whitened:
-    """The whitened residual of a solution: samples and octave bands, without the model's changes over time."""
+    """`Whitened` residual of a solution: samples and octave bands, without the model's changes over time."""
     white = _whitening(solution, data, solution.level) * _residual_without_gaps(solution, data)
     for effect in solution.model.modifiers:
         if effect.band is not None:
@@ -127,7 +128,7 @@ def whiten(solution: Solution, data: Data) -> Whitened:
 
 
 def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
-    """The whitened residual without the white-noise level changes of the model.
+    """`Whitened` without the white-noise level changes of the model.
 
     Samples and bands are divided by the expected power at each time, weighted with the share of white noise.
     """
@@ -150,7 +151,7 @@ def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -
 
 
 def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Expected white-noise power at each kept sample, relative to the mean of the record."""
+    """Array of the expected white-noise power at each kept sample, relative to the mean of the record."""
     if solution.ordinates.size != data.n:
         return expected_level(solution.model, data, solution.ordinates.size)
     gain = np.ones(data.n)
@@ -165,7 +166,10 @@ def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
 
 
 def _without_outliers(whitened: Whitened) -> Whitened:
-    """The whitened residual with each outlier reduced to the usual size of the samples in its cell."""
+    """`Whitened` in which each outlier is reduced to the usual size of the samples in its cell.
+
+    Unchanged without outliers.
+    """
     from scipy.special import ndtri_exp
 
     samples = whitened.samples.copy()
@@ -191,7 +195,7 @@ def _is_from_summary(whitened: Whitened) -> bool:
 
 
 def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
-    """The whitened residual with replaced samples, and its octave bands computed from them."""
+    """A copy with replaced samples, and with the octave bands computed from them."""
     found = _samples_and_bands(_kernels.cosine_transform(samples))
     kept = {low for low, *_ in whitened.bands}
     return replace(
@@ -200,7 +204,7 @@ def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
 
 
 def _normalized(whitened: Whitened) -> Whitened:
-    """The whitened residual with normal scores as samples if they are not normal (see `Whitened.with_normal_tails`)."""
+    """`Whitened` with normal scores as samples if they are not normal (see `Whitened.with_normal_tails`)."""
     from scipy.special import ndtri
 
     samples = whitened.samples
@@ -245,7 +249,7 @@ def rounding_step(data: Data, samples: NDArray[np.float64]) -> float:
 
 
 def end_samples(n: int) -> int:
-    """Number of whitened samples that are excluded at either end of a record of n samples."""
+    """Number of whitened samples that are excluded at either end of a record of n samples: n/64, at most 64."""
     return min(MAX_END_SAMPLES, n // 64)
 
 
@@ -253,7 +257,7 @@ def _samples_and_bands(
     white: NDArray[np.float64],
     bands: Sequence[tuple[int, int, NDArray[np.float64], float]] = (),
 ) -> Whitened:
-    """Whitened samples and octave bands of white ordinates; `bands` are known higher octaves."""
+    """`Whitened` samples and octave bands of the white ordinates `white`; `bands` are known higher octaves."""
     from scipy.fft import next_fast_len
 
     # With a deep stop band, leakage makes the ends loud.
@@ -276,14 +280,17 @@ def _samples_and_bands(
 
 
 def _residual_without_gaps(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Residual ordinates of the record with missing samples replaced by draws from the model."""
+    """Array of the residual ordinates of the record with missing samples replaced by draws from the model."""
     if data.gain is None:
         return solution.ordinates
     return _kernels.cosine_transform(data.residual(solution.model))
 
 
 def _whitening(solution: Solution, data: Data, level: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Whitening factors of the ordinates: 1/√(model density × level of the bin), shape (n,); 0 in empty bins."""
+    """Array of the whitening factors of the ordinates: 1/√(model density × level of the bin), shape (n,).
+
+    0 in empty bins.
+    """
     j = np.maximum(np.arange(solution.ordinates.size, dtype=np.float64), 1.0)
     white = _log_density(solution, data, level, np.log(j, out=j))
     white *= -0.5
@@ -293,7 +300,7 @@ def _whitening(solution: Solution, data: Data, level: NDArray[np.float64]) -> ND
 def whitened_ordinates(
     solution: Solution, data: Data, level: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Residual ordinates divided by √(model density × level of the bin), shape (n,)."""
+    """Array of the residual ordinates divided by √(model density × level of the bin), shape (n,); 0 in empty bins."""
     white = _whitening(solution, data, level)
     white *= solution.ordinates
     return white
@@ -302,7 +309,10 @@ def whitened_ordinates(
 def _log_density(
     solution: Solution, data: Data, level: NDArray[np.float64], log_j: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """ln(model density × level of the bin), interpolated at ordinates given by their logarithms."""
+    """Array of ln(model density × level of the bin), interpolated at ordinates given by their logarithms.
+
+    Gaps are filled.
+    """
     at, known = log_density_at_nodes(solution.model, data, level)
     return np.interp(log_j, at, _without_gaps(known, at))
 
@@ -310,7 +320,10 @@ def _log_density(
 def log_density_at_nodes(
     model: Model, data: Data, level: NDArray[np.float64] | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Logarithms of the ordinates at the model's nodes, and of the model density × level of the bin there."""
+    """Pair of arrays: ln of the ordinates at the model's nodes, and ln of the model density × level of the bin there.
+
+    Without `level` the density is that of the model.
+    """
     bins = data.bins
     nodes = nodes_of(model, bins, data.rate)
     known = density(data.terms(model), nodes, data.n)
@@ -320,7 +333,7 @@ def log_density_at_nodes(
 
 
 def _without_gaps(known: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Ln density `known` at ln frequencies `at`, with narrow gaps filled up to `MAX_GAP_DEPTH` below their sides.
+    """Array of ln densities `known` at ln frequencies `at`; narrow gaps are filled up to `MAX_GAP_DEPTH` below their sides.
 
     The power at the center of a notch is leakage from the ends of the record. Full whitening would make the first and
     last seconds of every filtered record loud.
@@ -333,9 +346,9 @@ def _without_gaps(known: NDArray[np.float64], at: NDArray[np.float64]) -> NDArra
 
 
 def expected_level(model: Model, data: Data, cells: int) -> NDArray[np.float64]:
-    """Expected white-noise power of equal time segments relative to their mean, from a model's level changes.
+    """Array of the expected white-noise power of equal time segments from a model's level changes, shape (cells,).
 
-    The shape is (cells,).
+    It is relative to the mean over the segments.
     """
     power = np.ones(cells)
     edges = np.linspace(*data.span, cells + 1)
@@ -348,7 +361,7 @@ def expected_level(model: Model, data: Data, cells: int) -> NDArray[np.float64]:
 
 
 def cell_means(values: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
-    """Means of values in equal segments, shape (cells,); a segment without a value takes the next value."""
+    """Array of the means of values in equal segments, shape (cells,); a segment without a value takes the next value."""
     edges = np.arange(cells) * values.size // cells
     sizes = np.diff(np.append(edges, values.size))
     if not sizes.all():
@@ -357,13 +370,13 @@ def cell_means(values: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
 
 
 def white_share(solution: Solution, data: Data, ordinate: int) -> float:
-    """Fraction of the model's density at an ordinate that its white noise makes; 0 without white noise."""
+    """Fraction, 0 … 1, of the model's density at an ordinate that its white noise makes; 0 without white noise."""
     white = _white_process(solution)
     return 0.0 if white is None else share_of(white, solution, data, ordinate)
 
 
 def _white_process(solution: Solution) -> Process | None:
-    """The white-noise process of a solution, if the model has one."""
+    """White-noise `Process` of a solution; None if the model has none."""
     return next((own for own in solution.processes if own.effect.white), None)
 
 

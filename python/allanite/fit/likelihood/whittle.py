@@ -61,7 +61,7 @@ class Maximum:
 
 
 def log_likelihood(power: Array, count: Array, spectrum: Array) -> float:
-    """Whittle log-likelihood −½ Σ n_b (ln S_b + I_b/S_b) of a spectrum S."""
+    """Whittle log-likelihood −½ Σ n_b (ln S_b + I_b/S_b) of a spectrum S (a float)."""
     return float(-0.5 * (count @ (np.log(spectrum) + power / spectrum)))
 
 
@@ -74,10 +74,11 @@ def climb(
     offset: Array | None = None,
     rounds: int = 80,
 ) -> Maximum:
-    """Local maximum of the likelihood over θ ≥ 0, reached uphill from `theta` in at most `rounds` iterations.
+    """`Maximum` (local) of the likelihood over θ ≥ 0, reached uphill from `theta` in at most `rounds` iterations.
 
-    The discrepancy is fitted too, unless `scale` is None. Each Fisher-scoring step is a non-negative least-squares problem
-    with the effective degrees of freedom; the step is shortened until logL rises.
+    The discrepancy is fitted too, unless `scale` is None. Each Fisher-scoring step is a non-negative least-squares
+    problem with the effective degrees of freedom; the step is shortened until logL rises. `offset` is the power of held
+    effects.
     """
     law = likelihood(count)
     found, spectrum, value, scale, weight = law.climb(power, columns, theta, scale, offset, rounds)
@@ -95,7 +96,9 @@ def climb_many(
     *,
     cells: bool = False,
 ) -> tuple[Array, Array, list[int | None]]:
-    """Local maxima reached by `climb` from many starts, each with its own columns, in parallel.
+    """Tuple (coefficients, logL, discrepancies) of the local maxima reached by `climb` from many starts, in parallel.
+
+    Each start has its own columns.
 
     Parameters
     ----------
@@ -129,7 +132,7 @@ def maximize(
     start: Maximum | None = None,
     offset: Array | None = None,
 ) -> Maximum:
-    """Global maximum of the likelihood over θ ≥ 0 and the discrepancy, as the best of several starts.
+    """`Maximum` (global) of the likelihood over θ ≥ 0 and the discrepancy, as the best of several starts.
 
     Parameters
     ----------
@@ -148,7 +151,7 @@ def maximize(
     """
 
     def without_discrepancy(freedom: Array) -> Maximum:
-        """Maximum with δ = 0 and these degrees of freedom."""
+        """`Maximum` with δ = 0 and these degrees of freedom."""
         first = first_guess(power, freedom, columns, offset)
         return climb(power, freedom, columns, first, None, offset)
 
@@ -166,12 +169,12 @@ def maximize(
 
 
 def first_guess(power: Array, count: Array, columns: Array, offset: Array | None) -> Array:
-    """Non-negative least-squares estimate of θ, relative to the measured power, shape (p,)."""
+    """Array of the non-negative least-squares estimate of θ, relative to the measured power, shape (p,)."""
     return likelihood(count).first(power, columns, offset)
 
 
 def information(count: Array, weight: Array, slopes: Array) -> Array:
-    """Fisher information matrix of parameters φ, shape (p, p), from the slopes ∂lnS_b/∂φ, shape (bins, p).
+    """Array: Fisher information matrix of parameters φ, shape (p, p), from the slopes ∂lnS_b/∂φ, shape (bins, p).
 
     Without discrepancy (`weight` equals `count`) this is ½ Σ n_b (∂lnS_b)(∂lnS_b)ᵀ.
     """
@@ -198,7 +201,7 @@ def profile_loss(
 def profile_interval(
     power: Array, count: Array, columns: Array, best: Maximum, index: int, logl_scale: float = 1.0
 ) -> tuple[float, float, float]:
-    """95 % profile-likelihood interval of θ_index with the other θ free.
+    """Tuple (low, high, drop): 95 % profile-likelihood interval of θ_index with the other θ free, and loss of logL at 0.
 
     `logl_scale` scales logL if bins are correlated: the variance of θ_index that the likelihood claims over its actual
     variance (Chandler & Bate 2007).
@@ -215,7 +218,7 @@ def profile_interval(
         return logl_scale * loss(theta)
 
     def search(inside: float, outside: float, level: float) -> float:
-        """The squared value between `inside` and `outside` at which logL has fallen by `level`."""
+        """Squared value between `inside` and `outside` at which logL has fallen by `level`."""
         # Bisection in the square root, where the profile is nearly a parabola.
         a, b = np.sqrt(inside), np.sqrt(outside)
         for _ in range(14):
@@ -242,10 +245,10 @@ def profile_interval(
 
 
 def normal_scores(power: Array, count: Array, spectrum: Array) -> Array:
-    """Standard normal scores of the bins under I/S ~ χ²_n/n, shape (bins,).
+    """Array of the standard normal scores of the bins under I/S ~ χ²_n/n, shape (bins,); 0 for empty bins.
 
-    Signed root of the deviance with its higher-order correction (Barndorff-Nielsen's r*). The error is at most 0.03 for one
-    degree of freedom, and the score stays finite in the far tails.
+    Signed root of the deviance with its higher-order correction (Barndorff-Nielsen's r*). The error is at most 0.03 for
+    one degree of freedom, and the score stays finite in the far tails.
     """
     nu = count / 2.0
     ratio = np.maximum(power / spectrum, 1e-300)

@@ -44,11 +44,13 @@ Mask = NDArray[np.bool_]
 MAX_ROUNDS = 8
 #: Maximum change of logL between rounds at which the iteration ends. Chosen by judgment; not measured.
 MAX_SETTLED_DELTA_LOGL = 0.02
-#: Maximum draws of the unknown part, from which its share in each ordinate is estimated. Chosen by judgment; not measured.
+#: Maximum number of draws of the unknown part, from which its share in each ordinate is estimated. Chosen by judgment; not
+#: measured.
 MAX_DRAWS = 8
-#: Minimum draws of a long record. Chosen by judgment; not measured.
+#: Minimum number of draws of a long record. Chosen by judgment; not measured.
 MIN_DRAWS = 2
-#: Total samples in all draws, which sets the number of draws between the two limits. Chosen by judgment; not measured.
+#: Total number of samples in all draws, which sets the number of draws between the two limits. Chosen by judgment; not
+#: measured.
 DRAWN_SAMPLES = 200_000
 #: Maximum number of missing samples that are solved for directly (Cholesky); more use conjugate gradients.
 #: Chosen by judgment; not measured.
@@ -66,7 +68,7 @@ MAX_GRADIENT_STEPS = 400
 
 
 def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
-    """Expected squared ordinates of the model's noise times the level of each bin, shape (n,)."""
+    """Array of the expected squared ordinates of the model's noise times the level of each bin, shape (n,)."""
     at, known = log_density_at_nodes(model, data, level)
     j = np.maximum(np.arange(data.n, dtype=np.float64), 1.0)
     return np.asarray(np.exp(np.interp(np.log(j), at, known)))
@@ -95,20 +97,23 @@ class _ConditionalMean:
         self.rough = np.minimum(spectrum, spectrum[max(1, slow)])
 
     def _apply(self, values: Array, weight: Array) -> Array:
-        """The product Cᵀ diag(weight) C · x at the missing samples, where x holds `values` there and 0 elsewhere."""
+        """Array: the product Cᵀ diag(weight) C · x at the missing samples, where x holds `values` there and 0 elsewhere."""
         whole = np.zeros(self.missing.size)
         whole[self.missing] = values
         return self._weighted(whole, weight)
 
     def _weighted(self, whole: Array, weight: Array) -> Array:
-        """The product Cᵀ diag(weight) C · `whole` at the missing samples; `whole` is a record, shape (n,)."""
+        """Array: the product Cᵀ diag(weight) C · `whole` at the missing samples; `whole` is a record, shape (n,)."""
         stop_if_unwanted()
         ordinates = _kernels.cosine_transform(whole)
         ordinates *= weight
         return _kernels.inverse_cosine_transform(ordinates)[self.missing]
 
     def mean(self, samples: Array) -> Array:
-        """Samples with the missing ones replaced by their conditional mean; their present values start the iteration."""
+        """Array of samples with the missing ones replaced by their conditional mean.
+
+        Their present values start the iteration.
+        """
         residual = -self._weighted(samples, self.precision)
         out = samples.copy()
         if self.exact is not None:
@@ -135,7 +140,7 @@ class _ConditionalMean:
 
 
 def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
-    """Cholesky factor of Q_mm if few samples are missing, else None.
+    """Cholesky factor of Q_mm, as `scipy.linalg.cho_factor` returns it; None if many samples are missing.
 
     Σ_j p_j φ_j(i) φ_j(k) depends on i − k and on i + k + 1.
     """
@@ -148,7 +153,7 @@ def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
     waves = np.fft.rfft(np.concatenate([precision, [0.0], precision[:0:-1]])).real / (2 * n)
 
     def of(lag: NDArray[np.int64]) -> Array:
-        """Covariance of the precision at a lag, by symmetry of the transform."""
+        """Array of the part of the precision matrix that depends on this lag, by symmetry of the transform."""
         return np.asarray(waves[np.minimum(lag, 2 * n - lag)])
 
     matrix = of(np.abs(at[:, None] - at)) + of(at[:, None] + at + 1)
@@ -162,7 +167,7 @@ def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
 
 
 def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0) -> Data:
-    """The record with its missing samples completed under a model with values.
+    """`Data` of the record with its missing samples completed under a model with values.
 
     Parameters
     ----------
@@ -220,7 +225,7 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
 def _drawn_unknown_part(
     bridge: _ConditionalMean, spectrum: Array, seed: int
 ) -> tuple[Array, Array, Array]:
-    """One draw of the unknown part, and mean squared ordinates of the unknown and the known part of draws."""
+    """Tuple of arrays: one draw of the unknown part, and mean squared ordinates of the unknown and of the known part."""
     n = spectrum.size
     rng = np.random.default_rng(seed)
     root = np.sqrt(spectrum)
@@ -247,7 +252,7 @@ def _logl_difference(one: Data, other: Data) -> float:
 
 
 def settle(data: Data, model: Model) -> tuple[Data, Solution]:
-    """The record completed under the model fitted to it, and the fit, iterated until both agree.
+    """Pair (data, solution): record completed under the model fitted to it, and this fit, iterated until both agree.
 
     Parameters
     ----------

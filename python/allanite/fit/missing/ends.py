@@ -27,7 +27,7 @@ MAX_ADDED_VARIANCE = 0.1
 
 
 def without_ends(data: Data, solution: Solution) -> Data | None:
-    """The record with its first and last sample masked if the leakage of the ends matters under the model, else None."""
+    """`Data` with the first and last sample masked if the leakage of the ends matters under the model, else None."""
     if data.ends_missing or data.ordinates.size != data.n:
         return None
     if all(term.inside is term for term in data.terms(solution.model)):

@@ -19,9 +19,9 @@ Mask = NDArray[np.bool_]
 
 
 def _coupling(missing: Mask) -> Array:
-    """Squared correlation that gaps cause between two ordinates at distance h, for h = 0 … 2n−1, shape (2n,); 0 at h = 0.
+    """Array of the squared correlation that gaps cause between two ordinates at distance h = 0 … 2n−1, shape (2n,).
 
-    It is the squared cosine transform of the mask, because the missing part of white noise is the
+    0 at h = 0. It is the squared cosine transform of the mask, because the missing part of white noise is the
     mask times the noise.
     """
     n = missing.size
@@ -34,20 +34,23 @@ def _coupling(missing: Mask) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _squared_correlations_cached(packed: bytes, n: int, edges: bytes) -> Array:
-    """`_squared_correlations` for a mask of n samples packed into bytes; cached, since models do not change the result."""
+    """Array as of `_squared_correlations`, for a mask of n samples packed into bytes.
+
+    Cached, since models do not change it.
+    """
     missing = np.unpackbits(np.frombuffer(packed, dtype=np.uint8), count=n).astype(bool)
     return _squared_correlations(missing, np.frombuffer(edges, dtype=np.int64))
 
 
 def _squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
-    """Sum over all pairs of ordinates of two bins of their squared correlation due to gaps, shape (bins, bins)."""
+    """Array of the sum over all ordinate pairs of two bins of their squared correlation by gaps, shape (bins, bins)."""
     squared = _coupling(missing)
     n = missing.size
     # With a double cumulative sum, the sum of a function of j − i or j + i over a rectangle takes four values.
     both = np.cumsum(np.cumsum(np.concatenate([squared[n - 1 : 0 : -1], squared])))
 
     def corner(at: NDArray[np.int64]) -> Array:
-        """Values of the double sum, 0 before its start."""
+        """Array of the double sum at indices `at`, 0 before its start."""
         return np.where(at < 0, 0.0, both[np.maximum(at, 0)])
 
     low, high = edges[:-1], edges[1:]
@@ -61,7 +64,7 @@ def _squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
 
 
 def known_ordinates(share: Array, bins: Bins) -> Array:
-    """Effective number of ordinates in each bin, Σ (1 − share), shape (bins,).
+    """Array of the effective number of ordinates in each bin, Σ (1 − share), shape (bins,).
 
     The sum over all bins is the number of samples present, minus one for the mean.
     """
@@ -69,11 +72,11 @@ def known_ordinates(share: Array, bins: Bins) -> Array:
 
 
 def mixing_of(missing: Mask, share: Array, bins: Bins) -> Array:
-    """Relative change of the observed power of each bin (rows) per relative change of the true power of each bin (columns).
+    """Array of the change of the observed power of each bin (rows) per change of the true power of each bin (columns).
 
-    The shape is (bins, bins) and rows sum to 1. The unknown part e divided by √S is a projection with correlations c,
-    Σ_i c_ji² = c_jj = r_j. The ordinates of the conditional mean m respond to S as (δ_ji − c_ji)²/(1 − r_j). A gap moves
-    power from i to j. It moves none if r_i is 0, and if r_i is 1 there is none to move.
+    Changes are relative. The shape is (bins, bins) and rows sum to 1. The unknown part e divided by √S is a projection
+    with correlations c, Σ_i c_ji² = c_jj = r_j. The ordinates of the conditional mean m respond to S as (δ_ji −
+    c_ji)²/(1 − r_j). A gap moves power from i to j. It moves none if r_i is 0, and if r_i is 1 there is none to move.
     """
     number = np.diff(bins.edges).astype(float)
     unknown = np.add.reduceat(share, bins.edges[:-1]) / number

@@ -44,7 +44,7 @@ MIN_KNOWN_SHARE = 0.02
 def unknown_share(
     missing: Mask, spectrum: Array, drawn: tuple[Array, Array] | None, bins: Bins
 ) -> Array:
-    """Unknown share r of the power of each ordinate, shape (n,); the value for j = 0, the mean, has no meaning.
+    """Array of the unknown share r of the power of each ordinate, shape (n,); the value at j = 0 has no meaning.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def unknown_share(
 
 
 def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, float]:
-    """Unknown share r of the lowest ordinates from j = 1 on, and the fraction of samples in completely empty cells."""
+    """Pair: unknown shares r of the lowest ordinates j = 1, 2, …, and the fraction of samples in completely empty cells."""
     from scipy.linalg import cho_factor, cho_solve
 
     n = missing.size
@@ -121,7 +121,7 @@ def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, floa
 
 
 def _noise_variance(unseen: Array, spectrum: Array) -> Array:
-    """Variance v of noise on every sample that has the effect of gaps: the mean of v/(v + S) is the fraction `unseen`."""
+    """Array of the variance v of noise on every sample that acts like gaps: v/(v + S) has the mean `unseen`."""
     part = spectrum[1 :: max(1, spectrum.size // 4096)]
     v = np.geomspace(part.min() * 1e-6, part.max() * 1e6, 240)
     mean = np.array([np.mean(each / (each + part)) for each in v])
@@ -129,7 +129,7 @@ def _noise_variance(unseen: Array, spectrum: Array) -> Array:
 
 
 def _rough_share(spectrum: Array, missing: float, empty: float) -> Array:
-    """Rough unknown shares empty + (1 − empty)·v/(v + S) of these ordinates, whose sum is about `missing`."""
+    """Array of rough unknown shares empty + (1 − empty)·v/(v + S) of these ordinates; their sum is about `missing`."""
     # A subset of the ordinates determines v well enough.
     part = spectrum[:: max(1, spectrum.size // MAX_BALANCED_ORDINATES)]
     mean = missing / spectrum.size
@@ -142,7 +142,10 @@ def _rough_share(spectrum: Array, missing: float, empty: float) -> Array:
 
 
 def _smoothed_ratio(values: Array, rough: Array, start: int, bins: Bins) -> Array:
-    """Ratio of values to rough values, averaged over wide bands and interpolated linearly in ln j, from `start` on."""
+    """Array of the ratio of `values` to `rough`, averaged over wide bands and interpolated linearly in ln j.
+
+    It covers the ordinates from `start` to the last.
+    """
     first = [start]
     for edge in bins.edges[bins.edges > start][:-1].tolist():
         if edge - first[-1] >= max(

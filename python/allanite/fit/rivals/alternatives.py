@@ -59,7 +59,7 @@ def is_removable(effect: Effect) -> bool:
 
 
 def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
-    """Fits in which the effect at index `place` is replaced by each kind that is declared as its alternative.
+    """Iterator over fits in which the effect at index `place` is replaced by each kind that is declared as its alternative.
 
     Yields nothing for white noise, one-time events and held effects.
     """
@@ -87,7 +87,7 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
 def fit_replacement(
     cls: type[Effect], base: Solution, data: Data, least: float = -np.inf
 ) -> Solution | None:
-    """Fit of the base model plus an effect of kind `cls`; None if no grid point reaches the log likelihood `least`.
+    """`Solution` of the base model plus an effect of kind `cls`; None if no grid point reaches the log likelihood `least`.
 
     None as well if the fitted effect does not show the feature that distinguishes it from its alternatives.
 
@@ -128,7 +128,7 @@ def fit_replacement(
 def slow_scans(
     base: Solution, data: Data, wanted: Callable[[Deterministic], bool]
 ) -> Iterator[tuple[list[Deterministic], NDArray[np.float64], NDArray[np.float64]]]:
-    """Yields (grid points, their ΔlogL, their directions) for each slow function of time that `wanted` accepts.
+    """Iterator over (grid points, their ΔlogL, their directions) of each slow function of time that `wanted` accepts.
 
     A grid point is the function with values, added to the fitted model. Directions are normalized
     whitened ordinates, shape (points, ordinates).
@@ -146,7 +146,10 @@ def slow_scans(
 def best_slow(
     base: Solution, data: Data, wanted: Callable[[Deterministic], bool]
 ) -> dict[str, tuple[float, Deterministic]]:
-    """Best grid point of each kind of slow function added to a model: (ΔlogL, effect) by kind."""
+    """Dict from kind to (ΔlogL, effect): best grid point of each kind of slow function added to a model.
+
+    Kinds without a positive ΔlogL are omitted.
+    """
     best: dict[str, tuple[float, Deterministic]] = {}
     for points, gains, _ in slow_scans(base, data, wanted):
         top = int(np.argmax(gains))
@@ -157,7 +160,7 @@ def best_slow(
 
 
 def is_detected(fit: Fit, place: int) -> bool:
-    """True if all coefficients of the effect at index `place` are detected."""
+    """True if all coefficients of the effect at index `place` are detected; True without coefficients."""
     effect = fit.model.effects[place]
     values = fit.estimates[place]
     return all(
@@ -183,7 +186,7 @@ class Rivals:
     pairs: tuple[tuple[str, str], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: ``rivals`` with every kind, and ``rival_pairs``."""
+        """Dict for JSON: ``rivals`` with every kind, and ``rival_pairs``."""
         every = (*self.alone, *(kind for pair in self.pairs for kind in pair))
         return {
             "rivals": list(dict.fromkeys(every)),
@@ -192,7 +195,7 @@ class Rivals:
 
 
 def rivals(fit: Fit, place: int) -> Rivals:
-    """Alternative explanations of the effect at index `place`; empty if the effect is not detected."""
+    """`Rivals` (alternative explanations) of the effect at index `place`; empty if the effect is not detected."""
     if not is_detected(fit, place):
         return Rivals()
     alone = [a.effect.kind for a in fit.alternatives(place) if a.evidence > -MAX_RIVAL_LOG_EVIDENCE]

@@ -31,7 +31,7 @@ def follow_columns_consistently(effects: Iterable[Effect], solution: Solution, d
 def column_slopes(
     effect: Deterministic, solution: Solution, data: Data
 ) -> tuple[tuple[float, float], float] | None:
-    """Coefficient of an effect estimated at slow and at fast time scales, relative to the fitted one.
+    """Pair: coefficients of an effect at slow and at fast time scales over the fitted one, and error of their difference.
 
     The ordinates are split so that each half has half of the information on the coefficient.
 

@@ -21,12 +21,12 @@ PRIOR_LOG_RANGE = float(np.log(1e3))
 
 
 def bic_cost(solution: Solution) -> float:
-    """Cost of a parameter in BIC, ½ ln n with the effective number n of observations (Schwarz 1978)."""
+    """Cost of one parameter in BIC, nats: ½ ln n with the effective number n of observations (Schwarz 1978)."""
     return 0.5 * float(np.log(max(solution.weight.sum(), 2.0)))
 
 
 def parameters_cost(own: Fitted, solution: Solution) -> float:
-    """Cost of the parameters of a fitted effect in ln evidence.
+    """Cost of all parameters of a fitted effect in ln evidence, nats.
 
     A strength or time constant with relative error 1/z costs ln(range · z/√2π). This is Laplace's approximation (Kass &
     Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) with a logarithm uniform over `PRIOR_LOG_RANGE`. It suits slow effects,
@@ -48,17 +48,17 @@ def parameters_cost(own: Fitted, solution: Solution) -> float:
 
 
 def parameter_cost(square: float) -> float:
-    """Cost in ln evidence of a parameter with relative error 1/√square."""
+    """Cost in ln evidence, nats, of one parameter with relative error 1/√square."""
     return float(np.log(PRIOR_LOG_RANGE * np.sqrt(max(square, 1.0) / (2.0 * np.pi))))
 
 
 def evidence(solution: Solution) -> float:
-    """Log-evidence of a fitted model, up to a constant common to all models of a record."""
+    """Log-evidence of a fitted model, nats, up to a constant common to all models of a record."""
     return solution.log_likelihood - sum(parameters_cost(own, solution) for own in solution.effects)
 
 
 def discrepancy_gain(solution: Solution, data: Data) -> float:
-    """ΔlogL of the fit with a discrepancy over the fit without one (δ = 0)."""
+    """ΔlogL, at least 0, of the fit with a discrepancy over the fit without one (δ = 0); 0 if the fit has none."""
     if solution.best.scale is None:
         return 0.0
     part = RandomPart(data, solution.power, solution.count)
@@ -67,6 +67,6 @@ def discrepancy_gain(solution: Solution, data: Data) -> float:
 
 
 def evidence_gain(after: Solution, before: Solution, data: Data) -> float:
-    """Difference in ln evidence between two fits, without the part that a larger discrepancy contributes."""
+    """Ln evidence of `after` minus that of `before`, without the part that a larger discrepancy contributes, nats."""
     more = max(0.0, discrepancy_gain(after, data) - discrepancy_gain(before, data))
     return evidence(after) - evidence(before) - more

@@ -62,7 +62,7 @@ class Pair:
 
     @property
     def kinds(self) -> tuple[str, str]:
-        """Kinds of the two effects."""
+        """Pair of the kinds of the two effects."""
         one, other = self.model.effects[-2:]
         return one.kind, other.kind
 
@@ -88,10 +88,10 @@ def is_broad(effect: Effect) -> bool:
 
 
 def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
-    """Models in which one or two other wandering processes replace two of them, without clearly worse models.
+    """Tuple of (ln evidence over the fit, places, solution) of models with other processes instead of two wandering ones.
 
-    Each entry holds the ln evidence over that of the fit, the places of the two processes that leave, and the solution. A
-    search that changes one process at a time can miss these models: two processes may stand for two others together.
+    One or two other wandering processes replace the two at `places`; clearly worse models are omitted. A search that
+    changes one process at a time can miss these models: two processes may stand for two others together.
     """
     effects = fit.model.effects
     wandering = [
@@ -130,7 +130,7 @@ def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], .
 
 
 def together(fit: Fit, place: int, also: int | None = None) -> list[Pair]:
-    """Pairs of effects that may replace the effect at `place`, the pair with the highest evidence first.
+    """List of pairs of effects that may replace the effect at `place`, the pair with the highest evidence first.
 
     At least one of the two is a declared alternative of that effect. Clearly worse pairs are not listed. With `also`,
     the effect at this second index is removed, too.
@@ -174,7 +174,7 @@ class _PairSearch:
     least: float
 
     def pairs(self) -> list[tuple[float, Model]]:
-        """Candidate pairs: ln evidence at shapes from a grid, and model."""
+        """List of (ln evidence at shapes from a grid, model) of candidate pairs."""
         if is_broad(self.out) or isinstance(self.out, Modifier):
             return self._filtered()
         found = self._functions()
@@ -205,7 +205,7 @@ class _PairSearch:
     def _with_second(
         self, one: Solution, kinds: Sequence[type[Effect]]
     ) -> Iterator[tuple[float, Model]]:
-        """Yields ln evidence and model of a fit with one more effect of each kind, without hopeless ones."""
+        """Iterator over (ln evidence, model) of `one` with one more effect of each kind, without hopeless ones."""
         # Candidates below this logL cannot reach the minimum evidence, given the cost of the first effect.
         hopeless = self.least + one.log_likelihood - evidence(one) - MAX_POLISH_DELTA_LOGL
         for cls in kinds:
@@ -218,7 +218,10 @@ class _PairSearch:
         return any(one.may_be(self.out) for one in pair)
 
     def _filtered(self) -> list[tuple[float, Model]]:
-        """Pairs of a process and a filter: quantization behind a filter has the edge of another filter, or of a hump."""
+        """List of (ln evidence, model) with a process and a filter.
+
+        Quantization behind a filter has the edge of another filter, or of a hump.
+        """
         filters = [
             cls
             for cls in CATALOGUE
@@ -230,7 +233,7 @@ class _PairSearch:
         ]
 
     def _kinds(self) -> list[type[Effect]]:
-        """Kinds of random processes that a pair may contain."""
+        """List of the kinds of random processes that a pair may contain."""
         return [
             cls
             for cls in CATALOGUE
@@ -242,16 +245,16 @@ class _PairSearch:
         ]
 
     def _slow(self, base: Solution) -> dict[str, tuple[float, Deterministic]]:
-        """Best grid point of each kind of slow function added to a base fit, with its ΔlogL."""
+        """Dict from kind to (ΔlogL, effect): best grid point of each kind of slow function added to a base fit."""
         return best_slow(base, self.data, self._may_be_paired)
 
     def _may_be_paired(self, blank: Deterministic) -> bool:
-        """True if a slow function may be part of a pair."""
+        """True if a slow function may be part of a pair: another kind than the removed effect, and no refined form."""
         # Refined forms are considered only as extensions of the plain form.
         return blank.kind != self.out.kind and not blank.refined
 
     def _functions(self) -> list[tuple[float, Model]]:
-        """Best pairs of slow functions: ln evidence and model.
+        """List of (ln evidence, model) of the best pairs of slow functions.
 
         All combinations of grid points of two kinds are compared by their joint ΔlogL; the best pairs are then fitted.
         """

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 #: Probabilities below the ends of a central 95 % interval.
 INTERVAL_PROBABILITIES = (0.025, 0.975)
-#: Bisections that find an end: more than the 53 bits of a double.
+#: Number of bisections that find an end: more than the 53 bits of a double.
 BISECTIONS = 60
 
 
@@ -63,7 +63,7 @@ class _Distribution:
     ratio: bool = False
 
     def below(self, x: float) -> float:
-        """Cumulative probability at x."""
+        """Cumulative probability of the parameter at x."""
         from scipy.special import ndtr
 
         if self.high == self.low:
@@ -82,10 +82,11 @@ class _Distribution:
 
 
 def undecided(fit: Fit) -> Undecided | None:
-    """Models whose ln evidence is within 3 of a fit's, and intervals averaged over them.
+    """`Undecided`: models whose ln evidence is within 3 of a fit's, and intervals averaged over them.
 
-    The models replace effects by their declared alternatives. The probability of a model is proportional to its evidence
-    (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit not by likelihood.
+    The models replace effects by their declared alternatives. The probability of a model is proportional to its
+    evidence (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit not by
+    likelihood.
     """
     if fit.method != "whittle":
         return None
@@ -122,7 +123,7 @@ def undecided(fit: Fit) -> Undecided | None:
 def _replacements(
     chosen: Model, others: list[tuple[Model, float]]
 ) -> tuple[tuple[tuple[Effect, ...], float] | None, ...]:
-    """For each effect of the chosen model: (effects that may replace it, probability), or None if no other model lacks it.
+    """Tuple with (replacing effects, probability) for each effect of the chosen model; None if no other model lacks it.
 
     `others` are pairs of another model and its probability.
     """
@@ -144,15 +145,15 @@ def _replacements(
 
 
 def _kinds(model: Model) -> tuple[str, ...]:
-    """Sorted kinds of the effects of a model."""
+    """Sorted tuple of the kinds of the effects of a model."""
     return tuple(sorted(effect.kind for effect in model))
 
 
 def _models_within_evidence(fit: Fit) -> Iterator[tuple[float, Solution]]:
-    """Other models within `MAX_RIVAL_LOG_EVIDENCE` of the fit's ln evidence: one or two effects are replaced.
+    """Iterator over (ln evidence over the fit, solution) of other models within `MAX_RIVAL_LOG_EVIDENCE` of the fit.
 
-    Yields the ln evidence of the other model minus that of the fit, and the fitted other model. One-time events are
-    excluded, since their evidence does not pay for the many times that were tried.
+    One or two effects are replaced. One-time events are excluded, since their evidence does not pay for the many times
+    that were tried.
     """
     for lead, places, solution in fit.instead_of_two:
         if all(is_detected(fit, place) for place in places):
@@ -172,14 +173,14 @@ def _models_within_evidence(fit: Fit) -> Iterator[tuple[float, Solution]]:
 
 
 def _is_one_time(effect: Effect) -> bool:
-    """True if an effect is a one-time event."""
+    """True if the effect is a function of time that happens once."""
     return isinstance(effect, Deterministic) and effect.happens_once
 
 
 def _coefficients_by_kind(
     model: Model, values: tuple[dict[str, Any], ...]
 ) -> dict[tuple[str, int], Any]:
-    """Coefficients of the effects by kind and running number within the kind."""
+    """Dict from (kind, running number within the kind) to a dict of the coefficients of the effect by name."""
     seen: Counter[str] = Counter()
     out = {}
     for effect, own in zip(model, values, strict=True):
@@ -191,7 +192,7 @@ def _coefficients_by_kind(
 
 
 def _distribution(value: Any) -> _Distribution:
-    """Distribution of an estimate; 0 with certainty if there is none."""
+    """`_Distribution` of an estimate; 0 with certainty for other values."""
     if not isinstance(value, Estimate):
         return _Distribution()
     if value.interval is None:
@@ -204,12 +205,12 @@ def _distribution(value: Any) -> _Distribution:
 def _interval(
     laws: list[_Distribution], weights: np.ndarray[Any, np.dtype[np.float64]]
 ) -> tuple[float, float]:
-    """Central 95 % interval of a weighted mixture of distributions, by bisection."""
+    """Pair: central 95 % interval of a weighted mixture of distributions, by bisection."""
     reach = max(max(abs(law.low), abs(law.high), abs(law.value)) for law in laws)
     least = -4.0 * reach if any(min(law.low, law.value) < 0.0 for law in laws) else 0.0
 
     def end(share: float) -> float:
-        """The value below which the mixture has the probability `share`."""
+        """Value below which the mixture has the probability `share`."""
         low, high = least, 4.0 * reach
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)

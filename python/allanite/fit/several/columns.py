@@ -33,7 +33,7 @@ class Fits(Several[Fit]):
 
     @cached_property
     def together(self) -> tuple[ManyFits, ...]:
-        """Pooled coefficients of columns with the same unit and model, and whether the columns agree."""
+        """Tuple of `ManyFits`: pooled coefficients for each group of at least two columns with the same unit and model."""
         from allanite.fit.several.many import of_fits
 
         groups: dict[tuple[str, str], list[Fit]] = {}
@@ -42,11 +42,11 @@ class Fits(Several[Fit]):
         return tuple(of_fits(group) for group in groups.values() if len(group) > 1)
 
     def check(self) -> Several[Check]:
-        """Check of each column's model, by column name."""
+        """`Several` that maps each column to the `Check` of its model."""
         return Several({name: fit.check() for name, fit in self.items()})
 
     def _missing(self, name: str) -> str:
-        """Message for an unknown column; it explains how to access a parameter."""
+        """Message for an unknown column; if `name` is a parameter, it explains how to access it."""
         first = next(iter(self))
         try:
             self[first][name]
@@ -55,7 +55,7 @@ class Fits(Several[Fit]):
         return f"{len(self)} columns were fitted; use fit[{first!r}][{name!r}]"
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form with ``columns``, and ``pooled`` with one entry for each unit."""
+        """Dict (JSON form) with ``columns``, and ``pooled`` with one entry for each unit and model."""
         return {**super().to_dict(), "pooled": [many.pooled_dict() for many in self.together]}
 
     def save(self, path: str | Path) -> None:

@@ -65,7 +65,7 @@ class Pooled:
     agree: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict of the attributes, for JSON."""
         return {**asdict(self), "interval": list(self.interval)}
 
 
@@ -111,13 +111,13 @@ class ManyFits:
 
     @property
     def of(self) -> str:
-        """The word for the fitted records: ``columns`` if they belong to one recording, else ``recordings``."""
+        """Word for the fitted records: ``columns`` if they belong to one recording, else ``recordings``."""
         columns = [fit.recording for fit in self.fits]
         one = len({c.path for c in columns}) == 1
         return "columns" if one and len({c.columns[0] for c in columns}) > 1 else "recordings"
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: ``columns`` lists a fit for each recording; the only entry of ``pooled`` is `pooled_dict()`."""
+        """Dict (JSON form): ``columns`` lists a fit for each recording; the only entry of ``pooled`` is `pooled_dict()`."""
         return {
             "schema": "allanite/fit/1",
             "columns": [fit.to_dict() for fit in self.fits],
@@ -125,7 +125,7 @@ class ManyFits:
         }
 
     def pooled_dict(self) -> dict[str, Any]:
-        """JSON form of the pooled parameters."""
+        """Dict (JSON form) of the pooled parameters, with labels and agreement."""
         return {
             "recordings": list(self.labels),
             "agree": self.agree,
@@ -141,7 +141,7 @@ def fit_many(
     model: Model | Effect | str,
     method: str = "whittle",
 ) -> ManyFits:
-    """Fits of one model to several recordings, with pooled coefficients and tests whether they agree.
+    """`ManyFits`: one model fitted to several recordings, with pooled coefficients and tests of agreement.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ def fit_many(
 
 
 def of_fits(fits: Sequence[Fit]) -> ManyFits:
-    """Several fits of one model with pooled parameters.
+    """`ManyFits` of several fits of one model, with pooled parameters; no parameter is pooled for a single fit.
 
     Raises
     ------
@@ -208,7 +208,7 @@ def of_fits(fits: Sequence[Fit]) -> ManyFits:
 
 
 def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
-    """Pooled parameters that all fits have, by likelihood if possible, else by standard errors."""
+    """Tuple of the pooled parameters that all fits have, by likelihood if possible, else by standard errors."""
     tables = aligned(fits)
     by_likelihood = _coefficient_places(fits)
     out = []
@@ -225,7 +225,7 @@ def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
 
 
 def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
-    """Index of each coefficient that can be pooled by likelihood, among the random effects, by name of the coefficient.
+    """Dict from name to index, among the random effects, of each coefficient that can be pooled by likelihood; or empty.
 
     All fits must be Whittle fits, and the effects must have no free shapes and no held parameters.
     """
@@ -243,7 +243,7 @@ def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
 
 
 def _loss_function(fit: Fit, place: int) -> Callable[[float], float]:
-    """Function that returns the loss of logL of a fit if one squared coefficient is fixed and the others are free."""
+    """Function of one squared coefficient that returns the loss of logL of a fit if it is fixed and the others are free."""
     s = fit.solution
     best = climb(s.power, s.count, s.columns, s.theta, s.scale)
     start = replace(best, theta=s.theta)
@@ -254,7 +254,7 @@ def _loss_function(fit: Fit, place: int) -> Callable[[float], float]:
 def _pooled_by_likelihood(
     name: str, estimates: list[Estimate], fits: tuple[Fit, ...], place: int
 ) -> Pooled:
-    """A coefficient pooled by likelihood: common value, profile interval, and likelihood-ratio test of agreement."""
+    """`Pooled` coefficient by likelihood: common value, profile interval, and likelihood-ratio test of agreement."""
     from scipy.optimize import brentq, minimize_scalar
     from scipy.special import chdtrc
 
@@ -296,7 +296,7 @@ def _pooled(
     interval: tuple[float, float],
     p_value: float,
 ) -> Pooled:
-    """A pooled parameter: the common value, or the random-effects mean if the recordings disagree."""
+    """`Pooled` parameter: the common value, or the random-effects mean if the recordings disagree."""
     spread, agree = _spread(estimates), p_value >= MIN_AGREEMENT_P
     if not agree and spread is not None:
         value, interval = _random_effects_mean(estimates, spread)
@@ -304,7 +304,7 @@ def _pooled(
 
 
 def _logs(estimates: list[Estimate]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Logarithms of estimates and their standard errors; None unless all are detected and positive."""
+    """Pair of arrays: logarithms of estimates and their standard errors; None unless all are detected and positive."""
     if not all(e.detected and e.std_error and float(e) > 0.0 for e in estimates):
         return None
     values = np.array([float(e) for e in estimates])
@@ -312,7 +312,10 @@ def _logs(estimates: list[Estimate]) -> tuple[NDArray[np.float64], NDArray[np.fl
 
 
 def _spread(estimates: list[Estimate]) -> float | None:
-    """Standard deviation of the logarithms between recordings (Paule & Mandel 1982); None without logarithms."""
+    """Standard deviation of the logarithms between recordings (Paule & Mandel 1982); 0 if the errors explain it.
+
+    None without logarithms.
+    """
     from scipy.optimize import brentq
 
     logs = _logs(estimates)
@@ -321,7 +324,7 @@ def _spread(estimates: list[Estimate]) -> float | None:
     y, error = logs
 
     def excess(variance: float) -> float:
-        """Weighted sum of squares minus its expectation for a variance between recordings."""
+        """Weighted sum of squares minus its expectation, for this `variance` between recordings."""
         weights = 1.0 / (error**2 + variance)
         mean = float(weights @ y / weights.sum())
         return float(weights @ (y - mean) ** 2) - (y.size - 1)
@@ -334,7 +337,7 @@ def _spread(estimates: list[Estimate]) -> float | None:
 def _random_effects_mean(
     estimates: list[Estimate], spread: float
 ) -> tuple[float, tuple[float, float]]:
-    """Random-effects mean over recordings and its 95 % interval (Hartung & Knapp 2001, with Student's t)."""
+    """Pair: random-effects mean over recordings and its 95 % interval (Hartung & Knapp 2001, with Student's t)."""
     from scipy.special import stdtrit
 
     logs = _logs(estimates)
@@ -348,7 +351,7 @@ def _random_effects_mean(
 
 
 def pooled_by_errors(name: str, estimates: list[Estimate]) -> Pooled:
-    """A parameter pooled by standard errors, in logarithms if all estimates are detected and positive."""
+    """`Pooled` parameter by standard errors, in logarithms if all estimates are detected and positive."""
     from scipy.special import chdtrc
 
     logs = _logs(estimates)

@@ -46,7 +46,7 @@ def many_table(many: ManyFits) -> str:
 
 
 def _in_table(fit: Fit, name: str, value: Estimate) -> Estimate:
-    """A value in the unit in which tables print it; `name` is its key in `aligned`."""
+    """`Estimate` in the unit in which tables print it; `name` is its key in `aligned`."""
     label, _, parameter = name.rpartition(".")
     effect = fit.model.effects[fit.model.labels.index(label or name)]
     declared = effect.parameter(parameter)
@@ -54,7 +54,7 @@ def _in_table(fit: Fit, name: str, value: Estimate) -> Estimate:
 
 
 def _pooled_in_table(fit: Fit, row: Pooled) -> Pooled:
-    """A pooled value in the unit in which tables print it."""
+    """`Pooled` value in the unit in which tables print it."""
     value = _in_table(fit, row.name, Estimate(row.value, None, row.interval, row.unit))
     assert value.interval is not None
     return replace(row, unit=value.unit, value=float(value), interval=value.interval)
@@ -80,7 +80,7 @@ def _pooled_cell(row: Pooled) -> str:
 
 
 def aligned(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
-    """Comparable parameters of each fit with an interval, by the names of the first fit.
+    """List of a dict for each fit: comparable parameters with an interval, by the names of the first fit.
 
     One-time events and phases of lines are excluded: they belong to one record. Several lines (or lags) are matched by
     their order in frequency (or time constant), because a fit puts the strongest first.
@@ -107,10 +107,10 @@ def aligned(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
 
 
 def _ranked(model: Model) -> list[int]:
-    """Indices of the effects sorted by kind and, within a kind, by their first free shape."""
+    """List of the indices of the effects sorted by kind and, within a kind, by their first free shape."""
 
     def rank(place: int) -> tuple[str, float]:
-        """Sort key of an effect: kind and first free shape."""
+        """Sort key (kind, first free shape) of an effect."""
         effect = model.effects[place]
         shapes = [effect.values[name] for name in effect.free_shapes]
         number = shapes[0] if shapes and isinstance(shapes[0], (int, float)) else 0.0

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 #: Number of lowest ordinates in which slow functions are regressed. Chosen by judgment; not measured.
 LOWEST_ORDINATES = 8192
-#: Ordinates to each side of a line in which the line is regressed. Chosen by judgment; not measured.
+#: Number of ordinates to each side of a line in which the line is regressed. Chosen by judgment; not measured.
 LINE_WINDOW = 512
 #: Minimum eigenvalue of the normal equations, relative to the largest; below, regressors are linearly dependent.
 #: Chosen by judgment; not measured.
@@ -76,7 +76,7 @@ class Regression:
 
 
 def window(frequency: float, data: Data, half: int = LINE_WINDOW) -> NDArray[np.int64]:
-    """Ordinates within `half` of a frequency in Hz."""
+    """Array of the ordinates within `half` ordinates of a frequency in Hz, limited to those of the record."""
     center = round(2.0 * data.n * frequency / data.rate)
     return np.arange(
         max(1, center - half), min(data.ordinates.size, center + half + 1), dtype=np.int64
@@ -86,7 +86,7 @@ def window(frequency: float, data: Data, half: int = LINE_WINDOW) -> NDArray[np.
 def line_ordinates(
     frequency: float | NDArray[np.float64], j: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Cosine transform of sin 2πft and cos 2πft at ordinates j, in closed form, shape (…, k, 2).
+    """Array of the cosine transforms of sin 2πft and cos 2πft at ordinates j, in closed form, shape (…, k, 2).
 
     Σ_k cos(θ(k+½)+ψ) = cos(nθ/2+ψ) sin(nθ/2)/sin(θ/2), with θ = ω ± πj/n; `frequency` has shape (…). The product of the
     first two factors depends on j only through its parity, and is the same for both signs.
@@ -119,7 +119,7 @@ def line_ordinates(
 def _line_sums(
     theta: NDArray[np.float64], phase: NDArray[np.float64], n: int
 ) -> NDArray[np.float64]:
-    """Sums over k < n of the sine and the cosine of θ(k+½) + phase, shape (θ, 2)."""
+    """Array of the sums over k < n of the sine and the cosine of θ(k+½) + phase, shape (θ, 2)."""
     half = theta / 2.0
     below = np.sin(half)
     small = np.abs(below) < 1e-12
@@ -134,7 +134,10 @@ def comb_ordinates(
     j: NDArray[np.int64],
     data: Data,
 ) -> NDArray[np.float64]:
-    """Cosine transform of the sines and cosines of a line and its harmonics at ordinates j, shape (…, k, 2·lines)."""
+    """Array of the cosine transforms of the sines and cosines of a line and its harmonics, shape (…, k, 2·lines).
+
+    `multiples` are the lines as multiples of `frequency`, Hz; `j` are the k ordinates.
+    """
     lines = line_ordinates(np.multiply.outer(frequency, multiples), j, data)
     return np.moveaxis(lines, -3, -2).reshape(*np.shape(frequency), j.size, -1)
 
@@ -147,7 +150,7 @@ def comb_gains(
     variance: NDArray[np.float64],
     data: Data,
 ) -> NDArray[np.float64]:
-    """Rise of logL by a line with its harmonics at each of many frequencies, shape (f,); see `regress`."""
+    """Array of the ΔlogL of a line with its harmonics at each of many frequencies, shape (f,); see `regress`."""
     root = 1.0 / np.sqrt(variance)
     white = comb_ordinates(frequency, multiples, j, data) * root[:, None]
     norm = np.linalg.norm(white, axis=1, keepdims=True)
@@ -160,14 +163,14 @@ def comb_gains(
 def comb_window(
     frequency: float, multiples: Sequence[float], data: Data, half: int = LINE_WINDOW
 ) -> NDArray[np.int64]:
-    """Ordinates within `half` of a line and its harmonics."""
+    """Sorted array of the ordinates within `half` ordinates of a line and its harmonics."""
     return np.unique(np.concatenate([window(m * frequency, data, half) for m in multiples]))
 
 
 def design_of(
     effects: tuple[Deterministic, ...], data: Data, at: NDArray[np.int64] | None = None
 ) -> Design:
-    """Regressors of the effects at their present shapes, at the ordinates `at` or at those that contain the effects."""
+    """`Design`: regressors of the effects at their present shapes, at the ordinates `at` or at those with their power."""
     if at is None:
         parts = [_ordinates_of(e, data) for e in effects if not e.low]
         if any(e.low for e in effects):
@@ -179,14 +182,14 @@ def design_of(
 
 
 def _ordinates_of(effect: Deterministic, data: Data) -> NDArray[np.int64]:
-    """Ordinates in which a line, a comb or a drifting line is regressed."""
+    """Array of the ordinates in which a line, a comb or a drifting line is regressed."""
     if isinstance(effect, Periodic):
         return comb_window(effect.frequency or 0.0, [m for m, _, _ in effect.lines], data)
     return ordinates_of_drift(effect, data)
 
 
 def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> NDArray[np.float64]:
-    """Ordinates j of the regressors of an effect, shape (k, p)."""
+    """Array of the ordinates j of the regressors of an effect, shape (k, p)."""
     if isinstance(effect, Periodic):
         return comb_ordinates(effect.frequency or 0.0, [m for m, _, _ in effect.lines], j, data)
     return regressor_ordinates([effect], j, data).T
@@ -195,7 +198,7 @@ def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> ND
 def without_at(
     effects: Sequence[Deterministic], j: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Ordinates j of the record minus those of known functions of time."""
+    """Array of the ordinates j of the record minus those of known functions of time."""
     left = data.ordinates[j]
     for effect in effects:
         left = left - regressors_at(effect, j, data) @ effect.amplitudes()
@@ -205,7 +208,10 @@ def without_at(
 def regress(
     matrix: NDArray[np.float64], values: NDArray[np.float64], variance: NDArray[np.float64]
 ) -> Regression:
-    """Weighted regression of ordinates on regressors; the gain is ½ bᵀA⁻¹b, the rise of logL at this spectrum."""
+    """`Regression` of ordinates on regressors, weighted by 1/`variance`.
+
+    Its gain is ½ bᵀA⁻¹b, the ΔlogL at this spectrum.
+    """
     root = 1.0 / np.sqrt(variance)
     white = matrix * root[:, None]
     norm = np.sqrt((white**2).sum(axis=0))

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.expected import Noise
 
-#: Ordinates to each side of the frequencies that a line passes, in its regression. Chosen by judgment; not measured.
+#: Number of ordinates to each side of the frequencies that a line passes, in its regression. Chosen by judgment; not
+#: measured.
 ORDINATES_BESIDE_DRIFT = 512
 #: Minimum number of frequencies of a searched band. Chosen by judgment; not measured.
 MIN_BAND_FREQUENCIES = 1024
@@ -78,14 +79,17 @@ class Band:
         return 2 * int(0.8 * self.series.size / DRIFT_STEP) + 1
 
     def search(self) -> tuple[float, float, float]:
-        """Best drifting line on a grid: mid-record frequency (cycles per record), drift over the record, and ΔlogL."""
+        """Tuple (mid-record frequency, drift over the record, ΔlogL) of the best drifting line on a grid.
+
+        Frequencies are in cycles per record.
+        """
         if self.series.size > MAX_EXHAUSTIVE_FREQUENCIES:
             found = [self._best_near_course(*course) for course in self._courses()]
             return max(found, key=lambda one: one[2])
         return self._best_demodulated(self.trials // 2)
 
     def _best_demodulated(self, most: int) -> tuple[float, float, float]:
-        """Best line as (frequency, drift, ΔlogL), as for `search`, with at most `most` drift rates on either side of 0."""
+        """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line with at most `most` drift steps from 0."""
         k = self.series.size
         u = np.arange(k) / k - 0.5
         drifts = DRIFT_STEP * np.arange(-most, most + 1, dtype=np.float64)
@@ -109,7 +113,7 @@ class Band:
         return max(MIN_SECTIONS, 1 << (self.series.size // MAX_SECTION_VALUES - 1).bit_length())
 
     def _courses(self) -> list[tuple[int, float]]:
-        """Best linear frequency courses of a wide band: (mid-record frequency minus `first`, drift over the record).
+        """List of (mid-record frequency minus `first`, drift over the record) of the best linear courses of a wide band.
 
         Frequencies are in cycles per record.
         """
@@ -124,7 +128,7 @@ class Band:
         return [(int(places[at]) * number // 2, float(number * (at - most))) for at in best]
 
     def _best_near_course(self, place: int, drift: float) -> tuple[float, float, float]:
-        """Best line near a course, as (frequency, drift, ΔlogL) like the result of `search`.
+        """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line near a course.
 
         The course has the mid-record frequency `first` + `place` and the drift `drift`, in cycles
         per record. The band is demodulated along the course, so that only a narrow band must be
@@ -136,7 +140,7 @@ class Band:
         return frequency, drift + more, gain
 
     def _along(self, place: int, drift: float) -> Band:
-        """Narrow band along a course, demodulated so that the course has no drift in it; see `_best_near_course`."""
+        """Narrow `Band` along a course, demodulated so that the course has no drift in it; see `_best_near_course`."""
         k = self.series.size
         u = np.arange(k) / k - 0.5
         spectrum = np.fft.fft(self.series * np.exp(-1j * np.pi * drift * u * u))
@@ -145,7 +149,7 @@ class Band:
         return Band(series, self.first + low, self.duration)
 
     def gain(self, frequency: float, drift: float) -> float:
-        """Rise of logL by a line with this mid-record frequency and drift."""
+        """ΔlogL of a line with this mid-record frequency and drift (cycles per record)."""
         stop_if_unwanted()
         u = np.arange(self.series.size) / self.series.size
         turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))
@@ -166,7 +170,7 @@ class Band:
         return max(1.0, float(np.median(power)) / np.log(2.0))
 
     def polished(self, frequency: float, drift: float) -> tuple[float, float, float]:
-        """Local maximum of the gain near a line, by the simplex method: frequency, drift and ΔlogL."""
+        """Tuple (frequency, drift, ΔlogL) of the local maximum of the gain near a line, by the simplex method."""
         from scipy.optimize import minimize
 
         near, course = self, 0.0
@@ -191,7 +195,7 @@ class Band:
 
 
 def ordinates_of_drift(effect: Deterministic, data: Data) -> NDArray[np.int64]:
-    """Ordinates in which a drifting line is regressed."""
+    """Array of the ordinates in which a drifting line is regressed."""
     low, high = effect.seen_between(data.start, data.start + data.duration) or (0.0, 0.0)
     first, last = (round(2.0 * f * data.duration) for f in (low, high))
     first = min(max(1, first - ORDINATES_BESIDE_DRIFT), data.ordinates.size - 1)
@@ -208,10 +212,10 @@ def band_about(
     data: Data,
     least: int = MIN_BAND_FREQUENCIES,
 ) -> Band:
-    """Band around the frequencies from `low` to `high`, Hz, from residual ordinates, shape (n,).
+    """`Band` around the frequencies from `low` to `high`, Hz, from residual ordinates, shape (n,).
 
-    The band extends beyond them by their width to each side, or half of it for wide bands. Its series has at least `least`
-    values if the record has as many frequencies.
+    The band extends beyond them by their width to each side, or half of it for wide bands. Its series has at least
+    `least` values if the record has as many frequencies.
     """
     middle, width = 0.5 * (low + high) * data.duration, (high - low) * data.duration
     half = int(np.clip(1.5 * width, 0.5 * least, 0.5 * max(least, MAX_EXHAUSTIVE_FREQUENCIES)))
@@ -226,12 +230,12 @@ def band_about(
 def fourier_sums(
     ordinates: NDArray[np.float64], start: int, first: int, count: int, n: int
 ) -> NDArray[np.complex128]:
-    """Fourier sums of n samples given by a few consecutive cosine ordinates, shape (count,).
+    """Array of the Fourier sums of n samples given by a few consecutive cosine ordinates, shape (count,).
 
-    The sums are Σ x_t e^{−2πikt/n} for k = first … first + count − 1 ≤ n/2. The given ordinates start at index `start`; all
-    others are 0. An even ordinate j contributes only at k = j/2. An odd one contributes
-    ½ √(2/n) e^{±iπj/2n} Σ_t e^{±iπ(j ∓ 2k)t/n}, which depends only on j − 2k and j + 2k. The sums are therefore two
-    convolutions of the length of the band, not of the record.
+    The sums are Σ x_t e^{−2πikt/n} for k = first … first + count − 1 ≤ n/2. The given ordinates start at index `start`;
+    all others are 0. An even ordinate j contributes only at k = j/2. An odd one contributes ½ √(2/n) e^{±iπj/2n} Σ_t
+    e^{±iπ(j ∓ 2k)t/n}, which depends only on j − 2k and j + 2k. The sums are therefore two convolutions of the length
+    of the band, not of the record.
     """
     from scipy.fft import fft, ifft, next_fast_len
 
@@ -246,13 +250,13 @@ def fourier_sums(
     length = next_fast_len(size)
 
     def sums(u: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Σ_t e^{2πiut/n} for half-integers u."""
+        """Array of Σ_t e^{2πiut/n} for half-integers u."""
         return 1j * np.exp(-1j * np.pi * u / n) / np.sin(np.pi * u / n)
 
     def convolved(
         values: NDArray[np.complex128], kernel: NDArray[np.complex128]
     ) -> NDArray[np.complex128]:
-        """Valid part of a convolution by FFT."""
+        """Array: valid part of a convolution by FFT."""
         product = fft(values, length) * fft(kernel, length)
         return np.asarray(ifft(product)[odd.size - 1 : size])
 
@@ -281,9 +285,10 @@ def loudest_frequency(
 def polish_drifting(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> Deterministic:
-    """The line with frequency and drift that explain most of residual ordinates, shape (n,).
+    """A copy of the line with the frequency and drift that explain most of the residual `ordinates`, shape (n,).
 
-    Without start values, the strongest line near the largest ordinate is searched.
+    Without start values, the strongest line near the largest ordinate is searched. The effect itself is returned if the
+    gain is negligible.
     """
     values, T = effect.values, data.duration
     f, d = values["frequency"], values["drift"]

@@ -20,7 +20,7 @@ MAX_TRIED_REMOVALS = 4
 
 
 def places_without_form(model: Model, part: RandomPart) -> list[int]:
-    """Indices of effects of free form that have no pieces yet."""
+    """List of the indices of effects of free form that have no pieces yet."""
     return [
         place
         for place, effect in enumerate(model.effects)
@@ -31,7 +31,7 @@ def places_without_form(model: Model, part: RandomPart) -> list[int]:
 
 
 def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
-    """The model with the effect at index `place` built from the pieces that describe the power left by other effects.
+    """A copy of the model with the effect at `place` built from the pieces that describe the power left by the others.
 
     All pieces are fitted at once. Then the least useful piece is removed repeatedly, as long as there are more than
     `MAX_PIECES` or the loss of logL stays below a price. The price is 2 for two parameters (Akaike 1974) plus ln of the
@@ -79,7 +79,7 @@ def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
 
 
 def _least_significant(linear: Linear, first: int, found: Maximum, part: RandomPart) -> list[int]:
-    """Indices of the least significant pieces, by θ over its standard error."""
+    """List of the indices of the least significant pieces, by θ over its standard error; at most `MAX_TRIED_REMOVALS`."""
     theta = found.theta
     share = linear.matrix * (np.sqrt(0.5 * part.count) / (linear.matrix @ theta))[:, None]
     variance = np.diag(np.linalg.pinv(share.T @ share, hermitian=True))[first:]

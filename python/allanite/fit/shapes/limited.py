@@ -27,7 +27,7 @@ Held = dict[tuple[int, str], float]
 
 
 def within_limits(model: Model, fit: Callable[[Model], Solution]) -> Solution:
-    """Fit of a model with all parameters within its limits; `fit` is a function that fits without limits.
+    """`Solution` of a model with all parameters within its limits; `fit` is a function that fits without limits.
 
     `Effect.at_limit` of the result names the parameters at a limit.
     """
@@ -47,7 +47,7 @@ def within_limits(model: Model, fit: Callable[[Model], Solution]) -> Solution:
 def _hold_until_inside(
     model: Model, held: Held, found: Solution, fit: Callable[[Model], Solution]
 ) -> tuple[Held, Solution]:
-    """Held parameters and fit after holding more parameters until none is beyond its limits."""
+    """Pair: held parameters, and solution after holding more parameters until none is beyond its limits."""
     while beyond := _beyond_limits(found.model, held):
         held = {**held, **beyond}
         found = fit(_with_held(model, found.model, held))
@@ -61,7 +61,7 @@ def _released(
     found: Solution,
     fit: Callable[[Model], Solution],
 ) -> tuple[Held, Solution] | None:
-    """Held parameters and fit after releasing one; None if limits are then violated or logL does not rise."""
+    """Pair: held parameters, and solution after releasing `key`; None if limits are violated or logL does not rise."""
     rest = {k: value for k, value in held.items() if k != key}
     tried = fit(_with_held(model, found.model, rest))
     if (
@@ -73,7 +73,7 @@ def _released(
 
 
 def _set_to_limits(found: Solution, held: Held) -> Solution:
-    """The fit with held parameters set exactly to their limits.
+    """A copy of the solution with held parameters set exactly to their limits.
 
     An amplitude computed from a sine and a cosine part differs from its limit by rounding.
     """
@@ -86,7 +86,7 @@ def _set_to_limits(found: Solution, held: Held) -> Solution:
 
 
 def _beyond_limits(model: Model, held: Held) -> Held:
-    """Parameters at or beyond a limit that are not held yet, with that limit."""
+    """Dict from (index, name) of parameters at or beyond a limit that are not held yet, to that limit."""
     out = {}
     for place, effect in enumerate(model):
         for name in {*effect.limits, *_shapes_with_range(effect)}:
@@ -103,12 +103,12 @@ def _beyond_limits(model: Model, held: Held) -> Held:
 
 
 def _shapes_with_range(effect: Effect) -> tuple[str, ...]:
-    """Names of shapes whose declared range acts as limits: free shapes of random effects and modifiers."""
+    """Tuple of the names of shapes whose declared range acts as limits: free shapes of random effects and modifiers."""
     return () if isinstance(effect, Deterministic) else effect.free_shapes
 
 
 def _moved_into_limits(effect: Effect) -> Effect:
-    """The effect with start values moved into the limits and nothing held at a limit."""
+    """A copy of the effect with start values moved into the limits and nothing held at a limit; itself without limits."""
     if not effect.limits and not effect.at_limit:
         return effect
     values = {
@@ -120,7 +120,7 @@ def _moved_into_limits(effect: Effect) -> Effect:
 
 
 def _with_held(model: Model, found: Model, held: Held) -> Model:
-    """The model to fit next, in which some parameters are held at their limits.
+    """Model to fit next, in which some parameters are held at their limits.
 
     Parameters
     ----------

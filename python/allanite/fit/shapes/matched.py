@@ -38,7 +38,7 @@ MIN_INDEPENDENT_NORM = 1e-3
 def regressor_ordinates(
     points: Sequence[Deterministic], j: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Regressors of all points at ordinates j of the record, shape (points · regressors, ordinates)."""
+    """Array of the regressors of all points at ordinates j of the record, shape (points · regressors, ordinates)."""
     closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
     if closed is not None:
         return data.attenuated(closed, j)
@@ -48,7 +48,10 @@ def regressor_ordinates(
 
 
 def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
-    """The first `CACHED_ORDINATES` ordinates of every regressor of an effect; cached."""
+    """Array of the first `CACHED_ORDINATES` ordinates of every regressor of an effect, shape (regressors, ordinates).
+
+    Cached.
+    """
 
     def of_effect() -> NDArray[np.float64]:
         """Ordinates of the regressors, computed because the cache does not contain them."""
@@ -72,7 +75,7 @@ def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
 
 
 def _ordinates_of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.float64]:
-    """The first `CACHED_ORDINATES` ordinates of a slow series, computed from `COLUMN_MEANS` means.
+    """Array of the first `CACHED_ORDINATES` ordinates of a slow series, computed from `COLUMN_MEANS` means.
 
     The attenuation of the means, sin(x)/x with x = πj/(2·`COLUMN_MEANS`), at least 0.994, is corrected.
     """
@@ -86,7 +89,7 @@ def _ordinates_of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.f
 
 
 def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
-    """The effect at every point of the grid of those shapes that have no value."""
+    """List of copies of the effect, one for every point of the grid of those shapes that have no value."""
     shapes = [
         p.name for p in blank.parameters if p.role == "shape" and blank.values[p.name] is None
     ]
@@ -95,14 +98,14 @@ def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
 
 
 def filter_ordinates(data: Data) -> NDArray[np.int64]:
-    """Indices of the lowest ordinates, which the matched filter uses."""
+    """Array of the indices of the lowest ordinates, which the matched filter uses, without 0."""
     return np.arange(1, min(data.n, FILTER_ORDINATES), dtype=np.int64)
 
 
 def slow_families(
     model: Model, columns: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, tuple[Deterministic, ...]]:
-    """Slow functions of time that may be added to a model, by family, in the order of the catalog."""
+    """Dict of tuples of slow functions of time that may be added to a model, by family; empty if a filter blocks drifts."""
     out: dict[str, tuple[Deterministic, ...]] = {}
     if any(filtering.blocks for filtering in model.filters):
         # A high-pass blocks drifts; leakage of the ends into the empty lowest ordinates would imitate a drift.
@@ -122,10 +125,10 @@ def matched_gains(
     data: Data,
     beside: Sequence[Deterministic] = (),
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Rise of logL (½z²) by each point, and its normalized whitened direction, shape (points, ordinates).
+    """Pair: ΔlogL (½z²) of each point, and its normalized whitened direction, shape (points, ordinates).
 
-    `residual` are residual ordinates, shape (n,). The amplitudes of the slow functions `beside` are fitted together with
-    each point, so that only the orthogonal part of the point counts.
+    `residual` are residual ordinates, shape (n,). The amplitudes of the slow functions `beside` are fitted together
+    with each point, so that only the orthogonal part of the point counts.
     """
     j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))
@@ -160,7 +163,7 @@ def best_spans(
     data: Data,
     beside: Sequence[Deterministic] = (),
 ) -> list[tuple[Deterministic, float]]:
-    """Best instances of an effect between two times, each with its angle in the space of ordinates.
+    """List of (effect, angle) for the best effects between two times; the angle is in the space of ordinates, rad.
 
     See `Deterministic.best_spans`.
     """
@@ -172,7 +175,7 @@ def best_spans(
 
 
 def _shifted_in_time(effect: Deterministic, start: float) -> Deterministic:
-    """The effect with `start` added to all its times, s.
+    """A copy of the effect with `start` added to all its times, s.
 
     Times since the start of the analyzed data thereby become times since the first sample of the recording.
     """
@@ -186,13 +189,13 @@ def _basis_of_effects(
     root: NDArray[np.float64],
     data: Data,
 ) -> NDArray[np.float64]:
-    """Orthonormal basis of the whitened ordinates that slow functions span, shape (ordinates, columns)."""
+    """Array: orthonormal basis of the whitened ordinates that slow functions span, shape (ordinates, columns)."""
     rows = [regressor_ordinates([e], j, data) * root for e in effects if e.low]
     return basis_of(np.concatenate(rows)) if rows else np.zeros((j.size, 0))
 
 
 def orthogonal_to(basis: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Parts of rows (r, ordinates) orthogonal to a basis (ordinates, k); nearly dependent rows become 0."""
+    """Array of the parts of rows (r, ordinates) orthogonal to a basis (ordinates, k); nearly dependent rows become 0."""
     left = (rows @ basis) @ basis.T
     np.subtract(rows, left, out=left)  # of many rows, in place
     # A nearly dependent row would leave only rounding errors.
@@ -201,22 +204,22 @@ def orthogonal_to(basis: NDArray[np.float64], rows: NDArray[np.float64]) -> NDAr
 
 
 def basis_of(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Orthonormal basis that spans the rows, shape (ordinates, at most rows)."""
+    """Array: orthonormal basis that spans the rows, shape (ordinates, at most rows)."""
     left, singular, _ = np.linalg.svd(_units(rows).T, full_matrices=False)
     return np.asarray(left[:, singular > MIN_INDEPENDENT_NORM])
 
 
 def _units(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rows divided by their Euclidean norms; zero rows stay zero."""
+    """Array of rows divided by their Euclidean norms; zero rows stay zero."""
     return rows / _lengths(rows)
 
 
 def _lengths(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Euclidean norms of rows, 1 for zero rows, shape (rows, 1)."""
+    """Array of the Euclidean norms of rows, 1 for zero rows, shape (rows, 1)."""
     norm = np.sqrt(_squares(rows))
     return np.where(norm > 0.0, norm, 1.0)[:, None]
 
 
 def _squares(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Squared Euclidean norms of rows, shape (rows,)."""
+    """Array of the squared Euclidean norms of rows, shape (rows,)."""
     return np.asarray(np.einsum("ij,ij->i", rows, rows))

@@ -39,11 +39,11 @@ DERIVATIVE_STEP = 1e-4
 #: Maximum change of ln density of the rest of the model within a bin, for the bin to count as flat.
 #: Chosen by judgment; not measured.
 MAX_FLAT_CHANGE = 0.5
-#: Width of a band, relative to the maximum width of narrow bands, from which single ordinates no longer count.
+#: Maximum width of a band, relative to the maximum width of narrow bands, up to which single ordinates count.
 #: Chosen by judgment; not measured.
 MAX_WIDTH_WITH_WEIGHT = 4.0
-#: A band whose ln half-width is within this distance of the maximum was placed by the bins; then all widths are tried.
-#: Chosen by judgment; not measured.
+#: Maximum distance of a band's ln half-width from its maximum with which the bins placed the band, so that all widths are
+#: tried. Chosen by judgment; not measured.
 MAX_DISTANCE_TO_WIDEST = 0.3
 
 
@@ -78,7 +78,7 @@ class Window:
 
     @classmethod
     def of(cls, model: Model, place: int, data: Data, ordinates: Array) -> Window:
-        """Window around the effect at index `place` of a model with values."""
+        """`Window` around the effect at index `place` of a model with values."""
         effect = model.effects[place]
         near = bins_near(effect, data.bins, data.rate)
         others = without_effect(model, place)
@@ -101,11 +101,11 @@ class Window:
 
     @property
     def companion_shapes(self) -> tuple[str, ...]:
-        """Names of the free shapes that describe companions of the band."""
+        """Tuple of the names of the free shapes that describe companions of the band."""
         return tuple(n for n in self.own.free_shapes if n in self.own.companions)
 
     def effect(self, x: Array) -> Stochastic:
-        """The band as an effect whose parameters follow from the coordinates `x`, which `start` explains."""
+        """Effect with the parameters that follow from the coordinates `x` of the band (see the class)."""
         half = float(np.exp(x[2]))
         made = self.own.banded(
             float(x[1] - half) * self.hertz_per_ordinate,
@@ -116,7 +116,7 @@ class Window:
         return made.with_values(**{made.coefficient: float(np.exp(0.5 * x[0]))}, **shapes)
 
     def start(self) -> Array:
-        """Coordinates of the band at the model's present values: ln power, center, ln half-width, and further shapes.
+        """Array of the coordinates at the model's present values: ln power, center, ln half-width, 0, further shapes.
 
         Center and half-width are in ordinates.
         """
@@ -128,7 +128,7 @@ class Window:
         return np.array([power, 0.5 * (low + high), np.log(0.5 * (high - low)), 0.0, *shapes])
 
     def scales(self, x: Array) -> Array:
-        """Scale of each coordinate at `x`: a change by this amount changes the spectrum substantially.
+        """Array of the scale of each coordinate at `x`: a change by this amount changes the spectrum substantially.
 
         The scale of the center frequency, for example, is the half-width.
         """
@@ -141,7 +141,7 @@ class Window:
         return np.array([1.0, half, 1.0, 0.5, *shapes])
 
     def spectrum(self, x: Array) -> Array:
-        """Expected squared ordinates with the band at coordinates x, shape (k,)."""
+        """Array of the expected squared ordinates with the band at coordinates x, shape (k,)."""
         effect = self.effect(x)
         model = with_effect(self.model, self.place, effect)
         terms = [t.scaled(float(np.exp(x[0]))) for t in self.data.unit_terms(model, effect)]
@@ -171,7 +171,7 @@ class Window:
         )
 
     def _has_separate_peaks(self, x: Array) -> bool:
-        """True if the shapes of companions are in their ranges and no two peaks overlap."""
+        """True if the shapes of companions are in their ranges and no two peaks overlap; True without companions."""
         if not self.companion_shapes:
             return True
         declared = [self.own.parameter(name) for name in self.companion_shapes]
@@ -183,7 +183,7 @@ class Window:
         )
 
     def best_of_widths(self) -> Array:
-        """Coordinates of the most likely band among several widths; each is centered where the excess power is largest."""
+        """Array of the coordinates of the most likely band of several widths, each centered where the excess is largest."""
         if not np.all(self.rest > 0.0):  # without other noise, no excess is defined
             return self.start()
         excess = self.power / self.rest
@@ -207,7 +207,7 @@ class Window:
         return best
 
     def optimized(self, x: Array) -> Array:
-        """Coordinates of the local maximum of logL, by Fisher scoring from x."""
+        """Array of the coordinates of the local maximum of logL, by Fisher scoring from x; `x` itself if no step helps."""
         for _ in range(MAX_STEPS):
             slopes, now = self._slopes(x)
             value = self._log_likelihood_of(now)
@@ -232,19 +232,19 @@ class Window:
         return x
 
     def _slopes(self, x: Array) -> tuple[Array, Array]:
-        """Derivatives of ln spectrum by the coordinates, shape (k, coordinates), and the spectrum."""
+        """Pair: derivatives of ln spectrum by the coordinates, shape (k, coordinates), and the spectrum, shape (k,)."""
         now = self.spectrum(x)
         steps = DERIVATIVE_STEP * self.scales(x)
         slopes = [(self.spectrum(x + s) - now) / (s.sum() * now) for s in np.diag(steps)]
         return np.column_stack(slopes), now
 
     def covariance(self, x: Array) -> Array:
-        """Covariance matrix of the coordinates at `x`: the inverse of their Fisher information."""
+        """Array: covariance matrix of the coordinates at `x`, the inverse of their Fisher information."""
         slopes, _ = self._slopes(x)
         return _inverse(slopes)
 
     def errors(self) -> dict[str, float]:
-        """Standard errors of ln coefficient and ln of every shape of the band, by name."""
+        """Dict of the standard errors of ln coefficient and ln of every shape of the band, by name."""
         x = self.start()
         covariance, effect = self.covariance(x), self.effect(x)
         out = {effect.coefficient: 0.5 * float(np.sqrt(covariance[0, 0]))}
@@ -261,10 +261,10 @@ class Window:
 
 
 def ordinates_delta_logl(model: Model, data: Data, ordinates: Array, count: Array) -> float:
-    """Additional logL from the single ordinates near narrow bands, given the power of their bins.
+    """Additional logL from the single ordinates near narrow bands, given the power of their bins; 0 without such bands.
 
-    The rest of the model counts as flat within a bin. Otherwise a band next to the empty end of a filtered spectrum would
-    get credit for the slope of the filter.
+    The rest of the model counts as flat within a bin. Otherwise a band next to the empty end of a filtered spectrum
+    would get credit for the slope of the filter.
 
     Parameters
     ----------
@@ -298,7 +298,7 @@ def ordinates_delta_logl(model: Model, data: Data, ordinates: Array, count: Arra
 
 
 def _ordinates_weight(effect: Stochastic, data: Data) -> float:
-    """Weight of single ordinates for a band: 1 if it is narrow, falling to 0 for wider bands.
+    """Weight, 0 … 1, of single ordinates for a band: 1 if it is narrow, falling to 0 for wider bands.
 
     The gradual fall avoids a jump of logL when a band becomes slightly too wide to be fitted to ordinates.
     """
@@ -335,22 +335,22 @@ def is_flat_near(model: Model, place: int, data: Data) -> bool:
 
 
 def _mean_density_of_bins(model: Model, near: NDArray[np.int64], data: Data) -> Array:
-    """Mean density of the model in each of the bins `near`, repeated for every ordinate of the bin, shape (ordinates,)."""
+    """Array of the mean density of the model in each of the bins `near`, repeated for each ordinate, shape (ordinates,)."""
     return np.repeat(means(model, data, data.ends_missing)[near], _sizes(near, data))
 
 
 def _sizes(near: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
-    """Number of ordinates of each of the bins `near`."""
+    """Array of the number of ordinates of each of the bins `near`."""
     return np.diff(data.bins.edges)[near]
 
 
 def _means(values: Array, sizes: NDArray[np.int64]) -> Array:
-    """Means of consecutive groups of values with the given sizes."""
+    """Array of the means of consecutive groups of values with the given sizes."""
     return np.asarray(np.add.reduceat(values, np.cumsum(sizes) - sizes) / sizes)
 
 
 def _inverse(slopes: Array) -> Array:
-    """Inverse of the Fisher information ½ slopesᵀ·slopes, robust against different units of the coordinates."""
+    """Array: inverse of the Fisher information ½ slopesᵀ·slopes, robust against different units of the coordinates."""
     fisher = 0.5 * slopes.T @ slopes
     scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
     inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
@@ -368,7 +368,7 @@ def _overlap(one: Effect, other: Effect, data: Data) -> bool:
 def fit_narrow_bands(
     model: Model, best: Maximum, part: RandomPart, ordinates: Array, settled: int = 0
 ) -> tuple[Model, Maximum]:
-    """The model with every narrow band fitted to single ordinates, and the maximum over the coefficients.
+    """Pair: model with every narrow band fitted to single ordinates, and maximum over the coefficients.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 INITIAL_TRUST = 0.5
 #: Trust radius below which the optimization ends. Chosen by judgment; not measured.
 MIN_TRUST = 1e-5
-#: Distance kept from the limits of a logarithm, so that rounding cannot exceed a limit.
+#: Minimum distance of the logarithm of a shape from its limits, so that rounding cannot exceed a limit.
 LIMIT_MARGIN = 1e-12
 #: Maximum number of steps. Chosen by judgment; not measured.
 MAX_STEPS = 60
@@ -72,7 +72,7 @@ class _Shapes:
 
     @classmethod
     def of(cls, model: Model, places: list[tuple[int, str]], part: RandomPart) -> _Shapes:
-        """Coordinates of the shapes at `places` with their limits."""
+        """`_Shapes`: coordinates of the shapes at `places` (index of the effect, name) with their limits."""
         signed, limits = [], []
         for place, name in places:
             effect = model.effects[place]
@@ -92,17 +92,20 @@ class _Shapes:
         return cls(model, tuple(places), tuple(signed), np.array(limits).reshape(-1, 2))
 
     def start(self) -> Array:
-        """Coordinates of the model's present shapes."""
+        """Array of the coordinates of the model's present shapes, clipped to their limits."""
         values = [self.model.effects[p].values[n] for p, n in self.places]
         at = [v if s else np.log(v) for v, s in zip(values, self.signed, strict=True)]
         return np.clip(np.array(at, dtype=float), self.limits[:, 0], self.limits[:, 1])
 
     def at(self, point: Array) -> Model:
-        """The model with shapes at the coordinates of a point."""
+        """A copy of the model with shapes at the coordinates of a point."""
         return self.with_shapes(self.model, point, range(point.size))
 
     def with_shapes(self, model: Model, point: Array, which: Iterable[int]) -> Model:
-        """The model in which the shapes with the indices `which` have the coordinates of a point; other shapes stay."""
+        """A copy of `model` in which the shapes with the indices `which` have the coordinates of a point.
+
+        Other shapes stay.
+        """
         moved: dict[int, dict[str, float]] = {}
         for i in which:
             place, name = self.places[i]
@@ -121,7 +124,7 @@ def polish(
     *,
     roughly: bool = False,
 ) -> tuple[Model, Maximum]:
-    """The model with locally optimized shapes at `places` (index of the effect, name), and its maximum.
+    """Pair: model with locally optimized shapes at `places` (index of the effect, name), and its maximum.
 
     If a discrepancy is nearly decisive, the optimization runs with and without it. With `roughly`, it ends early.
     """
@@ -149,7 +152,7 @@ def polish(
 def _climb(
     shapes: _Shapes, point: Array, best: Maximum, part: RandomPart, roughly: bool
 ) -> tuple[Array, Maximum]:
-    """Local maximum over shapes and coefficients: coordinates of the shapes, and the maximum."""
+    """Pair: coordinates of the shapes at a local maximum over shapes and coefficients, and the maximum."""
     power, count = part.power, part.count
     here = shapes.at(point)
     linear = part.linear(here)
@@ -198,7 +201,7 @@ def _climb(
 def _slopes(
     shapes: _Shapes, point: Array, here: Model, linear: Linear, theta: Array, part: RandomPart
 ) -> Array:
-    """Derivative of the spectrum by each shape coordinate at a point, shape (bins, shapes)."""
+    """Array of the derivative of the spectrum by each shape coordinate at a point, shape (bins, shapes)."""
     now = linear.matrix @ theta
     slopes = np.empty((now.size, point.size))
     for i in range(point.size):
@@ -220,10 +223,10 @@ def _step(
     weight: Array,
     part: RandomPart,
 ) -> tuple[Array, Array]:
-    """Coefficients θ and shape coordinates after one step: the optimum of the linearized model in the trust region.
+    """Pair of arrays: coefficients θ and shape coordinates at the optimum of the linearized model in the trust region.
 
-    Near the current shapes, the spectrum is linear in θ and in changes of the shapes. Nonnegative least squares finds both.
-    A shape changes by at most `trust`.
+    Near the current shapes, the spectrum is linear in θ and in changes of the shapes. Nonnegative least squares finds
+    both. A shape changes by at most `trust`.
 
     Parameters
     ----------

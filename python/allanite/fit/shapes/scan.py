@@ -33,9 +33,9 @@ Array = NDArray[np.float64]
 
 #: Minimum number of grid points whose shapes are optimized further. Chosen by judgment; not measured.
 MIN_OPTIMIZED_POINTS = 2
-#: Fisher-scoring steps at every grid point, to select the best. Chosen by judgment; not measured.
+#: Number of Fisher-scoring steps at every grid point, to select the best. Chosen by judgment; not measured.
 SELECTION_STEPS = 3
-#: Fisher-scoring steps at the selected grid points, to rank them. Chosen by judgment; not measured.
+#: Number of Fisher-scoring steps at the selected grid points, to rank them. Chosen by judgment; not measured.
 RANKING_STEPS = 12
 #: Fraction of the grid points that are selected, in addition to the best of every design. Chosen by judgment; not measured.
 SELECTED_FRACTION = 0.2
@@ -49,9 +49,9 @@ MAX_SIMPLER_LOSS = 2.0
 def scan_added_effect(
     model: Model, points: list[Effect], base: Maximum, part: RandomPart
 ) -> list[tuple[Maximum, Model]]:
-    """Maxima and models with each grid point of an effect added to a model, best first.
+    """List of (maximum, model) with each selected grid point of an effect added to a model, best first.
 
-    `base` is the maximum of the model without the effect. Only the selected points are returned.
+    `base` is the maximum of the model without the effect.
     """
     smooth = _smooth(part.power - base.spectrum, part.count)
     before = part.linear(model)
@@ -85,7 +85,7 @@ def _maxima_of_selected(
     base: Maximum,
     part: RandomPart,
 ) -> dict[int, Maximum]:
-    """Maxima of the selected grid points, by index of the point.
+    """Dict of the maxima of the selected grid points, by index of the point.
 
     The selection uses the power of cells, which are fewer than bins, unless the effect is narrower than a cell.
     """
@@ -96,7 +96,7 @@ def _maxima_of_selected(
         columns, power, count = _in_cells(columns, part)
 
     def ahead(which: NDArray[np.intp], values: Array, least: int) -> NDArray[np.intp]:
-        """Indices of the best point of every design and of at least `least` best points overall."""
+        """Sorted array of the points in `which` that are the best of their design or among the `least` best overall."""
         order = which[np.argsort(-values, kind="stable")]
         seen: dict[tuple[object, ...], int] = {}
         for k in map(int, order):
@@ -106,7 +106,7 @@ def _maxima_of_selected(
     def climbed(
         which: NDArray[np.intp], thetas: Array, rounds: int
     ) -> tuple[Array, Array, list[int | None]]:
-        """Maxima of the points `which` after some Fisher-scoring steps from `thetas`."""
+        """Tuple (θ, logL, discrepancy indices) of the points `which` after some Fisher-scoring steps from `thetas`."""
         return climb_many(
             power, count, columns[which], thetas, base.scale, rounds, cells=not narrow
         )
@@ -133,13 +133,13 @@ def _maxima_of_selected(
 
 
 def _even_starts(matrices: Array, part: RandomPart) -> Array:
-    """Start of each grid point, shape (m, p), that fits all coefficients with similar weights of all bins."""
+    """Array of a start of each grid point, shape (m, p), that fits all coefficients with similar weights of all bins."""
     votes = np.minimum(part.count, MAX_EQUAL_WEIGHT_FREEDOM)
     return np.stack([first_guess(part.power, votes, matrix, None) for matrix in matrices])
 
 
 def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
-    """Columns, shape (m, cells, p), power and degrees of freedom of cells, from columns of shape (m, bins, p)."""
+    """Tuple: columns, shape (m, cells, p), power and degrees of freedom of cells, from columns of shape (m, bins, p)."""
     first = cells_of(part.count.size)
     count = np.add.reduceat(part.count, first)
     share = part.count / np.repeat(count, np.diff([*first, part.count.size]))
@@ -150,13 +150,13 @@ def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
 def _maxima_one_by_one(
     models: list[Model], base: Maximum, part: RandomPart
 ) -> list[tuple[Maximum, Model]]:
-    """Maxima of models, each fitted completely, best first."""
+    """List of (maximum, model) of models, each fitted completely, best first."""
     found = [(part.maximize(model, base), model) for model in models]
     return sorted(found, key=lambda pair: -pair[0].log_likelihood)
 
 
 def _smooth(excess: NDArray[np.float64], count: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Weighted mean over five bins, so that no single bin determines the start value."""
+    """Array of the weighted mean over five bins, so that no single bin determines the start value, shape (bins,)."""
     window = np.ones(5)
     total = np.convolve(excess * count, window, mode="same")
     return np.asarray(total / np.convolve(count, window, mode="same"))
@@ -165,7 +165,7 @@ def _smooth(excess: NDArray[np.float64], count: NDArray[np.float64]) -> NDArray[
 def polished_designs(
     scanned: list[tuple[Maximum, Model]], place: int, part: RandomPart
 ) -> list[tuple[Model, Maximum]]:
-    """Models and maxima with roughly optimized shapes of the effect at index `place`, from the points worth it."""
+    """List of (model, maximum) with roughly optimized shapes of the effect at index `place`, from the points worth it."""
     return [
         polish(model, free_places(model, place), found, part, roughly=True)
         for found, model in _worth_polishing(scanned, place)
@@ -173,7 +173,10 @@ def polished_designs(
 
 
 def free_places(model: Model, place: int | None = None) -> list[tuple[int, str]]:
-    """(index of the effect, name) of every free shape of random effects and modifiers, or of the effect at `place`."""
+    """List of (index of the effect, name) of every free shape with a value, of all effects or of that at `place`.
+
+    Deterministic effects are omitted.
+    """
     return [
         (i, name)
         for i, effect in enumerate(model.effects)
@@ -186,11 +189,11 @@ def free_places(model: Model, place: int | None = None) -> list[tuple[int, str]]
 def _worth_polishing(
     scanned: list[tuple[Maximum, Model]], place: int
 ) -> list[tuple[Maximum, Model]]:
-    """Scanned points whose shapes should be optimized: the best of every design, and at least two in total.
+    """List of the scanned points whose shapes should be optimized: the best of every design, and at least two in total.
 
     `scanned` is sorted, best first. Points that differ only in the first shape count once, since they lead to the same
-    maximum. Every design is kept, because the grid is coarse for long records. A design whose best cutoff lies between two
-    grid points would otherwise lose to a worse design with a grid point at its best cutoff.
+    maximum. Every design is kept, because the grid is coarse for long records. A design whose best cutoff lies between
+    two grid points would otherwise lose to a worse design with a grid point at its best cutoff.
     """
     seen: set[tuple[object, ...]] = set()
     designs: set[tuple[object, ...]] = set()
@@ -209,21 +212,24 @@ def _worth_polishing(
 
 
 def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Model, Maximum]:
-    """The model with the simplest design of the effect at index `place` among those with nearly the best logL."""
+    """Pair (model, maximum) with the simplest design of the effect at `place` among those with nearly the best logL."""
     top = max(found.log_likelihood for _, found in ends)
     alike = [end for end in ends if end[1].log_likelihood >= top - MAX_SIMPLER_LOSS]
     first = type(alike[0][0].effects[place])()
     ranks = {_design(variant): i for i, variant in reversed([*enumerate(first.variants())])}
 
     def order(end: tuple[Model, Maximum]) -> tuple[int, float]:
-        """Sort key: complexity of the design, then logL."""
+        """Sort key (complexity of the design, −logL)."""
         return ranks.get(_design(end[0].effects[place]), len(ranks)), -end[1].log_likelihood
 
     return min(alike, key=order)
 
 
 def better_form(model: Model, place: int, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
-    """The model with another form of the effect at index `place` (`Effect.equal_forms`) if logL rises clearly."""
+    """Pair (model, maximum) with another form of the effect at index `place` (`Effect.equal_forms`) if logL rises clearly.
+
+    Otherwise `model` and `best`.
+    """
     found = model, best
     for effect in model.effects[place].equal_forms():
         other = with_effect(model, place, effect)
@@ -237,5 +243,5 @@ def better_form(model: Model, place: int, best: Maximum, part: RandomPart) -> tu
 
 
 def _design(effect: Effect) -> tuple[object, ...]:
-    """Values of the choices of an effect, e.g. the design of a filter."""
+    """Tuple of the values of the choices of an effect, e.g. the design of a filter."""
     return tuple(effect.values[p.name] for p in effect.parameters if p.role == "choice")

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 #: Functions that optimize shapes of effects that are neither slow nor periodic, by the name of their screen.
 SHAPE_OPTIMIZERS = {"drifting line": polish_drifting, "passing line": polish_burst}
-#: Ordinates to each side of a line that are used to optimize its frequency. Chosen by judgment; not measured.
+#: Number of ordinates to each side of a line that are used to optimize its frequency. Chosen by judgment; not measured.
 ORDINATES_BESIDE_LINE = 48
 #: Maximum number of lines of a comb that are used to optimize its frequency. Chosen by judgment; not measured.
 MAX_OPTIMIZED_LINES = 12
@@ -65,7 +65,7 @@ SHAPE_TOLERANCE = 1e-3
 
 
 def grid_models(model: Model, place: int, data: Data) -> list[Model]:
-    """Copies of the model in which the effect at index `place` has the values of each point of its shape grid.
+    """List of copies of the model in which the effect at index `place` has the values of each point of its shape grid.
 
     All designs of the effect are included.
     """
@@ -88,9 +88,10 @@ def grid_models(model: Model, place: int, data: Data) -> list[Model]:
 def fit_shapes(
     model: Model, part: RandomPart, start: Maximum | None = None, *, polished: bool = True
 ) -> tuple[Model, Maximum]:
-    """The model with shapes of random effects and modifiers that maximize logL, and the maximum there.
+    """Pair: model with shapes of random effects and modifiers that maximize logL, and the maximum there.
 
-    `start` is a maximum over the coefficients of this model, to start from. Without `polished`, shapes stay on the grid.
+    `start` is a maximum over the coefficients of this model, to start from. Without `polished`, shapes stay on the
+    grid.
     """
     blank = model.effects
     opened = [
@@ -118,9 +119,9 @@ def fit_shapes(
 
 
 def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:
-    """Effects of this kind suggested by single ordinates that agree with the values already given.
+    """List of effects of this kind suggested by single ordinates that agree with the values already given.
 
-    None for a summary or an expected record, which have no single ordinates.
+    Empty for a summary or an expected record, which have no single ordinates.
     """
     data = part.data
     if part.is_expected or data.ordinates.size != data.n:
@@ -131,7 +132,7 @@ def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:
 
 
 def with_open_shapes(model: Model, given: Model) -> Model | None:
-    """The model with those shapes open again that had no value in the given model; None if all had values."""
+    """A copy of the model with those shapes open again that had no value in the `given` model; None if all had values."""
     effects = [
         old if not isinstance(old, Deterministic) and _has_open_shape(old) else new
         for new, old in zip(model.effects, given.effects, strict=True)
@@ -140,7 +141,7 @@ def with_open_shapes(model: Model, given: Model) -> Model | None:
 
 
 def _has_open_shape(effect: Effect) -> bool:
-    """True if a shape or a choice of a random effect has no value."""
+    """True if a shape, or a choice among several variants, of an effect has no value."""
     undecided = len(effect.variants()) > 1 and any(
         p.role == "choice" and effect.values[p.name] is None for p in effect.parameters
     )
@@ -148,7 +149,7 @@ def _has_open_shape(effect: Effect) -> bool:
 
 
 def _with_grid_middles(model: Model, data: Data) -> Model:
-    """The model in which every open random effect has the values in the middle of its grid."""
+    """A copy of the model in which every open random effect has the values in the middle of its grid."""
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) and _has_open_shape(effect):
             points = grid_models(model, place, data)
@@ -159,11 +160,11 @@ def _with_grid_middles(model: Model, data: Data) -> Model:
 def fit_deterministic_shapes(
     model: Model, noise: Noise, data: Data, *, lines: bool, slow: bool, settled: int = 0
 ) -> Model:
-    """The model with optimized shapes of deterministic effects, at a given spectrum of the noise.
+    """A copy of the model with optimized shapes of deterministic effects, at a given spectrum of the noise.
 
-    Shapes without a value are always searched. With `lines`, frequencies of lines are optimized, with `slow` the shapes of
-    slow functions. The last effect, which a search just added, is always optimized. The first `settled` effects keep their
-    values.
+    Shapes without a value are always searched. With `lines`, frequencies of lines are optimized, with `slow` the shapes
+    of slow functions. The last effect, which a search just added, is always optimized. The first `settled` effects keep
+    their values.
     """
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) or not effect.free_shapes:
@@ -206,7 +207,7 @@ def fit_deterministic_shapes(
 
 
 def _with_values(effects: tuple[Deterministic, ...]) -> list[Deterministic]:
-    """The effects that have values of all shapes and an amplitude other than 0."""
+    """List of the effects that have values of all shapes and an amplitude other than 0."""
     known = [e for e in effects if any(v is not None and v != 0.0 for v in e.amplitudes())]
     return [e for e in known if all(e.values[n] is not None for n in e.free_shapes)]
 
@@ -263,7 +264,10 @@ def polish_line(
 def _spanned(
     effect: Deterministic, others: tuple[Deterministic, ...], noise: Noise, data: Data
 ) -> Deterministic:
-    """The effect at the best pair of times, if it has two unknown ones; a grid of all pairs would not fit into memory."""
+    """A copy of the effect at the best pair of times, if two of its times are unknown; otherwise the effect itself.
+
+    A grid of all pairs would not fit into memory.
+    """
     unknown = [name for name in effect.free_shapes if effect.values[name] is None]
     if len(unknown) < 2:
         return effect
@@ -286,7 +290,7 @@ def _optimize_slow(
     noise: Noise,
     data: Data,
 ) -> Model:
-    """The model with optimized shapes of one slow effect (lag, time constant, time), one shape after the other.
+    """A copy of the model with optimized shapes of one slow effect (lag, time constant, time), one shape after the other.
 
     The amplitudes of the other deterministic effects are fitted for each value.
     """
@@ -307,7 +311,7 @@ def _optimize_slow(
     for name in effect.free_shapes:
 
         def loss(value: float, name: str = name, base: Deterministic = effect) -> float:
-            """Negative rise of logL for a value of the shape."""
+            """Negative ΔlogL for a `value` of the shape."""
             tried = base.with_values(**{name: value})
             rows = orthogonal_to(basis, regressor_ordinates([tried], j, data) * root)
             return -regress(rows.T, target, np.ones(j.size)).gain

@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 MIN_BURST_VALUES = 16
 #: Ratio of successive window lengths that are tried. Chosen by judgment; not measured.
 LENGTH_RATIO = 2.0**0.5
-#: Window positions per window length. Chosen by judgment; not measured.
+#: Number of window positions per window length. Chosen by judgment; not measured.
 POSITIONS_PER_LENGTH = 4
 #: Maximum length of a burst, as a fraction of the record; a longer one is a steady line. Chosen by judgment; not measured.
 MAX_BURST_FRACTION = 0.9
 #: Minimum number of values of the series with which the edges are optimized. Chosen by judgment; not measured.
 MIN_FINE_VALUES = 1 << 14
-#: Intervals of the grid of positions that are tried for each edge of a burst. Chosen by judgment; not measured.
+#: Number of intervals of the grid of positions that are tried for each edge of a burst. Chosen by judgment; not measured.
 EDGE_INTERVALS = 48
-#: Segments, over three lengths of a burst, whose sums are precomputed to optimize its frequency.
+#: Number of segments, over three lengths of a burst, whose sums are precomputed to optimize its frequency.
 #: Chosen by judgment; not measured.
 SUM_SEGMENTS = 384
 
@@ -41,7 +41,7 @@ def effective_trials(band: Band) -> int:
 
 
 def _lengths(size: int) -> NDArray[np.int64]:
-    """Window lengths that are tried, longest first, in values of the series."""
+    """Array of the window lengths that are tried, longest first, in values of the series."""
     count = (
         int(np.log(max(MAX_BURST_FRACTION * size / MIN_BURST_VALUES, 1.0)) / np.log(LENGTH_RATIO))
         + 1
@@ -52,7 +52,7 @@ def _lengths(size: int) -> NDArray[np.int64]:
 
 
 def search_burst(band: Band) -> tuple[float, float, float, float]:
-    """Strongest burst: frequency (cycles per record), start and end (fractions of the record), and ΔlogL."""
+    """Tuple (frequency in cycles per record, start and end as fractions of the record, ΔlogL) of the strongest burst."""
     from scipy.fft import fft
 
     k = band.series.size
@@ -73,7 +73,7 @@ def search_burst(band: Band) -> tuple[float, float, float, float]:
 def place_burst(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
-    """Burst near a window with optimized frequency and edges: frequency, start, end, and rise of logL."""
+    """Tuple (frequency, start, end, ΔlogL), as for `search_burst`, of a burst with optimized frequency and edges."""
     found = (frequency, start, end, -np.inf)
     for _ in range(2):
         found = _place_once(band, *found[:3])
@@ -81,7 +81,7 @@ def place_burst(
 
 
 def steady_line_gain(band: Band, frequency: float) -> float:
-    """Rise of logL by a steady line within half a cycle per record of a frequency."""
+    """Largest ΔlogL of a steady line within half a cycle per record of a frequency."""
     near = frequency + np.linspace(-0.5, 0.5, 21)
     return max(float(np.abs(_summed(band, float(f))[-1]) ** 2) for f in near)
 
@@ -99,7 +99,7 @@ def relative_power(band: Band, frequency: float, start: float, end: float) -> fl
 def _place_once(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
-    """Burst with the best edges near a window at one frequency, then with the best frequency between these edges."""
+    """Tuple (frequency, start, end, ΔlogL) of a burst with the best edges at one frequency, then the best frequency."""
     total = _summed(band, frequency)
     reach = 0.5 * (end - start)
     firsts = np.clip(start + reach * np.linspace(-1.0, 1.0, EDGE_INTERVALS + 1), 0.0, 1.0)
@@ -110,14 +110,17 @@ def _place_once(
 
 
 def _summed(band: Band, frequency: float) -> NDArray[np.complex128]:
-    """Cumulative sums of the series demodulated by a frequency, shape (k + 1,)."""
+    """Array of the cumulative sums of the series demodulated by a frequency, shape (k + 1,)."""
     u = np.arange(band.series.size) / band.series.size
     turned = band.series * np.exp(-2j * np.pi * (frequency - band.first) * u)
     return np.concatenate([[0.0], np.cumsum(turned)])
 
 
 def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> NDArray[np.float64]:
-    """ΔlogL of a burst between `start` and `end` (fractions of the record); 0 for inadmissible lengths."""
+    """Array of the ΔlogL of a burst between `start` and `end` (fractions of the record); 0 for inadmissible lengths.
+
+    `total` are the cumulative sums of `_summed`.
+    """
     k = band.series.size
     places = np.arange(k + 1) / k
     inside = np.interp(end, places, total) - np.interp(start, places, total)
@@ -129,7 +132,7 @@ def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> ND
 def _optimized(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
-    """Frequency, start, end and gain of a tone burst at a local maximum of the gain.
+    """Tuple (frequency, start, end, gain) of a tone burst at a local maximum of the gain.
 
     The simplex method starts from the given frequency (cycles per record), start and end (fractions of the record). The
     gain is the ΔlogL of the burst.
@@ -174,9 +177,10 @@ def _optimized(
 def polish_burst(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> Deterministic:
-    """The burst with frequency and times that explain most of residual ordinates, shape (n,).
+    """A copy of the burst with the frequency and times that explain most of the residual `ordinates`, shape (n,).
 
-    Without start values, the strongest burst near the largest ordinate is searched.
+    Without start values, the strongest burst near the largest ordinate is searched. The effect itself is returned if
+    the gain is negligible.
     """
     values, T = effect.values, data.duration
     f, start, end = values["frequency"], values["start"], values["end"]

@@ -101,24 +101,24 @@ class FittedNoise:
 
     @property
     def coefficients(self) -> Array:
-        """Fitted coefficients, relative to the coefficient with which each noise has a scatter of 1 over the record."""
+        """Array of the fitted coefficients, relative to those with which each noise has a scatter of 1 over the record."""
         return np.asarray(np.exp(0.5 * self._place[: len(self.candidate.effects)]))
 
     def noise_of(self, coefficients: Array) -> StampedNoise:
-        """Noise with other `coefficients`; a fitted exponent is kept."""
+        """`StampedNoise` with other `coefficients`; a fitted exponent is kept."""
         place = self._place.copy()
         place[: coefficients.size] = 2.0 * np.log(np.maximum(coefficients, 1e-300))
         return self._at(place)
 
     def noise_at(self, number: int, sign: float) -> StampedNoise:
-        """Noise with one parameter (log-variance or exponent) changed by `sign` times `CURVATURE_STEP` from the fit."""
+        """`StampedNoise` with one parameter (log-variance or exponent) changed by `sign` times `CURVATURE_STEP`."""
         place = self._place.copy()
         place[number] += sign * CURVATURE_STEP
         return self._at(place)
 
     @cached_property
     def neighbors(self) -> list[tuple[Regressed, Regressed]]:
-        """Regressions one `CURVATURE_STEP` below and above the fit, for each noise parameter."""
+        """List of the regressions one `CURVATURE_STEP` below and above the fit, as a pair for each noise parameter."""
         return [
             (
                 self._series.regressed(self.noise_at(i, -1.0)),
@@ -129,7 +129,7 @@ class FittedNoise:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the log-variances and the exponent, from the inverse curvature of logL."""
+        """Array: covariance of the log-variances and the exponent, from the inverse curvature of logL."""
         k = self._place.size
         middle = self.regressed.log_likelihood
         sides = [sum(r.log_likelihood for r in pair) for pair in self.neighbors]
@@ -156,7 +156,7 @@ def fit_noise(
     form: Callable[[Term, float, int], StampedNoise],
     start: FittedNoise | None = None,
 ) -> FittedNoise:
-    """The most likely coefficients (and exponent) of a candidate.
+    """`FittedNoise` with the most likely coefficients (and exponent) of a candidate.
 
     Parameters
     ----------
@@ -168,6 +168,11 @@ def fit_noise(
         `sampled_noise` or `integrated_noise`.
     start : FittedNoise, optional
         Fit of some of the effects; its values start the optimization.
+
+    Raises
+    ------
+    InputError
+        Samples without noise.
     """
     parts = _Parts.of(candidate, series, rate, form)
     place = np.concatenate([[0.0], _relative_log_variances(series, parts, start)])
@@ -213,12 +218,12 @@ class _Parts:
         rate: float,
         form: Callable[[Term, float, int], StampedNoise],
     ) -> _Parts:
-        """Parts of a candidate for the times of a series; `rate` and `form` as for `fit_noise`."""
+        """`_Parts` of a candidate for the times of a series; `rate` and `form` as for `fit_noise`."""
         length = float(series.times[-1] - series.times[0])
         n = max(16, int(np.ceil(length * rate)) + 1)
 
         def normalized(effect: Stochastic) -> tuple[StampedNoise, float]:
-            """Noise of an effect at coefficient 1, and 1 over its scatter."""
+            """Pair: noise of an effect at coefficient 1, and 1 over its scatter."""
             noise = added([form(term, rate, n) for term in effect.unit_terms(rate)])
             return noise, 1.0 / _scatter(noise, length)
 
@@ -226,11 +231,11 @@ class _Parts:
         return cls(candidate, normalized, [normalized(effect) for effect in fixed])
 
     def _last(self, exponent: float) -> Stochastic:
-        """The last effect with this exponent."""
+        """A copy of the last effect with this exponent."""
         return self.candidate.effects[-1].with_values(exponent=float(exponent))
 
     def at(self, place: Array) -> StampedNoise:
-        """Noise at log-variances (and an exponent)."""
+        """`StampedNoise` at log-variances (and an exponent)."""
         sizes = np.exp(place).tolist()
         parts = [
             part.scaled(weight * size)
@@ -242,7 +247,7 @@ class _Parts:
         return added(parts)
 
     def model(self, place: Array) -> Model:
-        """The effects with the coefficients at log-variances (and an exponent)."""
+        """`Model` of the effects with the coefficients at log-variances (and an exponent)."""
         effects, weights = list(self.candidate.effects), [weight for _, weight in self.fixed]
         if self.candidate.exponents is not None:
             effects[-1] = self._last(place[-1])
@@ -255,7 +260,7 @@ class _Parts:
 def _relative_log_variances(
     series: StampedSeries, parts: _Parts, start: FittedNoise | None
 ) -> Array:
-    """Most likely log-variances relative to that of the first effect, and the exponent if it is fitted."""
+    """Array of the most likely log-variances relative to that of the first effect, and the exponent if it is fitted."""
     from scipy.optimize import minimize, minimize_scalar
 
     candidate = parts.candidate
@@ -309,7 +314,10 @@ def _scatter(noise: StampedNoise, length: float) -> float:
 def _start_values(
     candidate: Candidate, start: FittedNoise | None, limits: Sequence[tuple[float, float]]
 ) -> Array:
-    """Start values of the optimization: those of `start`, with new effects at 1/10 of the largest; else the middle."""
+    """Array of the start values of the optimization: those of `start`, with new effects at 1/10 of the largest.
+
+    Without `start`, all log-variances are equal, and the exponent is in the middle of its range.
+    """
     first = np.zeros(len(limits))
     sizes = len(candidate.effects)
     if candidate.exponents is not None:

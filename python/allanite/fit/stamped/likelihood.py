@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from allanite.fit.stamped.noise import StampedNoise
 
 Array = NDArray[np.float64]
-#: Smallest pivot of a Cholesky factor that is used. Products have a relative error of 1e-16, so the square of this pivot
-#: has one of 1e-6.
+#: Minimum pivot of a Cholesky factor that is used. Products have a relative error of 1e-16, so that the square of this
+#: pivot has a relative error of 1e-6.
 MIN_PIVOT = 1e-5
 #: Decay rate of the lag that represents a constant, times the duration of the record: practically no decay.
 CONSTANT_DECAY = 1e-9
@@ -30,7 +30,7 @@ CONSTANT_DECAY = 1e-9
 def whitened(
     noise: StampedNoise, times: Array, there: NDArray[np.bool_], columns: Array
 ) -> tuple[Array, Array]:
-    """Innovations of columns, shape (k, n), and their variances, shape (n,).
+    """Pair of arrays: innovations of columns, shape (k, n), and their variances, shape (n,).
 
     Noise that starts at 0 gives the first sample no variance. A random constant is therefore added to such noise. The
     constant among the known functions removes it again, whatever its variance.
@@ -103,13 +103,13 @@ class StampedSeries:
         return self.times.size
 
     def regressed(self, noise: StampedNoise) -> Regressed:
-        """Amplitudes, covariance and restricted likelihood under a noise model."""
+        """`Regressed`: amplitudes, covariance and restricted likelihood under a noise model."""
         columns = np.vstack([self.values, self.design])
         found, variances = whitened(noise, self.times, np.ones(self.n, dtype=bool), columns)
         return self._regressed(found, variances)
 
     def _regressed(self, found: Array, variances: Array) -> Regressed:
-        """Regression of innovations, shape (1 + k, n), with their variances."""
+        """`Regressed` from innovations, shape (1 + k, n), of the samples and functions, with their variances."""
         found = found / np.sqrt(variances)
         white, functions = found[0], found[1:]
         size = np.linalg.norm(functions, axis=1)
@@ -132,7 +132,7 @@ class StampedSeries:
     def predicted(
         self, noise: StampedNoise, times: Array, design: Array
     ) -> tuple[float, Array, Array]:
-        """Restricted log-likelihood of the samples, and predicted mean and variance at later times, shape (m,) each.
+        """Tuple: restricted log-likelihood of the samples, and predicted mean and variance at later times, shape (m,) each.
 
         Parameters
         ----------
@@ -155,7 +155,7 @@ class StampedSeries:
         return regressed.log_likelihood, mean, variances[n:] + more
 
     def last_slope(self, noise: StampedNoise, slopes: Array) -> tuple[float, float]:
-        """Slope at the last sample and its variance: that of the known functions plus the sum of the integrated lags.
+        """Pair: slope at the last sample and its variance: that of the known functions plus the sum of the integrated lags.
 
         White noise and a random walk have no slope and are left out.
 
@@ -184,7 +184,7 @@ class StampedSeries:
 
 
 def _factor_of_products(functions: Array) -> Array:
-    """Lower triangular factor of the products of unit vectors, shape (k, k); its diagonal may be negative.
+    """Array: lower triangular factor of the products of unit vectors, shape (k, k); its diagonal may be negative.
 
     A Cholesky factorization takes a tenth of the time of an orthogonalization, which nearly dependent vectors need.
     """

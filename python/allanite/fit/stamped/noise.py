@@ -45,13 +45,13 @@ class StampedNoise:
     white: float = 0.0
 
     def scaled(self, factor: float) -> StampedNoise:
-        """The noise with its variance multiplied by `factor`."""
+        """A copy of the noise with its variance multiplied by `factor`."""
         lags = tuple((factor * v, rate, summed) for v, rate, summed in self.lags)
         return StampedNoise(lags, factor * self.walk, factor * self.white)
 
 
 def added(parts: list[StampedNoise]) -> StampedNoise:
-    """Sum of independent noises; lags of the same rate are merged."""
+    """`StampedNoise`: sum of independent noises; lags of the same rate are merged."""
     lags: dict[tuple[float, bool], float] = {}
     for part in parts:
         for variance, rate, summed in part.lags:
@@ -64,7 +64,7 @@ def added(parts: list[StampedNoise]) -> StampedNoise:
 
 
 def sampled_noise(term: Term, rate: float, n: int) -> StampedNoise:
-    """Noise of samples that are the values of a term.
+    """`StampedNoise` of samples that are the values of a term.
 
     Parameters
     ----------
@@ -74,6 +74,11 @@ def sampled_noise(term: Term, rate: float, n: int) -> StampedNoise:
         Sampling rate to which the term refers, Hz.
     n : int
         Number of samples of the record at that rate; determines the slowest lag.
+
+    Raises
+    ------
+    InputError
+        A term of another kind.
     """
     lag = _lag_of(term)
     if lag is not None:
@@ -82,7 +87,7 @@ def sampled_noise(term: Term, rate: float, n: int) -> StampedNoise:
 
 
 def _sampled_power_law(exponent: float, level: float, rate: float, n: int) -> StampedNoise:
-    """Noise of samples that follow a power law with an exponent from −2 to 0; the parameters are as above."""
+    """`StampedNoise` of samples that follow a power law; InputError for an exponent outside −2 … 0."""
     if exponent == 0.0:
         return StampedNoise(white=level)
     if exponent == -2.0:
@@ -93,7 +98,7 @@ def _sampled_power_law(exponent: float, level: float, rate: float, n: int) -> St
 
 
 def integrated_noise(term: Term, rate: float, n: int) -> StampedNoise:
-    """Noise of samples that are the integral of a term, e.g. the phase (s) of a clock from its fractional frequency.
+    """`StampedNoise` of samples that are the integral of a term, e.g. the phase (s) of a clock.
 
     Each lag keeps its density at frequencies far below the sampling rate. The parameters are those of `sampled_noise`.
     Quantization and power laws with exponents above 0 up to 2 become noise of the phase itself.
@@ -116,7 +121,7 @@ def integrated_noise(term: Term, rate: float, n: int) -> StampedNoise:
 
 
 def _lag_of(term: Term) -> tuple[float, float] | None:
-    """Decay per sample and variance of a term with exponential covariance; None for any other term."""
+    """Pair: decay per sample and variance of a term with exponential covariance; None for any other term."""
     name, numbers = term.kernel
     if name != "exponential" or numbers[3] != 0.0:
         return None
@@ -124,7 +129,7 @@ def _lag_of(term: Term) -> tuple[float, float] | None:
 
 
 def _power_law_of(term: Term) -> tuple[float, float]:
-    """Exponent and level of a term that is a power law."""
+    """Pair: exponent and level of a term that is a power law; InputError for other terms."""
     name, numbers = term.kernel
     if name == "power_law":
         return numbers[0], numbers[1]
@@ -134,18 +139,18 @@ def _power_law_of(term: Term) -> tuple[float, float]:
 
 
 def _unsupported(process: object) -> InputError:
-    """Error for a process, or an exponent of a power law, that cannot be evaluated at arbitrary times."""
+    """InputError (returned, not raised) for a process, or an exponent, that cannot be evaluated at arbitrary times."""
     return InputError(f"process {process} is not supported for samples at arbitrary times")
 
 
 def _noise_of_lags(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
-    """Noise from a bank of lags (decay per sample, variance); a decay of 0 is white noise."""
+    """`StampedNoise` from a bank of lags (decay per sample, variance); a decay of 0 is white noise."""
     lags = tuple((level * v, -float(np.log(phi)) * rate, False) for phi, v in bank if phi > 0.0)
     return StampedNoise(lags, white=level * sum(v for phi, v in bank if phi <= 0.0))
 
 
 def _integrated_lags(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
-    """Noise of the integral of a sum of lags, each given by (decay per sample, variance); `level` multiplies all variances.
+    """`StampedNoise` of the integral of lags, each (decay per sample, variance); `level` multiplies all variances.
 
     A lag that decays within one sample is white, and its integral is a random walk.
     """

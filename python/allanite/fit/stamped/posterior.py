@@ -45,7 +45,7 @@ MAX_WIDTH_STEPS = 14
 def posterior_points(
     best: FittedNoise, evaluate: Callable[[StampedNoise], tuple[float, T]]
 ) -> tuple[Array, list[T]]:
-    """Weights of the points, shape (p,), with sum 1, and the value of each point.
+    """Pair: weights of the points, shape (p,), with sum 1, and list of the value of each point.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def posterior_points(
     """
 
     def at(coefficients: Array) -> tuple[float, T]:
-        """Log-likelihood of the noise with these coefficients, and the value that `evaluate` returns for this noise."""
+        """Pair: log-likelihood of the noise with these coefficients, and the value that `evaluate` returns for it."""
         stop_if_unwanted()
         return evaluate(best.noise_of(np.abs(coefficients)))
 
@@ -91,7 +91,7 @@ def posterior_points(
 
 
 def _widths(best: Array, log_likelihood: Callable[[Array], float]) -> Array:
-    """Step in each coefficient that lowers logL by about half a nat, shape (k,)."""
+    """Array of the step in each coefficient that lowers logL by about half a nat, shape (k,)."""
     top = log_likelihood(best)
     low_loss, high_loss = WIDTH_LOSS
     widths = np.empty(best.size)
@@ -117,7 +117,7 @@ def _widths(best: Array, log_likelihood: Callable[[Array], float]) -> Array:
 
 
 def _students(dimensions: int, count: int) -> Array:
-    """Points of Student's t distribution with unit scale from a Halton sequence, shape (count, dimensions)."""
+    """Array of points of Student's t distribution with unit scale from a Halton sequence, shape (count, dimensions)."""
     from scipy.special import ndtri
     from scipy.stats import chi2, qmc
 
@@ -128,7 +128,7 @@ def _students(dimensions: int, count: int) -> Array:
 
 
 def _log_density(places: Array, mean: Array, root: Array) -> Array:
-    """Log-density of the absolute values of a draw, up to a constant, shape (p,)."""
+    """Array of the log-density of the absolute values of a draw, up to a constant, shape (p,)."""
     k = mean.size
     parts = []
     for signs in product((1.0, -1.0), repeat=k):

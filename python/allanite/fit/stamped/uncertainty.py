@@ -20,7 +20,10 @@ Array = NDArray[np.float64]
 
 
 def amplitude_errors(best: FittedNoise) -> tuple[Array, Array]:
-    """Standard errors of the amplitudes, with the uncertainty of the noise, and their degrees of freedom, shape (k,)."""
+    """Pair of arrays, shape (k,): standard errors of the amplitudes, with the uncertainty of the noise.
+
+    Degrees of freedom.
+    """
     neighbors = [
         (low.amplitudes, low.covariance.diagonal()) for pair in best.neighbors for low in pair
     ]
@@ -30,7 +33,7 @@ def amplitude_errors(best: FittedNoise) -> tuple[Array, Array]:
 def combined_errors(
     best: FittedNoise, neighbors: list[tuple[Array, Array]], variance: Array
 ) -> tuple[Array, Array]:
-    """Standard errors with the uncertainty of the noise, and degrees of freedom, shape (k,).
+    """Pair of arrays, shape (k,): standard errors with the uncertainty of the noise, and degrees of freedom (at least 1).
 
     `neighbors` holds (value, variance) one step below and above the fit for each noise parameter in turn.
     """

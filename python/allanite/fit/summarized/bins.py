@@ -37,13 +37,13 @@ class SummaryBins(Bins):
     __repr__ = brief
 
     def power(self, ordinates: Array) -> Array:
-        """Mean power of each bin, shape (bins,): from squared ordinates below, from segments above."""
+        """Array of the mean power of each bin, shape (bins,): from squared ordinates below, from segments above."""
         edges = self.edges[: self.known]
         low = np.add.reduceat(ordinates**2, edges) / self.count[: self.known]
         return np.concatenate([low, self.folds[0, 1]])
 
     def folded(self, ordinates: Array, folds: int) -> tuple[Array, Array]:
-        """Number of ordinates and sum of squares of each bin in each fold, shape (folds, bins) each."""
+        """Pair of arrays, shape (folds, bins): number of ordinates and sum of squares of each bin in each fold."""
         number, total = _low_bins(self).folded(ordinates, folds)
         high = self.folds[1:]
         return (
@@ -53,7 +53,7 @@ class SummaryBins(Bins):
 
 
 def _low_bins(bins: SummaryBins) -> Bins:
-    """The bins that have single ordinates, without the bins above them."""
+    """`Bins` that have single ordinates, without the bins above them."""
     return Bins(
         bins.n,
         bins.edges[: bins.known + 1],
@@ -65,7 +65,7 @@ def _low_bins(bins: SummaryBins) -> Bins:
 
 
 def folds_of(reading: Reading, bins: Bins, known: int, folds: int = 5) -> Array:
-    """Number of ordinates and mean power of the bins without single ordinates, see `SummaryBins.folds`."""
+    """Array of the number of ordinates and mean power of the bins without single ordinates, see `SummaryBins.folds`."""
     edges, power, place = [], [], []
     for level in reversed(range(len(reading.octaves))):
         found, _ = without_lines(reading, level, 1.0)

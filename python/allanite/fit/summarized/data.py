@@ -43,7 +43,7 @@ Array = NDArray[np.float64]
 #: Minimum number of kept (low-rate) samples per averaging time for which the Allan curve is computed from kept samples.
 #: Chosen by judgment; not measured.
 MIN_KEPT_PER_TAU = 16
-#: Bytes of each cache of `SummaryData`; small, since summaries are used if memory is scarce.
+#: Maximum size, bytes, of each cache of `SummaryData`; small, since summaries are used if memory is scarce.
 #: Chosen by judgment; not measured.
 CACHE_BYTES = 1 << 23
 
@@ -80,19 +80,19 @@ class SummaryData(Data):
 
     @property
     def time(self) -> Array:
-        """Time at the middle of each kept sample, s since the first sample of the recording."""
+        """Array of the time at the middle of each kept sample, s since the first sample of the recording."""
         time = np.arange(self.samples.size, dtype=np.float64)
         time *= self.factor / self.rate
         time += self.start + 0.5 * (self.factor - 1) / self.rate
         return time
 
     def transform(self, series: Array) -> Array:
-        """Lowest ordinates, shape (known,), of a slow series sampled at `time`."""
+        """Array of the lowest ordinates, shape (known,), of a slow series sampled at `time`."""
         found = _kernels.cosine_transform(np.ascontiguousarray(series))[: self.ordinates.size]
         return np.asarray(found * np.sqrt(self.factor))
 
     def factors(self) -> NDArray[np.int64]:
-        """Averaging factors of the accumulated Allan curve up to a third of the record.
+        """Array of the averaging factors of the accumulated Allan curve, up to a third of the record.
 
         Factors with mostly missing terms are excluded unless the kept samples resolve them.
         """
@@ -102,10 +102,10 @@ class SummaryData(Data):
         return np.asarray(m[shown & (m <= max(1, self.n // 3))])
 
     def deviation(self, factors: NDArray[np.int64], less: Array | None = None) -> Array:
-        """Overlapping Allan deviation of the record, minus a signal `less` if given, shape of `factors`.
+        """Array of the overlapping Allan deviation of the record, minus a signal `less` if given, shape of `factors`.
 
-        The accumulated curve is used. Where terms are missing, or with a signal, the kept samples are used if they are fine
-        enough, since an event may lie in the missing terms.
+        The accumulated curve is used. Where terms are missing, or with a signal, the kept samples are used if they are
+        fine enough, since an event may lie in the missing terms.
         """
         curve: Deviation = self.summary.oadev()
         at = np.searchsorted(curve.factors, factors)
@@ -121,7 +121,7 @@ class SummaryData(Data):
         return np.asarray(np.sqrt(np.maximum(taken, 1e-6 * found**2)))
 
     def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
-        """Overlapping Allan deviation of a slow signal sampled at `time`, shape of `factors`.
+        """Array of the overlapping Allan deviation of a slow signal sampled at `time`, shape of `factors`.
 
         Below the interval of the kept samples the deviation is extrapolated in proportion to τ.
         """
@@ -131,11 +131,11 @@ class SummaryData(Data):
 
     @property
     def maps(self) -> Maps:
-        """Power over time of the octaves."""
+        """`Maps`: power over time of the octaves."""
         return Maps(self.reading, self.rate, self.summary.start, self.summary.n)
 
     def octaves(self, expected: Any, louder: Any) -> list[tuple[int, int, Array, float]]:
-        """Power over time of the octaves kept in segments, relative to the expected power, highest octave first.
+        """List of the power over time of octaves kept in segments, relative to the expected power, highest octave first.
 
         Parameters
         ----------
@@ -177,7 +177,10 @@ class SummaryData(Data):
         return round(LOW * self.n / (SEGMENT << level))
 
     def at_octave_resolution(self, power: Array, first: int) -> Array:
-        """Power in time cells at the resolution of the octave from ordinate `first`; unchanged for other ordinates."""
+        """Array of power in time cells at the resolution of the octave from ordinate `first`.
+
+        Unchanged for other ordinates.
+        """
         levels = range(len(self.reading.octaves))
         level = next((level for level in levels if self._first_of(level) == first), None)
         return power if level is None else self.maps.at_octave_resolution(power, level)
@@ -203,12 +206,15 @@ class SummaryData(Data):
         return number
 
     def sections(self, model: Model, number: int) -> Sections:
-        """`number` equal sections; known functions of time lie below their frequencies and need not be removed."""
+        """`SectionsOfSummary` with `number` equal sections.
+
+        Known functions of time lie below their frequencies and need not be removed.
+        """
         return SectionsOfSummary(self.maps, number)
 
 
 def _interpolated(samples: Array, factors: NDArray[np.int64], factor: int, rate: float) -> Array:
-    """Overlapping Allan deviation of kept samples, interpolated to averaging factors of the record."""
+    """Array of the overlapping Allan deviation of kept samples, interpolated to averaging factors of the record."""
     top = samples.size // 3
     m = np.unique(np.round(np.geomspace(1, top, 160)).astype(np.int64))
     found = oadev(samples, rate=rate / factor, factors=m)
@@ -217,7 +223,7 @@ def _interpolated(samples: Array, factors: NDArray[np.int64], factor: int, rate:
 
 
 def require_summary_supports(summary: Summary, model: Model, method: str) -> None:
-    """Raise an error if a fit needs single samples, which a summary does not keep.
+    """Raise InputError if a fit needs single samples, which a summary does not keep.
 
     Raises
     ------
@@ -249,7 +255,7 @@ def phase_limit(reading: Reading, rate: float) -> float:
 
 
 def of_summary(summary: Summary) -> Data:
-    """A one-column summary without single samples, prepared for fitting.
+    """`Data` of a one-column summary without single samples, prepared for fitting.
 
     Raises
     ------

@@ -46,23 +46,23 @@ class Maps:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Lowest and highest frequency whose power over time is kept, Hz."""
+        """Pair: lowest and highest frequency whose power over time is kept, Hz."""
         top = LOW / SEGMENT * self.rate
         return top / (1 << len(self.reading.octaves)), top
 
     @property
     def cells(self) -> Array:
-        """Edges of the time cells, in samples of the record, shape (CELLS + 1,)."""
+        """Array of the edges of the time cells, in samples of the record, shape (TIME_CELLS + 1,)."""
         return np.linspace(0.0, self.n, TIME_CELLS + 1)
 
     def edges(self, blocks: Blocks, level: int) -> Array:
-        """Edges of the time blocks of an octave, in samples of the record, shape (blocks + 1,)."""
+        """Array of the edges of the time blocks of an octave, in samples of the record, shape (blocks + 1,)."""
         size = float((TILE << blocks.size) << level)
         edges = (blocks.first + np.arange(blocks.frames.size + 1)) * size - self.start
         return np.asarray(edges.clip(0.0, self.n))
 
     def at_octave_resolution(self, power: Array, level: int) -> Array:
-        """Power in time cells averaged to the resolution of an octave's blocks, shape (CELLS,)."""
+        """Array of power in time cells averaged to the resolution of an octave's blocks, shape (TIME_CELLS,)."""
         edges = np.unique(self.edges(self.reading.octaves[level].blocks, level))
         # Incomplete blocks at the ends are joined with their neighbor.
         edges[0], edges[-1] = 0.0, self.n
@@ -82,7 +82,7 @@ class SectionsOfSummary:
         self.maps, self.number, self.limits = maps, number, maps.limits
 
     def cells(self, within: tuple[float, float], _step: float) -> Cells:
-        """Power in the stored frequency cells between the frequencies `within`, Hz; their width is fixed."""
+        """`Cells` of power in the stored frequency cells between the frequencies `within`, Hz; their width is fixed."""
         maps, power, count, at = self.maps, [], [], []
         ends = np.linspace(0.0, maps.n, self.number + 1)
         for level, octave in enumerate(maps.reading.octaves):
@@ -104,12 +104,12 @@ class SectionsOfSummary:
 
 
 def redistributed(values: Array, edges: Array, others: Array) -> Array:
-    """Sums of `values` redistributed from cells with `edges` to cells with other edges, by overlap."""
+    """Array of the sums of `values` redistributed from cells with `edges` to cells with the edges `others`, by overlap."""
     return np.diff(np.interp(others, edges, np.concatenate([[0.0], np.cumsum(values)])))
 
 
 def fine_bands(level: int) -> tuple[NDArray[np.int64], Array, Array]:
-    """Edges, middles and power gains of the fine bands of an octave, after the rate was halved `level` times.
+    """Tuple of arrays: edges, middles and power gains of the fine bands of an octave after `level` halvings of the rate.
 
     Edges and middles are indices of transform coefficients.
     """

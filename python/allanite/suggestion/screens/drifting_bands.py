@@ -196,8 +196,8 @@ class _Sections:
     ) -> _Course | None:
         """Course with the largest ΔlogL among the half-widths `widths`, which are relative to the middle frequency.
 
-        Or None. `theta` is the squared coefficient of the band, `replaced` the effects that leave the model. None if
-        nothing is gained or all frequencies are within a half-width of each other.
+        `theta` is the squared coefficient of the band, `replaced` the effects that leave the model. None if nothing is
+        gained or all frequencies are within a half-width of each other.
         """
         low, high = self.own.effect.occupies or (0.0, 0.0)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)

@@ -129,10 +129,11 @@ def _robust_std(size: NDArray[np.float64]) -> float:
 def screen_outliers(
     solution: Solution, data: Data, samples: NDArray[np.float64]
 ) -> Candidate | None:
-    """Candidate that excludes outliers: whitened samples beyond the limit that normal noise reaches in 1 % of records.
+    """Candidate that excludes outliers; None without any.
 
-    Or None. The scale comes from quantiles, which a few percent of outliers do not move. The ΔlogL is that of a
-    separate level for each outlier, less ln n for choosing it.
+    Outliers are samples of the whitened record beyond the limit that normal noise reaches in 1 % of records. The scale
+    comes from quantiles, which a few percent of outliers do not move. The ΔlogL is that of a separate level for each
+    outlier, less ln n for choosing it.
     """
     from scipy.special import log_ndtr
 
