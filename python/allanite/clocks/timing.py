@@ -15,8 +15,9 @@ from allanite.clocks.jumps import Jump, jumps_of
 from allanite.clocks.masks import Mask, mask_named
 from allanite.clocks.noise import clock_noise, thinned
 from allanite.clocks.verdicts import Verdict, verdicts, window_means
-from allanite.clocks.words import span_text, time_text
+from allanite.clocks.words import time_text
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.numbers import duration_text
 from allanite.common.parameters import Estimate
 from allanite.common.several import Several, results_by_column, warn_of_several_columns
 from allanite.common.units import FREQUENCY, is_frequency, parse_unit
@@ -164,7 +165,7 @@ class Timing:
             f" ({low} to {high} s)" if (low, high) != (typical,) * 2 else ""
         )
         lines = [
-            f"{self.column}: {self.n} samples in {span_text(self.duration)}, {self.missing} missing; {apart}"
+            f"{self.column}: {self.n} samples in {duration_text(self.duration)}, {self.missing} missing; {apart}"
         ]
         if self.uneven:
             lines.append(
@@ -584,13 +585,13 @@ def _verdict_text(verdict: Verdict, duration: float) -> str:
     """Line of text about one limit of a mask: ``G.8272-A tdev: passes: 1.2 ns at τ = 10 s, limit 3 ns``."""
     head = f"{verdict.mask} {verdict.kind}: {verdict.result}"
     if verdict.measured is None or verdict.limit is None:
-        return f"{head}: the mask needs a record of {span_text(verdict.needs)}"
+        return f"{head}: the mask needs a record of {duration_text(verdict.needs)}"
     at = "" if verdict.tau is None else f" at τ = {verdict.tau:.4g} s"
     text = f"{head}: {time_text(verdict.measured)}{at}, limit {time_text(verdict.limit)}"
     if verdict.high is not None and verdict.low is not None:
         text += f" (95 %: {time_text(verdict.low)} to {time_text(verdict.high)})"
     if verdict.result == "undecided" and duration < verdict.needs:
-        text += f"; the mask needs a record of {span_text(verdict.needs)}"
+        text += f"; the mask needs a record of {duration_text(verdict.needs)}"
     return text
 
 

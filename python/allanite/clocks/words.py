@@ -9,11 +9,3 @@ def time_text(seconds: float) -> str:
         if abs(seconds) >= size:
             return f"{seconds / size:.3g} {name}"
     return f"{seconds / 1e-12:.3g} ps"
-
-
-def span_text(seconds: float) -> str:
-    """Text of a duration with three digits, in days, hours, minutes or seconds."""
-    for name, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2.0 * size:
-            return f"{seconds / size:.3g} {name}"
-    return f"{seconds:.3g} s"

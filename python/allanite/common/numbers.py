@@ -7,6 +7,8 @@ import math
 import re
 from collections.abc import Iterable
 
+#: Length of a Julian year, s.
+YEAR = 31557600.0
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
 _MINUS = re.compile(r"(?<=[\s(=])-(?=\d)")
@@ -43,6 +45,14 @@ def time_scale(span: float) -> tuple[float, str]:
     The unit is d from 2 d on, h from 2 h, min from 240 s, else s.
     """
     return next(((s, n) for above, s, n in TIME_UNITS if span >= above), (1.0, "s"))
+
+
+def duration_text(seconds: float) -> str:
+    """Duration with three digits in the largest unit of which it is exactly one or at least two: ``2 h``, ``40 s``."""
+    for size, name in ((YEAR, "years"), (86400.0, "d"), (3600.0, "h"), (60.0, "min")):
+        if seconds >= 2.0 * size or seconds == size:
+            return f"{seconds / size:.3g} {name}"
+    return f"{seconds:.3g} s"
 
 
 def numbers_text(values: Iterable[float], *, times: bool) -> str:

@@ -10,12 +10,12 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError
+from allanite.common.numbers import duration_text
 from allanite.common.showing import brief
 from allanite.common.units import parse_unit
 from allanite.comparison.curves import Curves, Drawn, compare
 from allanite.comparison.datasheet import minimum_of, with_figures
 from allanite.effects import as_model, find
-from allanite.planning.duration import duration_text
 from allanite.sources.datasheet import MINIMUM, known_figures
 
 if TYPE_CHECKING:

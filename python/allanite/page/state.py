@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import with_readable_numbers
+from allanite.common.numbers import duration_text, with_readable_numbers
 from allanite.common.units import parse_unit
 from allanite.effects import standard
 from allanite.page.edits import SHEET
@@ -23,7 +23,7 @@ from allanite.page.shown.figures import colors_of
 from allanite.page.shown.offers import offers, sentence
 from allanite.page.source import Reading
 from allanite.page.words import WORDS
-from allanite.plots.words import duration_text, unit_text
+from allanite.plots.words import unit_text
 from allanite.readers import sensor_kind
 from allanite.report.words import many
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError
+from allanite.common.numbers import duration_text
 from allanite.common.validation import positive, positive_rate
 from allanite.effects import as_model
 from allanite.planning import expected as _expected
@@ -91,14 +92,6 @@ class Plan:
 
     def _repr_html_(self) -> str:
         return f"<pre>{self}</pre>"
-
-
-def duration_text(seconds: float) -> str:
-    """Text of a duration with three digits, in d, h or min if it is at least two of them, else in s: ``3.2 h``."""
-    for name, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2.0 * size:
-            return f"{seconds / size:.3g} {name}"
-    return f"{seconds:.3g} s"
 
 
 def plan(

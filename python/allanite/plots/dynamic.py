@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.numbers import time_scale
+from allanite.common.numbers import duration_text, time_scale
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.spec import Figure, Line, Mark, Panel, Points
 from allanite.plots.themes import COMPONENTS
-from allanite.plots.words import duration_text, in_unit
+from allanite.plots.words import in_unit
 
 if TYPE_CHECKING:
     from pathlib import Path

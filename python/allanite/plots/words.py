@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import number
+from allanite.common.numbers import duration_text, number
 from allanite.common.parameters import Estimate
 from allanite.common.printing import to_sheet_unit
 
@@ -83,14 +83,6 @@ def effect_text(fit: Any, effect: Any) -> str:
     """Name of an effect for this sensor, with the logged column that it follows."""
     name = str(fit.display_name(effect))
     return f"{name} {effect.follows}" if effect.follows else name
-
-
-def duration_text(seconds: float) -> str:
-    """Duration in a readable unit, e.g. ``2 h``, ``15 min``, ``40 s``."""
-    for size, name in ((86400.0, "d"), (3600.0, "h"), (60.0, "min")):
-        if seconds >= 2 * size or seconds == size:
-            return f"{seconds / size:.3g} {name}"
-    return f"{seconds:.3g} s"
 
 
 def recording_text(recording: Any) -> str:

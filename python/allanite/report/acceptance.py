@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.files import whole_file
-from allanite.common.numbers import with_readable_numbers
+from allanite.common.numbers import duration_text, with_readable_numbers
 from allanite.common.plain import plain
 from allanite.comparison.acceptance import DOES_NOT_MEET, MEETS
-from allanite.planning.duration import duration_text
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
 from allanite.report.html import blocks_html, skeleton
 from allanite.report.summary import temperature_text

@@ -6,7 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import chance_text, harmonics_text, trials_text, with_readable_numbers
+from allanite.common.numbers import (
+    chance_text,
+    duration_text,
+    harmonics_text,
+    trials_text,
+    with_readable_numbers,
+)
 from allanite.common.printing import column_unit
 from allanite.effects import find, title_of
 from allanite.fit.table import undecided_sentence
@@ -30,7 +36,6 @@ from allanite.report.words import (
     many,
     parameter_cells,
     parameter_text,
-    seconds,
     sentence,
     verdict,
     with_unit,
@@ -90,7 +95,7 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
             "duration",
             (
                 Number(f"{facts['duration_s']:.6g}", facts["duration_s"], f"{place}.duration_s"),
-                f" s ({seconds(facts['duration_s'])})",
+                f" s ({duration_text(facts['duration_s'])})",
             ),
         ),
         ("unit", unit_text(facts["unit"])),

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.numbers import number, with_readable_numbers
+from allanite.common.numbers import duration_text, number, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.common.printing import to_sheet_unit
 from allanite.effects import standard
 from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Bullets, Cell, Heading, Table
-from allanite.report.words import seconds, sentence
+from allanite.report.words import sentence
 
 if TYPE_CHECKING:
     from allanite.recording import Recording
@@ -35,7 +35,7 @@ def summary(report: Report) -> list[Block]:
     ]
     rows += [
         ("temperature", temperature_text(first)),
-        ("duration", f"{seconds(first.duration)} at {first.rate:.6g} Hz"),
+        ("duration", f"{duration_text(first.duration)} at {first.rate:.6g} Hz"),
     ]
     entries = [_axis(entry) for entry in report.entries]
     shown = [i for i in range(len(COEFFICIENTS)) if any(cells[2 + i] != "–" for cells in entries)]

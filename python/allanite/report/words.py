@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.numbers import number, numbers_text, with_readable_numbers
 from allanite.common.units import conversion, parse_unit
 from allanite.effects import title_of
-from allanite.plots.words import duration_text, effect_text, unit_text, values_text
+from allanite.plots.words import effect_text, unit_text, values_text
 from allanite.report.blocks import Cell, Number
 
 if TYPE_CHECKING:
@@ -73,11 +73,6 @@ def with_unit(unit: str | None) -> str:
 def sentence(text: str) -> str:
     """The text as a sentence with a capital letter, a full stop and readable numbers."""
     return with_readable_numbers(f"{text[:1].upper()}{text[1:].rstrip('.')}.")
-
-
-def seconds(value: float) -> str:
-    """A duration in the most readable unit."""
-    return duration_text(value)
 
 
 def parameter_cells(value: dict[str, Any], place: str) -> tuple[Cell, Cell, str]:

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
+from allanite.common.numbers import YEAR
 
 Array = NDArray[np.float64]
-#: Julian year, s.
-YEAR = 31557600.0
 #: Name of a unit of time for a rate → its length, s.
 PER = {"year": YEAR, "day": 86400.0, "hour": 3600.0, "second": 1.0}
 _SPAN = re.compile(r"\+?(?P<number>\d+(?:\.\d*)?|\.\d+)\s*(?P<unit>s|h|d|y|yr)")

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.numbers import YEAR, duration_text
 from allanite.common.parameters import Estimate
 from allanite.common.several import Several, results_by_column, warn_of_several_columns
 from allanite.common.threads import stop_if_unwanted
@@ -30,7 +31,7 @@ from allanite.fit.stamped.candidates import Candidate, FittedNoise, fit_noise
 from allanite.fit.stamped.likelihood import StampedSeries
 from allanite.fit.stamped.noise import sampled_noise
 from allanite.fit.stamped.uncertainty import amplitude_errors
-from allanite.trends.design import PER, YEAR, Functions, date_of, seconds_of
+from allanite.trends.design import PER, Functions, date_of, seconds_of
 from allanite.trends.steps import best_step
 
 if TYPE_CHECKING:
@@ -226,7 +227,7 @@ class Trend:
     def __str__(self) -> str:
         low, high = self.rate.interval or (np.nan, np.nan)
         noise = ", ".join(f"{name} {size:.3g} {unit}" for name, size, unit in self.parts)
-        record = f"{_duration_text(self.duration)}{', uneven times' if self.uneven else ''}"
+        record = f"{duration_text(self.duration)}{', uneven times' if self.uneven else ''}"
         lines = [
             f"{self.column}: rate {self.rate} (95 %: {low:.4g} to {high:.4g}) under {noise}",
             f"  offset {self.offset} at the middle; {self.n} samples, {self.missing} missing, {record}",
@@ -242,9 +243,7 @@ class Trend:
             )
         lines.append(
             "  standard error with record length: "
-            + ", ".join(
-                f"{_duration_text(duration)} {error:.2g}" for duration, error in self.longer
-            )
+            + ", ".join(f"{duration_text(duration)} {error:.2g}" for duration, error in self.longer)
         )
         return "\n".join(lines)
 
@@ -667,11 +666,3 @@ def _predicted_error(
     longer = replace(functions, middle=0.5 * float(every[0] + every[-1]))
     found = StampedSeries(every, np.zeros(every.size), longer.at(every)).regressed(best.noise)
     return float(np.sqrt(found.covariance[1, 1]))
-
-
-def _duration_text(seconds: float) -> str:
-    """Text of a duration in years, days or hours if it is at least two of them, else in seconds: ``3.2 years``."""
-    for name, size in (("years", YEAR), ("days", 86400.0), ("h", 3600.0)):
-        if seconds >= 2.0 * size:
-            return f"{seconds / size:.3g} {name}"
-    return f"{seconds:.4g} s"

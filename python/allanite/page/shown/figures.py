@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
-from allanite.common.numbers import number
+from allanite.common.numbers import duration_text, number
 from allanite.common.units import parse_unit
 from allanite.comparison import limit_line
 from allanite.effects import Deterministic, Periodic
@@ -34,7 +34,7 @@ from allanite.plots.deviation import plot_deviation
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS, LOGS
 from allanite.plots.time import close_up, plot_time
-from allanite.plots.words import duration_text, effect_text, unit_text
+from allanite.plots.words import effect_text, unit_text
 from allanite.report.words import many
 
 if TYPE_CHECKING:

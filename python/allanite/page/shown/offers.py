@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from allanite.plots.words import duration_text
+from allanite.common.numbers import duration_text
 
 if TYPE_CHECKING:
     from allanite.recording.findings import Finding

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError
-from allanite.common.numbers import number
+from allanite.common.numbers import duration_text, number
 from allanite.common.units import parse_unit
 from allanite.comparison import accept_study
 from allanite.exports._text import verdict_in
@@ -18,7 +18,7 @@ from allanite.page.shown.catalogue import catalogue
 from allanite.page.shown.figures import VIEWS, figure_of, fit_of
 from allanite.page.shown.tables import tables_of
 from allanite.page.source import Reading
-from allanite.plots.words import duration_text, unit_text
+from allanite.plots.words import unit_text
 from allanite.readers import sensor_kind
 
 if TYPE_CHECKING:

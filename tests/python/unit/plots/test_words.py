@@ -2,7 +2,8 @@
 
 import pytest
 
-from allanite.plots.words import density_unit, duration_text, in_unit, number, unit_text
+from allanite.common.numbers import duration_text
+from allanite.plots.words import density_unit, in_unit, number, unit_text
 
 
 @pytest.mark.parametrize(
