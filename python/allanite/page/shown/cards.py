@@ -213,7 +213,7 @@ def _card(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, An
     rivals = [cls.title for k in s.rivals if (cls := find(k)) is not None]
     chance = "p < 10⁻⁹⁹" if s.log10_p < -99 else f"p = {number(s.p_value, 1)}"
     name, acts = fit.display_name(s.effect), _ranges_of_action(fit, s)
-    between = _frequency_range_text(_line_range(fit, s.effect) or acts["frequency"])
+    ends = _line_range(fit, s.effect) or acts["frequency"]
     return {
         "number": place,
         "kind": s.kind,
@@ -226,17 +226,21 @@ def _card(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, An
         "rivals": rivals,
         "evidence_text": f"ΔlogL {number(s.delta_log_likelihood)}, {chance}",
         "size": s.removes_percent / 100.0,
-        "size_text": f"explains {number(s.removes_percent, 2)} % of the misfit{between}",
+        "size_text": f"explains {number(s.removes_percent, 2)} % of the misfit{_frequency_range_text(ends)}",
         "acts": acts,
-        **_view_and_range(s.effect, acts),
+        **_view_and_range(s.effect, ends, acts["time"]),
     }
 
 
-def _view_and_range(effect: Effect, acts: dict[str, list[float] | None]) -> dict[str, Any]:
-    """Dict with the view that shows a missing effect, samples or spectrum, and the range of the effect in this view."""
-    frequency = acts["frequency"]
+def _view_and_range(
+    effect: Effect, frequency: Sequence[float] | None, time: Sequence[float] | None
+) -> dict[str, Any]:
+    """Dict with the view that shows a missing effect, samples or spectrum, and the range of the effect in this view.
+
+    `frequency` (Hz) and `time` (s) are the ranges in which the effect acts.
+    """
     if effect.follows or effect.when or frequency is None:
-        return {"view": "samples", "place": None if effect.follows else acts["time"]}
+        return {"view": "samples", "place": None if effect.follows else time}
     low, high = frequency
     return {"view": "psd", "place": [low * (1 - MIN_SHOWN_WIDTH), high * (1 + MIN_SHOWN_WIDTH)]}
 
