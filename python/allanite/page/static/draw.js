@@ -65,7 +65,12 @@ function stack(layout) {
     layout.annotations.push({ text: capital(name), showarrow: false, xref: "paper", x: 0.02, xanchor: "left", yref: "paper", y: top - 0.03, yanchor: "top", font: { size: 11 } });
   });
 }
-export function clear() { shown.view = null; if (plot().data) Plotly.purge(plot()); plot().dataset.listens = ""; }
+export function clear() {
+  shown.view = null;
+  if (plot().data) Plotly.purge(plot());
+  plot().dataset.listens = "";
+  plot().setAttribute("aria-label", "No figure");
+}
 export function fit() {
   if (!shown.view || !plot().data) return;
   const now = plot().clientWidth <= NARROW;

@@ -33,7 +33,9 @@ async function draw() {
     return;
   }
   drawn = want;
-  if (S.view !== Draw.shown.view?.name) $("empty").textContent = ["nis", "error", "compare", "thermal", "average"].includes(S.view) ? "Computing …" : "";
+  // The canvas is never empty: a quick view replaces the shown one, and any other view is announced.
+  const slow = ["nis", "error", "compare", "thermal", "average"].includes(S.view);
+  if (S.view !== Draw.shown.view?.name) $("empty").textContent = slow || !Draw.shown.view ? "Computing …" : "";
   try {
     const got = await speak(`tabs/${S.tab}/view/${S.view}?${query()}`);
     if (want !== drawn) return;
@@ -162,7 +164,7 @@ function sheet() {
     el("table", {}, el("caption", {}, `Model compared with data sheet ${found.name}`),
       el("tr", {}, ...["Figure", "Data sheet", "Measured", "Measured / sheet (95 %)", "Remark"].map(t => el("th", {}, t))),
       ...found.rows.map(r => el("tr", {}, el("th", {}, r.figure), el("td", {}, r.sheet), el("td", {}, r.measured), el("td", {}, r.ratio), el("td", { class: "remark" }, r.remark)))),
-    ...found.remarks.map(r => el("p", {}, r))]));
+    ...found.remarks.map(r => el("p", {}, capital(r)))]));
 }
 function twoModels({ heads, models, rows }) {
   return [el("table", {}, el("caption", {}, "Differences"),
