@@ -18,7 +18,6 @@ from allanite.page.shown.jobs import LAWS, calibrated
 from allanite.page.shown.tables import csv_of, tables_of
 from allanite.page.source import Reading, Uploads
 from allanite.page.studies import study
-from allanite.page.words import WORDS
 from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:
@@ -127,10 +126,11 @@ def sheet_rows(tab: Tab) -> dict[str, Any] | None:
         return None
     from allanite.comparison.datasheet import compare_datasheet
 
-    try:
-        found = compare_datasheet(tab.step.fit, tab.sheet)
-    except InputError as error:
-        return {"name": tab.sheet.name, "rows": [], "remarks": [error.worded(WORDS)]}
+    kind = parse_unit(tab.log.unit).kind
+    own = tab.sheet.of_kind(kind)
+    if not own.figures:
+        return {"name": own.name, "rows": [], "remarks": [f"the sheet has no figure for {kind}"]}
+    found = compare_datasheet(tab.step.fit, own)
     rows = [
         {
             "figure": row.figure.name.replace("_", " "),
