@@ -256,9 +256,9 @@ class Effect(AsModel):
         return frozenset((*self.hold, *self.at_limit))
 
     def kept(self, name: str) -> str:
-        """Reason why a fit keeps the parameter `name`: ``"held"`` or ``"at its limit"``.
+        """``"held"`` or ``"at its limit"``: the reason why a fit keeps the parameter `name`.
 
-        Empty text if a fit may change it.
+        Empty text without a reason.
         """
         return "held" if name in self.hold else "at its limit" if name in self.at_limit else ""
 
@@ -358,7 +358,7 @@ class Effect(AsModel):
 
     @classmethod
     def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Self, ...]:
-        """Tuple of effects of this kind, with values, read from single ordinates and tried in addition to the grid.
+        """Tuple of effects of this kind, with values, read from single ordinates and tried besides the grid.
 
         By default empty. `power` are the squared cosine ordinates of n samples at `rate` Hz, raw or relative to the
         model, shape (n,).
@@ -368,7 +368,7 @@ class Effect(AsModel):
     def errors(self, rate: float) -> dict[str, float]:
         """Dict of standard errors by name, for values that are not fitted to the spectrum (times, factors).
 
-        By default empty. `rate` is the sampling rate, Hz.
+        It is empty by default. `rate` is the sampling rate, Hz.
         """
         return {}
 
@@ -383,7 +383,7 @@ class Effect(AsModel):
     def shows(self, model: Model, rate: float, duration: float) -> bool:
         """True if the fitted effect, the last of `model`, shows the feature that distinguishes it from its rivals.
 
-        By default True. The record has a `duration` in s and a sampling `rate` in Hz.
+        It is always True by default. The record has a `duration` in s and a sampling `rate` in Hz.
         """
         return True
 
@@ -407,7 +407,7 @@ class Effect(AsModel):
     def peaks(self) -> tuple[tuple[float, float], ...]:
         """Tuple of frequency ranges (low, high), Hz: the main band, then its sidebands.
 
-        By default only `occupies`, if not None.
+        By default it contains only `occupies`, and is empty if this is None.
         """
         return () if self.occupies is None else (self.occupies,)
 

@@ -100,7 +100,7 @@ class Response:
     def lag_zero(self) -> float:
         """Part of the variance of filtered white noise of variance 1 that exists only at lag 0, G(z = 0).
 
-        `modes` have the rest.
+        The exponentials of `modes` have the rest.
         """
         return complex(self.gain**2 * prod(self.zeros) / prod(self.poles)).real
 

@@ -25,7 +25,7 @@ COLUMN = Parameter("column", "text", "name of the column", "choice")
 def followed_column(
     effect: Effect, columns: Mapping[str, NDArray[np.float64]] | None
 ) -> NDArray[np.float64]:
-    """Values of the logged column that an effect follows, shape (n,).
+    """Array of the values of the logged column that an effect follows, shape (n,).
 
     Raises
     ------

@@ -129,9 +129,9 @@ class Deterministic(Effect):
         n: int,
         rate: float,
     ) -> tuple[tuple[Deterministic, float], ...]:
-        """Tuple of (effect, angle) for effects between two times, such as an excursion, at their best times.
+        """Tuple of (effect, angle) for effects between two times, such as an excursion; by default empty.
 
-        By default empty.
+        The times are the best ones.
 
         Parameters
         ----------
@@ -149,7 +149,7 @@ class Deterministic(Effect):
         Returns
         -------
         tuple of (Deterministic, float)
-            Effect, and the angle (rad) by which its whitened direction turns as one edge moves over all times; the angle
+            Effect, and the angle (rad) by which its whitened direction turns as one edge moves over all times. The angle
             measures the number of independent trials.
         """
         return ()
@@ -224,7 +224,7 @@ class Periodic(Deterministic):
     def signal(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Sum of A sin(2πft + φ) over the lines, shape (n,); faster than by two regressors per line."""
+        """Array of the sum of A sin(2πft + φ) over the lines, U, shape (n,); faster than with two regressors per line."""
         return sines(self._turning(), time)
 
     def _turning(self) -> list[tuple[float, float, float]]:

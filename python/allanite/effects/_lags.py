@@ -101,7 +101,7 @@ def power_law_allan(exponent: float, m: Array) -> Array:
     s0, s1 = np.cumsum(g), np.cumsum(h * g)
 
     def exact(k: NDArray[np.int64]) -> Array:
-        """Exact Allan variance at integer averaging factors k, shape of k."""
+        """Array of the exact Allan variance at integer averaging factors k, shape of k."""
         return np.asarray(
             (2 * (2 * k * s0[2 * k - 1] - s1[2 * k - 1]) - 8 * (k * s0[k - 1] - s1[k - 1]))
             / (2.0 * k**2)
@@ -116,7 +116,7 @@ def power_law_allan(exponent: float, m: Array) -> Array:
     scaled_top = exact(top) * top ** (1.0 + exponent)
 
     def bent(k: Array) -> Array:
-        """Factor of the second term of the Allan variance at large averaging factors k: a power of k, or ln k."""
+        """Array of the second term of the Allan variance at large factors k: a power of k or ln k, unscaled."""
         # If both powers are equal, the second one gets a logarithm (flicker PM).
         return np.log(k) if second == 0.0 else k**second
 

@@ -95,7 +95,7 @@ class Modifier(Effect):
     ) -> NDArray[np.float64]:
         """Array of the mean power of the `band` from each `start` to each `end`, relative to that over `span`.
 
-        By default ones. All times are in s from the first sample.
+        By default all values are 1. Times are in s from the first sample.
         """
         return np.ones(np.shape(start))
 
@@ -112,9 +112,9 @@ class Modifier(Effect):
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Tuple of the terms of white noise of variance `white` per sample after the effect.
+        """Tuple of the terms of white noise of variance `white` per sample after the effect; by default `White(white)`.
 
-        By default unchanged white noise. `rate` is in Hz; `span` is the first and last time of the record, s.
+        `rate` is in Hz; `span` is the first and last time of the record, s.
         """
         return (White(white),)
 

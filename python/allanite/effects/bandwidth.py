@@ -163,7 +163,10 @@ class Bandwidth(Modifier):
         )
 
     def variants(self) -> tuple[Bandwidth, ...]:
-        """Tuple of filters to try: one for each pair of design and order that agrees with the given values."""
+        """Tuple of filters to try, one for each pair of design and order that agrees with the given values.
+
+        With a given order all designs are tried, otherwise the typical pairs `lowpass.TRIED_DESIGNS`.
+        """
         # A given order is tried with every design that has it; otherwise only a few typical designs are tried.
         tried = (
             lowpass.TRIED_DESIGNS

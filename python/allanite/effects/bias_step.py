@@ -196,7 +196,10 @@ def best_transition(
     m = np.arange(every, places, every)
 
     def cosine_sums(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Sums Σ_j values_j cos(πjm/K) for m = 0, 1, …, with K the number of times."""
+        """Array of the sums Σ_j values_j cos(πjm/K) for m = 0, 1, …, K, for each column of `values`.
+
+        K is the number of times.
+        """
         padded = np.zeros((places + 1, values.shape[1]))
         padded[1:places] = values
         return np.asarray(0.5 * dct(padded, type=1, axis=0))

@@ -62,9 +62,9 @@ class DriftingLine(Tone):
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "resonance")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array of 18 drifts, Hz/s, from 1 to 256 cycles per record duration to both sides of 0.
+        """Array of values to try: 18 drifts, Hz/s, or frequencies, Hz, as for all effects.
 
-        Frequencies as for all lines.
+        The drifts run from 1 to 256 cycles per record duration to both sides of 0.
         """
         if name == "drift":
             cycles = np.geomspace(1.0, 256.0, 9)

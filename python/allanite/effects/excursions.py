@@ -99,7 +99,7 @@ class Excursions(Away):
 
     @classmethod
     def together(cls, events: Sequence[Away]) -> Self | None:
-        """One effect with all excursions, in order of time.
+        """One effect with all excursions of `events`, in order of time; never None.
 
         Overlapping excursions are split at all edges, and their heights add. If a sum is nearly 0, the bias is back
         there: a long excursion with a return inside becomes two excursions.

@@ -21,7 +21,7 @@ MODEL_SCHEMAS = ("allanite/model/1", "allanite/fit/1", "allanite/check/1", "alla
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:
-    """JSON form ``allanite/model/1`` of a model: kinds, values (null if to be fitted), held names, limits."""
+    """Dict (JSON form ``allanite/model/1``) of a model: kinds, values (None if to be fitted), held names, limits."""
     return {
         "schema": MODEL_SCHEMAS[0],
         "version": _kernels.version(),

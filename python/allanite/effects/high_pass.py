@@ -83,9 +83,9 @@ class HighPass(Filter):
         return np.geomspace(low, high, max(6, int(8 * np.log10(high / low))))
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """True if the density far below the cutoff is less than half of that above it.
+        """True if the density far below the cutoff is less than half of that above it, and the cutoff is visible.
 
-        Otherwise a lag or quantization fits. It is also False if the cutoff is above 1/8 of the rate.
+        Otherwise a Gauss-Markov process or quantization fits. A cutoff above 1/8 of the rate is not visible.
         """
         cutoff = self.cutoff or rate
         if cutoff > MAX_VISIBLE_CUTOFF * rate:

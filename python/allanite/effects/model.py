@@ -226,7 +226,7 @@ class Model(AsModel):
         return tuple(out)
 
     def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
-        """Two-sided power spectral density of the stochastic effects.
+        """Array of the two-sided power spectral density of the stochastic effects.
 
         Parameters
         ----------
@@ -250,7 +250,7 @@ class Model(AsModel):
         return (total / fs).reshape(np.shape(f))
 
     def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
-        """Expected overlapping Allan variance of the model, exact at every averaging factor.
+        """Array of the expected overlapping Allan variance of the model, exact at every averaging factor.
 
         Parameters
         ----------
@@ -282,6 +282,7 @@ class Model(AsModel):
         return positive_rate(rate)
 
     def _model(self) -> Model:
+        """The model itself."""
         return self
 
     def fit_columns(self, recording: Recording, method: str = "whittle") -> Fits:

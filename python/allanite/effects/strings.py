@@ -172,7 +172,7 @@ def parse_string(text: str) -> Model:
 
 
 def parse_with_units(text: str, unit: str | None = None) -> tuple[Model, str | None]:
-    """The model of a model string, and the unit of the samples to which its coefficients refer.
+    """Pair: model of a model string, and the unit of the samples to which its coefficients refer.
 
     Parameters
     ----------

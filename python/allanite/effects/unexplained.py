@@ -89,7 +89,7 @@ class Unexplained(Stochastic):
     def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
         """One effect with the bands of all `pieces` with positive `variances`, sorted by frequency.
 
-        Rms is √(Σ variances).
+        Its `rms` is √(Σ variances).
         """
         total = float(sum(variances))
         bands = [

@@ -271,7 +271,7 @@ def _shape_estimate(
 ) -> Any:
     """`Estimate` of a shape with error and interval; `relative` is the standard error of its logarithm (or of itself).
 
-    Without `relative` it has neither. None and texts are returned unchanged.
+    If `relative` is None, the estimate has no error and no interval. None and texts are returned unchanged.
     """
     value = effect.values[name]
     if value is None or isinstance(value, str):

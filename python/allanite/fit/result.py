@@ -180,7 +180,7 @@ class Fit:
 
     @property
     def limited_by_quantization(self) -> bool:
-        """True if the samples take so few codes that quantization biases the coefficients of any model."""
+        """True if the recording's audit warns of so few codes that the coefficients of any model are biased."""
         audit = getattr(self.recording, "audit", ())
         return any(f.kind == "quantisation" and f.severity == "warning" for f in audit)
 
@@ -215,10 +215,7 @@ class Fit:
         return effect.name_for(kind_of_sensor(self.recording.columns[0], self.recording.unit))
 
     def alternatives(self, place: int) -> tuple[Alternative, ...]:
-        """Tuple of fits (`Alternative`) in which another effect replaces the effect at index `place` of the model.
-
-        Cached.
-        """
+        """Tuple of `Alternative` fits in which another effect replaces the effect at index `place` of the model; cached."""
         from allanite.fit.rivals.alternatives import alternatives
 
         return self._searched(alternatives, place)
@@ -248,7 +245,7 @@ class Fit:
 
     @cached_property
     def _rivals(self) -> dict[tuple[str, int], tuple[Any, ...]]:
-        """Cache of `_searched` by name of the search and index of the effect."""
+        """Dict that caches the results of `_searched` by (name of the search, index of the effect); empty at first."""
         return {}
 
     def check(self, on_progress: Callable[[int, int], None] | None = None) -> Check:

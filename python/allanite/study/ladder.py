@@ -371,6 +371,7 @@ class Study:
         return f"Study({self.recording.columns[0]}: {first} → {last}, {words})"
 
     def _repr_html_(self) -> str:
+        """HTML table of the steps for notebooks, with the ending and the last fit."""
         from allanite.common.showing import html_list, html_table
         from allanite.fit.table import undecided_sentence
 

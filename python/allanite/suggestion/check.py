@@ -152,6 +152,7 @@ class Check:
         return f"Check({self.fit.recording.columns[0]}, {self.fit.model.name}: {words})"
 
     def _repr_html_(self) -> str:
+        """HTML of the fit, where it fails, and the suggestions, for notebooks."""
         from allanite.common.showing import html_list, html_table
 
         where = self.left or [self.nowhere]

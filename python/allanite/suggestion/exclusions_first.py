@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if the suggestion excludes samples that no other suggestion in `found` explains."""
+    """True if the suggestion is a disturbance or outliers whose samples no other suggestion in `found` explains."""
     if excludes_segment(one.effect):
         return _disturbance_leads(one, found, fit)
     return _outliers_lead(one, found, fit)

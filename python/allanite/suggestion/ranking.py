@@ -56,9 +56,9 @@ def in_order(
     judged = [s for s in judged if s in first or not excludes_segment(s.effect)]
 
     def key(one: Suggestion) -> tuple[bool, int, float]:
-        """Sort key (significant, class, score) of a suggestion.
+        """Tuple (significant, class, score) of a suggestion, a sort key.
 
-        A change of level that makes the spectrum overdispersed leads, because nothing else can be judged before.
+        A change of level that makes the spectrum overdispersed leads, because nothing else can be decided before.
         """
         effect = one.effect
         if one in first:

@@ -335,7 +335,7 @@ def _families(
 ) -> dict[str, Family]:
     """Dict of the `Family` of candidates that share their false alarms, by name.
 
-    With ``course`` if a band was `followed`.
+    The family ``course`` of moving bands is included if any band was `followed`.
     """
     names = sorted({"spectral", *spectral.families})
     families = {name: Family(name) for name in ("level", "outlier")}

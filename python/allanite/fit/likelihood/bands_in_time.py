@@ -82,10 +82,7 @@ def remove_motion(
 def moving_power(
     solution: Solution, data: Data, j: NDArray[np.int64], times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Array of the relative power over time that moving bands cause at ordinates j, shape (times, ordinates).
-
-    Mean 1 over time.
-    """
+    """Array of the relative power over time (mean 1) that moving bands cause at ordinates j, shape (times, ordinates)."""
     power = np.ones((times.size, j.size))
     for own in solution.processes:
         if isinstance(own.effect, Moving) and own.theta:

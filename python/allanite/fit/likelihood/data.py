@@ -351,7 +351,7 @@ def _checked_values(samples: NDArray[Any], label: str) -> NDArray[np.float64]:
 
 
 def _require_noise(filled: NDArray[np.float64], label: str) -> None:
-    """Raise an error for (nearly) constant samples, and for samples beyond the range of a fit."""
+    """Raise TooShortError for (nearly) constant samples, and InputError for samples beyond the range of a fit."""
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}); there is no noise to fit")
     changes = int(np.count_nonzero(filled[1:] != filled[:-1]))

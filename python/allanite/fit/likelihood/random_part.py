@@ -111,10 +111,7 @@ class RandomPart:
         return linear.whole(maximize(self.power, self.count, free, start, linear.offset))
 
     def climb(self, linear: Linear, theta: Array, scale: int | None, rounds: int = 80) -> Maximum:
-        """`Maximum` of the likelihood that is reached uphill from `theta` in at most `rounds` iterations.
-
-        `scale` starts δ.
-        """
+        """`Maximum` of the likelihood, reached uphill from `theta` and discrepancy `scale` in at most `rounds` steps."""
         return linear.whole(
             climb(
                 self.power,

@@ -287,10 +287,7 @@ def _residual_without_gaps(solution: Solution, data: Data) -> NDArray[np.float64
 
 
 def _whitening(solution: Solution, data: Data, level: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array of the whitening factors of the ordinates: 1/√(model density × level of the bin), shape (n,).
-
-    0 in empty bins.
-    """
+    """Array of the whitening factors of the ordinates, shape (n,): 1/√(model density × level), 0 in empty bins."""
     j = np.maximum(np.arange(solution.ordinates.size, dtype=np.float64), 1.0)
     white = _log_density(solution, data, level, np.log(j, out=j))
     white *= -0.5
@@ -311,7 +308,7 @@ def _log_density(
 ) -> NDArray[np.float64]:
     """Array of ln(model density × level of the bin), interpolated at ordinates given by their logarithms.
 
-    Gaps are filled.
+    Narrow gaps of the density are filled (`_without_gaps`).
     """
     at, known = log_density_at_nodes(solution.model, data, level)
     return np.interp(log_j, at, _without_gaps(known, at))
@@ -383,7 +380,7 @@ def _white_process(solution: Solution) -> Process | None:
 def white_power(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[NDArray[np.float64] | None, float, float]:
-    """Power over time of the octaves that white noise dominates.
+    """Tuple: mean power over time of the octaves that white noise dominates, its white share, and squares per value.
 
     Returns
     -------

@@ -110,7 +110,7 @@ class _ConditionalMean:
         return _kernels.inverse_cosine_transform(ordinates)[self.missing]
 
     def mean(self, samples: Array) -> Array:
-        """Array of samples with the missing ones replaced by their conditional mean.
+        """Array of `samples` in which the missing ones are replaced by their conditional mean.
 
         Their present values start the iteration.
         """
@@ -140,7 +140,7 @@ class _ConditionalMean:
 
 
 def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
-    """Cholesky factor of Q_mm, as `scipy.linalg.cho_factor` returns it; None if many samples are missing.
+    """Tuple with the Cholesky factor of Q_mm, as from `scipy.linalg.cho_factor`; None if many samples are missing.
 
     Σ_j p_j φ_j(i) φ_j(k) depends on i − k and on i + k + 1.
     """

@@ -21,7 +21,7 @@ Mask = NDArray[np.bool_]
 def _coupling(missing: Mask) -> Array:
     """Array of the squared correlation that gaps cause between two ordinates at distance h = 0 … 2n−1, shape (2n,).
 
-    0 at h = 0. It is the squared cosine transform of the mask, because the missing part of white noise is the
+    It is 0 at h = 0. It is the squared cosine transform of the mask, because the missing part of white noise is the
     mask times the noise.
     """
     n = missing.size
@@ -72,11 +72,11 @@ def known_ordinates(share: Array, bins: Bins) -> Array:
 
 
 def mixing_of(missing: Mask, share: Array, bins: Bins) -> Array:
-    """Array of the change of the observed power of each bin (rows) per change of the true power of each bin (columns).
+    """Array of the relative change of the observed power of each bin (rows) per that of the true power of bins (columns).
 
-    Changes are relative. The shape is (bins, bins) and rows sum to 1. The unknown part e divided by √S is a projection
-    with correlations c, Σ_i c_ji² = c_jj = r_j. The ordinates of the conditional mean m respond to S as (δ_ji −
-    c_ji)²/(1 − r_j). A gap moves power from i to j. It moves none if r_i is 0, and if r_i is 1 there is none to move.
+    The shape is (bins, bins) and rows sum to 1. The unknown part e divided by √S is a projection with correlations c,
+    Σ_i c_ji² = c_jj = r_j. The ordinates of the conditional mean m respond to S as (δ_ji − c_ji)²/(1 − r_j). A gap
+    moves power from i to j. It moves none if r_i is 0, and if r_i is 1 there is none to move.
     """
     number = np.diff(bins.edges).astype(float)
     unknown = np.add.reduceat(share, bins.edges[:-1]) / number

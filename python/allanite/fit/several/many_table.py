@@ -110,7 +110,7 @@ def _ranked(model: Model) -> list[int]:
     """List of the indices of the effects sorted by kind and, within a kind, by their first free shape."""
 
     def rank(place: int) -> tuple[str, float]:
-        """Sort key (kind, first free shape) of an effect."""
+        """Pair (kind, first free shape) of an effect, a sort key."""
         effect = model.effects[place]
         shapes = [effect.values[name] for name in effect.free_shapes]
         number = shapes[0] if shapes and isinstance(shapes[0], (int, float)) else 0.0

@@ -48,18 +48,15 @@ def regressor_ordinates(
 
 
 def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
-    """Array of the first `CACHED_ORDINATES` ordinates of every regressor of an effect, shape (regressors, ordinates).
-
-    Cached.
-    """
+    """Array of the first `CACHED_ORDINATES` ordinates of every regressor, shape (regressors, ordinates); cached."""
 
     def of_effect() -> NDArray[np.float64]:
-        """Ordinates of the regressors, computed because the cache does not contain them."""
+        """Array of the ordinates of the regressors, computed because the cache does not contain them."""
         rows = effect.regressors(data.time, data.covariates).T
         return np.array([lowest(row) for row in rows])
 
     def of_lagged(part: LaggedColumn) -> NDArray[np.float64]:
-        """Ordinates of a lagged column, shared by all effects that follow it; cached."""
+        """Array of the ordinates of a lagged column, shared by all effects that follow it; cached."""
         return data.lowest.get(part, lambda: lowest(part.series(data.time, data.covariates)))
 
     def lowest(series: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -106,7 +106,7 @@ def _maxima_of_selected(
     def climbed(
         which: NDArray[np.intp], thetas: Array, rounds: int
     ) -> tuple[Array, Array, list[int | None]]:
-        """Tuple (θ, logL, discrepancy indices) of the points `which` after some Fisher-scoring steps from `thetas`."""
+        """Tuple (θ, logL, discrepancy indices or None) of the points `which` after `rounds` Fisher-scoring steps."""
         return climb_many(
             power, count, columns[which], thetas, base.scale, rounds, cells=not narrow
         )
@@ -219,7 +219,7 @@ def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Mode
     ranks = {_design(variant): i for i, variant in reversed([*enumerate(first.variants())])}
 
     def order(end: tuple[Model, Maximum]) -> tuple[int, float]:
-        """Sort key (complexity of the design, −logL)."""
+        """Pair (complexity of the design, −logL), a sort key."""
         return ranks.get(_design(end[0].effects[place]), len(ranks)), -end[1].log_likelihood
 
     return min(alike, key=order)

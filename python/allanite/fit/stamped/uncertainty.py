@@ -20,10 +20,7 @@ Array = NDArray[np.float64]
 
 
 def amplitude_errors(best: FittedNoise) -> tuple[Array, Array]:
-    """Pair of arrays, shape (k,): standard errors of the amplitudes, with the uncertainty of the noise.
-
-    Degrees of freedom.
-    """
+    """Pair of arrays, shape (k,): standard errors of amplitudes with the noise's uncertainty, and degrees of freedom."""
     neighbors = [
         (low.amplitudes, low.covariance.diagonal()) for pair in best.neighbors for low in pair
     ]

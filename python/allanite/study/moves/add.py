@@ -82,11 +82,12 @@ def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
 def with_second_effect(
     before: State, after: State, check: Check, falls: bool
 ) -> tuple[State, Suggestion] | None:
-    """Pair (state with a second effect, its suggestion), if the first addition alone raises an error; else None.
+    """Pair: state with a second effect with which no error rises beyond its scatter, and the suggestion of it; else None.
 
-    The second effect is one that `check` found missing. If none of those helps, the model with the addition is checked.
-    Its suggestions are added, or take the place of the addition. If only the discrepancy rises, within its interval
-    (`falls`), the second effect must clearly gain and lower the discrepancy.
+    It is needed if the first addition alone raises an error. The second effect is one that `check` found missing. If
+    none of those helps, the model with the addition is checked. Its suggestions are added, or replace the addition. If
+    only the discrepancy rises, within its interval (`falls`), the second effect must gain `MAX_RIVAL_LOG_EVIDENCE` and
+    lower the discrepancy.
     """
     new = after.fit.model.effects[-1].kind
     if falls:

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 
 def with_merged_levels(before: State) -> State | None:
-    """State with one effect in the place of several changes of level, and of those still missing; or None.
+    """State in which one effect replaces several changes of level, and includes those still missing.
 
-    One or two separate intervals need not be merged. Candidates are what a search finds without the changes, and the
-    changes combined. The one with the highest score of the power of the white noise over time is taken. None if no
-    candidate explains more than the changes without the last.
+    None if none explains more. One or two separate intervals need not be merged. Candidates are what a search finds
+    without the changes, and the changes combined. The one with the highest score of the power of the white noise over
+    time is taken. None if no candidate explains more than the changes without the last.
     """
     fit = before.fit
     changes, places = _added_level_changes(before)

@@ -106,7 +106,7 @@ def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
 
 
 def _stands_for_another(fit: Fit, better: Fit, kinds: Collection[str]) -> bool:
-    """True if an effect of one of the `kinds` is detected in `better`, with the nameless shape, but in `fit` is not."""
+    """True if an effect of one of the `kinds` is detected in `better` (with the nameless shape) but not in `fit`."""
     shown = [
         {e.kind for place, e in enumerate(one.model) if is_detected(one, place)}
         for one in (fit, better)

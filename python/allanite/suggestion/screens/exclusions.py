@@ -60,12 +60,12 @@ _SeenByOctave = tuple[float, float, float, NDArray[np.float64], float]
 
 
 def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Array of shape (n,): scores of outliers among the first and last samples, in standard deviations.
+    """Array of shape (n,): standardized scores of outliers among the first and last samples, 0 for other samples.
 
-    0 for other samples. The score is the distance from the neighbors. The whitened record has no values at the ends,
-    where a sensor that just began, or an empty filter, puts its outliers. From the middle outwards, each sample is
-    compared with the median of the inner neighbors that are no outliers, in units of the usual distance of samples that
-    far apart. One record of noise in a thousand has such an outlier.
+    The score is the distance from the neighbors. The whitened record has no values at the ends, where a sensor that
+    just began, or an empty filter, puts its outliers. From the middle outwards, each sample is compared with the median
+    of the inner neighbors that are no outliers, in units of the usual distance of samples that far apart. One record of
+    noise in a thousand has such an outlier.
     """
     from scipy.special import ndtri
 

@@ -193,10 +193,7 @@ def _several_excursions(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """List with the refitted candidate of several excursions, if none of those found `singly` is significant.
-
-    Else empty.
-    """
+    """List with the refitted candidate of several excursions; empty if one of those found `singly` is significant."""
     alone = [
         (_gain(effect, solution, noise, data), arc * starts, effect)
         for effect, (arc, starts, noise) in forms.items()
@@ -313,9 +310,9 @@ def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> b
 def _share_with_normal_tails(
     event: Deterministic, data: Data, whitened: Callable[[], Whitened]
 ) -> float:
-    """Fraction of a short event's evidence that remains if the samples are replaced by normal ones of the same order.
+    """Fraction, at most 1, of a short event's evidence that remains if the samples become normal ones of the same order.
 
-    Else 1. The mean of a few samples with heavy tails, or of a coarse step, is not normal.
+    It is 1 for long events. The mean of a few samples with heavy tails, or of a coarse step, is not normal.
     """
     assert event.when is not None
     first, last = (round((t - data.start) * data.rate) for t in event.when)
