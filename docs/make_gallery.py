@@ -21,7 +21,7 @@ from allanite.common.numbers import number, with_readable_numbers
 from allanite.effects import find
 from allanite.plots import plot_check, plot_study
 from allanite.plots.words import values_text
-from allanite.report.words import verdict
+from allanite.report.words import tone_and_verdict
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "gallery"
@@ -107,7 +107,7 @@ def section(record: Record, path: Path) -> str:
     picture(plot_check(first), FOLDER / first_png)
     picture(plot_study(study), FOLDER / ladder_png)
     expected = record.expect(recording, first, study)
-    _, words = verdict(study, first)
+    _, words = tone_and_verdict(study, first)
     out = [
         f"## {record.title}",
         f"{record.what} *Source: {record.source}.*",

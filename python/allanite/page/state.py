@@ -25,7 +25,7 @@ from allanite.page.source import Reading
 from allanite.page.words import WORDS
 from allanite.plots.words import unit_text
 from allanite.readers import sensor_kind
-from allanite.report.words import many
+from allanite.report.words import count_text
 
 if TYPE_CHECKING:
     from allanite.fit import Fit
@@ -268,7 +268,7 @@ def _recording_record(tab: Tab) -> dict[str, Any]:
         "rate": column.rate,
         "duration": column.duration,
         "unit": unit_text(column.unit),
-        "text": f"{many(column.n)} samples · {duration_text(column.duration)} at {column.rate:.6g} Hz"
+        "text": f"{count_text(column.n)} samples · {duration_text(column.duration)} at {column.rate:.6g} Hz"
         + _left_out_text(now),
         "audit": [
             {

@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
     from allanite.comparison.acceptance import Acceptance, FigureVerdict
 
-#: Height of the plot in inches, chosen so that the report fits on one page of A4.
+#: Height of the plot, inches, chosen so that the report fits on one page of A4.
 PLOT_HEIGHT = 3.6
 
 
 def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "") -> str:
-    """HTML page of the acceptance report on all axes of a part.
+    """HTML text of the acceptance report on all axes of a part, a complete page.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "
         Serial number of the part and date of the test, as the user gave them.
     """
     first = found[0]
-    verdict = overall(found)
+    verdict = overall_verdict(found)
     sheet = first.sheet.name
     title = f"Acceptance test: {sheet}" + (f", serial number {serial}" if serial else "")
     tone = {MEETS: "good", DOES_NOT_MEET: "bad"}.get(verdict, "plain")
@@ -92,13 +92,13 @@ def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "
 def save_acceptance(
     found: Sequence[Acceptance], path: str | Path, serial: str = "", date: str = ""
 ) -> None:
-    """Write the acceptance report to a file; the file is complete or absent."""
+    """Write `acceptance_page` to a file; an existing file is replaced only after the page is complete."""
     with whole_file(path) as draft:
         draft.write_text(acceptance_page(found, serial, date), encoding="utf-8")
 
 
-def overall(found: Sequence[Acceptance]) -> str:
-    """Verdict on the part: the worst of all axes."""
+def overall_verdict(found: Sequence[Acceptance]) -> str:
+    """Verdict on the part: ``"does not meet"`` if any axis does not, ``"meets"`` if all do, else ``"undecided"``."""
     verdicts = {a.verdict for a in found}
     if DOES_NOT_MEET in verdicts:
         return DOES_NOT_MEET
@@ -106,7 +106,7 @@ def overall(found: Sequence[Acceptance]) -> str:
 
 
 def _description_rows(found: Sequence[Acceptance], serial: str, date: str) -> list[tuple[str, str]]:
-    """Rows (name, text) that describe the part, the test, and the record."""
+    """List of rows (name, text) that describe the part, the test, and the record, with up to two warnings of the audit."""
     first = found[0]
     recording = first.recording
     rows = [
@@ -128,7 +128,7 @@ def _description_rows(found: Sequence[Acceptance], serial: str, date: str) -> li
 
 
 def _interval(figure: FigureVerdict) -> str:
-    """95 % interval of a measured figure as text."""
+    """Text of the 95 % interval of a figure: ``low … high``, ``< high`` if not detected, or ``none``."""
     if figure.low > 0.0:
         return f"{figure.low:.4g} … {figure.high:.4g}"
     return f"< {figure.high:.4g}" if np.isfinite(figure.high) else "none"

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number: its printed text, its value, and its path in the JSON document."""
+    """Number in a report: printed text, value, and `place`, its path in the JSON document."""
 
     text: str
     value: float
@@ -23,7 +23,7 @@ Cell = str | Number | tuple["str | Number", ...]
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A heading: level 2 for a column of the recording, 3 and 4 for its sections."""
+    """Heading: level 2 for a column of the recording, 3 and 4 for its sections."""
 
     text: str
     level: int = 3
@@ -31,7 +31,7 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Paragraph:
-    """A paragraph; `tone` is plain, good or bad (for a verdict), or quiet (for remarks)."""
+    """Paragraph; `tone` is plain, good or bad (for a verdict), or quiet (for remarks)."""
 
     cell: Cell
     tone: str = "plain"
@@ -39,7 +39,7 @@ class Paragraph:
 
 @dataclass(frozen=True, slots=True)
 class Bullets:
-    """A bulleted list; `tone` as for a paragraph."""
+    """Bulleted list; `tone` as for a paragraph."""
 
     cells: tuple[Cell, ...]
     tone: str = "plain"
@@ -47,7 +47,7 @@ class Bullets:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table. Without `head` it is a list of terms; `right` are the indices of right-aligned columns."""
+    """Table. Without `head` it is a list of terms; `right` are the indices of right-aligned columns."""
 
     head: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
@@ -57,7 +57,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """A suggested effect: title, explanation, and terms with their values."""
+    """Card of a suggested effect: title, explanation, and terms with their values."""
 
     title: str
     text: str
@@ -67,7 +67,7 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A figure with its caption, the `name` of its file, and its size in inches (100 pixels each)."""
+    """Figure with its caption, the `name` of its file, and its size in inches (100 pixels each)."""
 
     figure: Figure
     caption: str

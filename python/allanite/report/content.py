@@ -31,13 +31,13 @@ from allanite.report.blocks import (
 )
 from allanite.report.words import (
     COMPLETED,
+    count_text,
     data_sheet_value,
-    exact,
-    many,
+    number_cell,
     parameter_cells,
     parameter_text,
     sentence,
-    verdict,
+    tone_and_verdict,
     with_unit,
 )
 
@@ -50,24 +50,24 @@ MAX_CARDS = 3
 
 
 def column_title(entry: Entry) -> str:
-    """File and column of an entry, for example ``gyro.csv · gyro_x``."""
+    """Text of file and column of an entry: ``gyro.csv · gyro_x``."""
     recording = entry.recording
     file = Path(recording.path).name if recording.path else "recording"
     return f"{file} · {recording.columns[0]}"
 
 
-def parts(entry: Entry, document: dict[str, Any], place: str = "") -> list[Block]:
+def column_section(entry: Entry, document: dict[str, Any], place: str = "") -> list[Block]:
     """List of `Block`: all blocks of one column of a report.
 
     `place` is the path of its `document` in the document of the whole report.
     """
     at = f"{place}." if place else ""
-    tone, words = verdict(entry.study, entry.first)
+    tone, words = tone_and_verdict(entry.study, entry.first)
     return [
         Paragraph(words, tone),
         *_record_section(entry, document, at),
         *_curve_section(entry),
-        *_model(entry, document["fit"], f"{at}fit"),
+        *_model_section(entry, document["fit"], f"{at}fit"),
         *_first_model_section(entry, document, at),
         *_steps_section(entry, document, at),
         *_ending_sections(entry, at),
@@ -75,7 +75,7 @@ def parts(entry: Entry, document: dict[str, Any], place: str = "") -> list[Block
 
 
 def _without_title(figure: Figure) -> Figure:
-    """The figure without its title, which the heading and the caption replace."""
+    """Copy of the figure without title and subtitle."""
     return replace(figure, title="", subtitle="")
 
 
@@ -88,7 +88,7 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
         ("column", facts["column"]),
         (
             "samples",
-            (Number(many(facts["n"]), facts["n"], f"{place}.n"), f", {recording.quantity}"),
+            (Number(count_text(facts["n"]), facts["n"], f"{place}.n"), f", {recording.quantity}"),
         ),
         ("rate", (Number(f"{facts['rate_hz']:.6g}", facts["rate_hz"], f"{place}.rate_hz"), " Hz")),
         (
@@ -99,7 +99,7 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
             ),
         ),
         ("unit", unit_text(facts["unit"])),
-        ("gaps", (Number(many(facts["gaps"]), facts["gaps"], f"{place}.gaps"),)),
+        ("gaps", (Number(count_text(facts["gaps"]), facts["gaps"], f"{place}.gaps"),)),
     ]
     if recording.covariates:
         named = (
@@ -141,7 +141,7 @@ def _curve_section(entry: Entry) -> list[Block]:
     ]
 
 
-def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
+def _model_section(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
     """List of `Block`: section with the goodness of fit and the parameters of the last model."""
     rows: list[tuple[Cell, ...]] = []
     sheet = False
@@ -174,7 +174,7 @@ def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
         head, rows = head[:-1], [row[:-1] for row in rows]
     out: list[Block] = [
         Heading("Model"),
-        Paragraph(_agreement(fit, place)),
+        Paragraph(_goodness_of_fit(fit, place)),
         Table(head, tuple(rows), (2, 3, 5)),
     ]
     notes = [
@@ -191,20 +191,22 @@ def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
     return out
 
 
-def _agreement(fit: dict[str, Any], place: str) -> Cell:
-    """`Cell`: sentence on the goodness of fit: χ², Allan error, discrepancy, and frequencies that are not judged."""
+def _goodness_of_fit(fit: dict[str, Any], place: str) -> Cell:
+    """`Cell`: sentence on the goodness of fit: χ², Allan error, discrepancy, and frequencies without a test."""
     m, e = fit["misfit"], fit["error"]
     words: list[str | Number] = [f"{fit['model']}: χ²/dof "]
-    words += _cell_values(exact(m["reduced"], f"{place}.misfit.reduced"))
+    words += _cell_values(number_cell(m["reduced"], f"{place}.misfit.reduced"))
     words += [" (p "]
-    words += _cell_values(exact(m["p_value"], f"{place}.misfit.p_value", 2))
+    words += _cell_values(number_cell(m["p_value"], f"{place}.misfit.p_value", 2))
     words += [")"]
     if e["adev_rms_percent"] is not None:
         words += [", Allan deviation: residual "]
-        words += _cell_values(exact(e["adev_rms_percent"], f"{place}.error.adev_rms_percent", 2))
+        words += _cell_values(
+            number_cell(e["adev_rms_percent"], f"{place}.error.adev_rms_percent", 2)
+        )
         words += [" % rms (expected scatter: "]
         words += _cell_values(
-            exact(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2)
+            number_cell(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2)
         )
         words += [" %)"]
     if e["adev_worst"] is not None:
@@ -213,16 +215,16 @@ def _agreement(fit: dict[str, Any], place: str) -> Cell:
     if fit["discrepancy"]["percent"]:
         words += [". Model discrepancy: "]
         words += _cell_values(
-            exact(fit["discrepancy"]["percent"], f"{place}.discrepancy.percent", 2)
+            number_cell(fit["discrepancy"]["percent"], f"{place}.discrepancy.percent", 2)
         )
         words += [" % of the deviation"]
     if fit["not_judged_hz"]:
         words += [". Not judged:"]
     for k, (low, high) in enumerate(fit["not_judged_hz"]):
         words += [" " if k == 0 else ", "]
-        words += _cell_values(exact(low, f"{place}.not_judged_hz.{k}.0", 3))
+        words += _cell_values(number_cell(low, f"{place}.not_judged_hz.{k}.0", 3))
         words += [" … "]
-        words += _cell_values(exact(high, f"{place}.not_judged_hz.{k}.1", 3))
+        words += _cell_values(number_cell(high, f"{place}.not_judged_hz.{k}.1", 3))
         words += [" Hz"]
     if fit["not_judged_hz"]:
         words += [", where a filter removed more than 99.99 % of the power"]
@@ -230,17 +232,17 @@ def _agreement(fit: dict[str, Any], place: str) -> Cell:
 
 
 def _worst_error(worst: dict[str, Any], place: str) -> list[str | Number]:
-    """List: τ with the largest error and the ratio of model to measured deviation there, as text."""
+    """List of texts and `Number`: ``at τ = 30 s: model/measured = 1.2``, for the τ with the largest error."""
     return [
         "at τ = ",
-        *_cell_values(exact(worst["tau_s"], f"{place}.tau_s", 3)),
+        *_cell_values(number_cell(worst["tau_s"], f"{place}.tau_s", 3)),
         " s: model/measured = ",
-        *_cell_values(exact(worst["factor"], f"{place}.factor", 3)),
+        *_cell_values(number_cell(worst["factor"], f"{place}.factor", 3)),
     ]
 
 
 def _cell_values(cell: Cell) -> list[str | Number]:
-    """List of the texts and numbers of a cell."""
+    """List of the texts and numbers of a cell, also if it has only one."""
     return list(cell) if isinstance(cell, tuple) else [cell]
 
 
@@ -248,8 +250,8 @@ def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> lis
     """List of `Block`: section on the first model: goodness of fit, where the model fails, and the missing effects."""
     check, fit = entry.first, entry.first.fit
     out: list[Block] = [
-        Heading(_title(check)),
-        Paragraph(_agreement(document["check"], f"{at}check")),
+        Heading(_first_model_title(check)),
+        Paragraph(_goodness_of_fit(document["check"], f"{at}check")),
         *_failures(check),
     ]
     if len(entry.study.ladder) > 1:
@@ -269,8 +271,8 @@ def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> lis
     return out
 
 
-def _title(check: Any) -> str:
-    """Heading of the section on the first model, in agreement with the sentences below it."""
+def _first_model_title(check: Any) -> str:
+    """Text of the heading on the first model: where it fails, that it fits, or that effects are missing."""
     name = check.fit.model.name
     if check.left:
         return f"Where {name} fails"
@@ -284,7 +286,7 @@ def _failures(check: Any) -> list[Block]:
 
 
 def _cards(check: Any, place: str) -> list[Block]:
-    """Cards of the suggestions of a check, grouped under titles; suggestions beyond `MAX_CARDS` are named in a sentence."""
+    """List of `Block`: cards of the first `MAX_CARDS` suggestions under group titles, and a sentence naming the others."""
     cards: list[Block] = []
     rest = []
     left = MAX_CARDS
@@ -304,7 +306,7 @@ def _cards(check: Any, place: str) -> list[Block]:
 
 
 def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, rank: int) -> Card:
-    """Card of a suggestion: values, evidence, size, alternatives, and how to confirm it."""
+    """`Card` of a suggestion: values, evidence, size, alternatives, and how to confirm it."""
     evidence = described["evidence"]
     terms: list[tuple[str, Cell]] = []
     values: list[str | Number] = []
@@ -317,7 +319,7 @@ def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, ra
             with_unit(unit),
         ]
     terms.append(("values", tuple(values)))
-    p: Cell = exact(evidence["p_value"], f"{place}.evidence.p_value", 2)
+    p: Cell = number_cell(evidence["p_value"], f"{place}.evidence.p_value", 2)
     if suggestion.log10_p < -99:
         p = chance_text(suggestion.log10_p)
     terms.append(
@@ -326,19 +328,19 @@ def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, ra
             (
                 "ΔlogL ",
                 *_cell_values(
-                    exact(
+                    number_cell(
                         evidence["delta_log_likelihood"], f"{place}.evidence.delta_log_likelihood"
                     )
                 ),
                 ", ΔBIC ",
-                *_cell_values(exact(evidence["delta_bic"], f"{place}.evidence.delta_bic")),
+                *_cell_values(number_cell(evidence["delta_bic"], f"{place}.evidence.delta_bic")),
                 ", p ",
                 *_cell_values(p),
                 f" after {trials_text(evidence['trials'])}",
             ),
         )
     )
-    removes = exact(described["removes_percent"], f"{place}.removes_percent", 2)
+    removes = number_cell(described["removes_percent"], f"{place}.removes_percent", 2)
     terms.append(("size", ("explains ", *_cell_values(removes), " % of the spectrum's misfit")))
     rivals = described.get("rivals")
     if rivals:
@@ -368,12 +370,12 @@ def _steps_section(entry: Entry, document: dict[str, Any], at: str) -> list[Bloc
             (
                 ", ".join(step.changes) or ("values changed by hand" if i else "start"),
                 described["model"].replace("+", "+\u200b"),  # allows a line break in a long sum
-                exact(error["misfit_left_percent"], f"{where}.error.misfit_left_percent", 3),
-                exact(described["misfit"]["reduced"], f"{where}.misfit.reduced"),
-                exact(described["misfit"]["p_value"], f"{where}.misfit.p_value", 2),
-                exact(error["adev_rms_percent"], f"{where}.error.adev_rms_percent"),
-                exact(described["discrepancy"]["percent"], f"{where}.discrepancy.percent", 2),
-                exact(
+                number_cell(error["misfit_left_percent"], f"{where}.error.misfit_left_percent", 3),
+                number_cell(described["misfit"]["reduced"], f"{where}.misfit.reduced"),
+                number_cell(described["misfit"]["p_value"], f"{where}.misfit.p_value", 2),
+                number_cell(error["adev_rms_percent"], f"{where}.error.adev_rms_percent"),
+                number_cell(described["discrepancy"]["percent"], f"{where}.discrepancy.percent", 2),
+                number_cell(
                     (error["predictive"] or {}).get("score"), f"{where}.error.predictive.score", 4
                 ),
             )
@@ -400,7 +402,7 @@ def _steps_section(entry: Entry, document: dict[str, Any], at: str) -> list[Bloc
 
 
 def _ending_sections(entry: Entry, at: str) -> list[Block]:
-    """Sections on undecided alternatives (if there are any) and on what the last model does not explain."""
+    """List of `Block`: sections on undecided alternatives, if any, and on the misfit that the last model leaves."""
     study, check = entry.study, entry.study.check
     out: list[Block] = []
     if study.undecided is not None:

@@ -22,12 +22,13 @@ if TYPE_CHECKING:
     from allanite.study import Study
     from allanite.suggestion import Check
 
+#: Suffix of a file → format of the report.
 SUFFIXES = {".html": "html", ".htm": "html", ".md": "markdown", ".markdown": "markdown"}
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Entry:
-    """One column of a report.
+    """Analysis of one column in a report: study, check of the first model, and deviation.
 
     Attributes
     ----------
@@ -45,11 +46,11 @@ class Entry:
 
     @property
     def recording(self) -> Recording:
-        """Recording of the column."""
+        """`Recording` of the column."""
         return self.study.recording
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON document ``allanite/report/1``, which combines the documents of adev, check, improve and fit.
+        """Dict for JSON, schema ``allanite/report/1``, which combines the documents of adev, check, improve and fit.
 
         ``adev`` is the document of ``adev --json``, ``check`` that of the first model, ``improve`` that of the stepwise
         model building, and ``fit`` that of the last model. ``left`` holds the findings of the last check.
@@ -60,7 +61,7 @@ class Entry:
         return shown
 
     def to_shown_dict(self) -> dict[str, Any]:
-        """Dict: document without suggestions, most of which a page does not show; the estimates of each take long."""
+        """Dict as from `to_dict`, without the suggestions, whose estimates take long to compute."""
         last = self.study.check
         check = replace(self.first, suggestions=()).to_dict()
         verdict = self.first.verdict
@@ -87,7 +88,7 @@ class Entry:
 
 
 def _without_shared_fields(document: dict[str, Any]) -> dict[str, Any]:
-    """Dict: document without the fields that the report contains only once."""
+    """Copy of a dict without the keys ``version`` and ``recording``, which the report contains once."""
     return {k: v for k, v in document.items() if k not in ("version", "recording")}
 
 
@@ -119,7 +120,7 @@ class Report:
     axes: Characterization | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON document ``allanite/report/1``; several columns are combined in a list."""
+        """Dict for JSON, schema ``allanite/report/1``; several columns are in the list ``columns``."""
         documents = [{**e.to_dict(), "options": dict(self.options)} for e in self.entries]
         if len(documents) == 1:
             return documents[0]
@@ -127,7 +128,7 @@ class Report:
         return {"schema": "allanite/report/1", "columns": documents, **common}
 
     def to_html(self, interactive: bool = False) -> str:
-        """The report as one self-contained HTML page, with figures as SVG in light and dark colors.
+        """Text of the report as one self-contained HTML page, with figures as SVG in light and dark colors.
 
         Parameters
         ----------
@@ -139,7 +140,7 @@ class Report:
         return page(self, interactive)
 
     def to_markdown(self, figures: str | None = None) -> str:
-        """The report as Markdown, with the same text and tables.
+        """Text of the report as Markdown, with the same sentences and tables as the HTML page.
 
         Parameters
         ----------
@@ -161,7 +162,7 @@ class Report:
             Another suffix, a folder that does not exist, matplotlib (or plotly) not installed.
         """
         target = Path(path)
-        kind = kind_of(target)
+        kind = format_of(target)
         check_target(target)
         if interactive and kind != "html":
             raise InputError(f"{target}: only HTML can be interactive: end the name in .html")
@@ -187,8 +188,8 @@ class Report:
         return f"Report({names})"
 
 
-def kind_of(path: Path) -> str:
-    """Format of a report, ``html`` or ``markdown``, from the suffix of its path.
+def format_of(path: Path) -> str:
+    """Format of a report, ``"html"`` or ``"markdown"``, from the suffix of its path.
 
     Raises
     ------
@@ -207,7 +208,7 @@ def make_report(
     on_progress: Callable[[int, int], None] | None = None,
     options: Mapping[str, str] | None = None,
 ) -> Report:
-    """Report on every column of a recording: deviation, fit, check, and stepwise model building.
+    """`Report` on every column of a recording: deviation, fit, check, and stepwise model building.
 
     Parameters
     ----------
@@ -251,7 +252,7 @@ def make_report(
 
 
 def report_of(found: Characterization, options: Mapping[str, str] | None = None) -> Report:
-    """Report on a characterized sensor: all axes together, then each axis."""
+    """`Report` on a characterized sensor: all axes together, then each axis."""
     from allanite.common.threads import results_or_raise, side_by_side
 
     tasks = [partial(_entry, study) for study in found.studies.values()]
@@ -261,7 +262,7 @@ def report_of(found: Characterization, options: Mapping[str, str] | None = None)
 
 
 def _entry(study: Study) -> Entry:
-    """Entry of one column, with the check of its first model and its deviation."""
+    """`Entry` of one column; computes its deviation and, unless the study has it, the check of its first model."""
     from allanite.deviation import oadev
 
     # With a single step, the last check is also that of the first model.

@@ -11,8 +11,8 @@ from allanite.common.numbers import with_readable_numbers
 from allanite.common.threads import results_or_raise, side_by_side
 from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Cell, Heading, Number, Paragraph, Table
-from allanite.report.content import parts
-from allanite.report.words import many
+from allanite.report.content import column_section
+from allanite.report.words import count_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,8 +28,8 @@ METHOD = (
 )
 
 
-def computed(report: Report) -> list[Block]:
-    """List of `Block`: section with version, options, method, and versions of the libraries."""
+def method_section(report: Report) -> list[Block]:
+    """List of `Block`: section on how the report was computed: version, options, method, and versions of the libraries."""
     import numpy as np
     import scipy
 
@@ -52,9 +52,9 @@ def column_blocks(entries: Sequence[Entry], places: Sequence[str]) -> list[list[
     """
 
     def blocks(entry: Entry, place: str) -> list[Block]:
-        """List of `Block`: all blocks of one column."""
+        """List of `Block`: all blocks of one column, with the table of its deviation at the end."""
         document = entry.to_shown_dict()
-        return [*parts(entry, document, place), *curve_table(document, place)]
+        return [*column_section(entry, document, place), *curve_table(document, place)]
 
     tasks = [partial(blocks, *one) for one in zip(entries, places, strict=True)]
     return results_or_raise(side_by_side(tasks))
@@ -69,7 +69,7 @@ def curve_table(document: dict[str, Any], place: str) -> list[Block]:
         where = f"{at}adev.points.{i}"
         rows.append(
             tuple(
-                _plain(point[name], f"{where}.{name}", form)
+                _formatted_cell(point[name], f"{where}.{name}", form)
                 for name, form in (
                     ("tau_s", ".6g"),
                     ("m", "count"),
@@ -87,12 +87,12 @@ def curve_table(document: dict[str, Any], place: str) -> list[Block]:
     return [Heading("Allan deviation in numbers"), Paragraph(words, "quiet"), table]
 
 
-def _plain(value: float | None, place: str, form: str) -> Cell:
-    """Cell with a number in the given format ("count" for counts); a dash for None."""
+def _formatted_cell(value: float | None, place: str, form: str) -> Cell:
+    """`Number` with `value` in the format `form` (a format specification, or "count"); a dash for None."""
     if value is None:
         return "–"
     if form == "count":
-        text = many(value) if value >= 100 or value == int(value) else f"{value:.3g}"
+        text = count_text(value) if value >= 100 or value == int(value) else f"{value:.3g}"
     else:
         text = with_readable_numbers(format(value, form))
     return Number(text, float(value), place)

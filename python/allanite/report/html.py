@@ -20,18 +20,18 @@ from allanite.report.blocks import (
     Table,
 )
 from allanite.report.content import column_title
-from allanite.report.ending import column_blocks, computed
+from allanite.report.ending import column_blocks, method_section
 from allanite.report.interactive import PlotlyFigures
 from allanite.report.overview import overview
 from allanite.report.summary import summary
-from allanite.report.words import many
+from allanite.report.words import count_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.report.document import Report
 
-#: Print layout of a stand-alone page; not used inside a notebook, which has its own layout.
+#: Style element with the print layout of a stand-alone page; omitted in a notebook, which has its own layout.
 SHEETS = (
     "<style>@page { size: A4; margin: 15mm 14mm 16mm; @bottom-right { content: counter(page) ' / ' counter(pages); "
     "font: 8pt sans-serif; color: #666; } }</style>"
@@ -47,7 +47,7 @@ POLICY = (
 
 
 def page(report: Report, interactive: bool = False) -> str:
-    """Complete HTML page of a report."""
+    """Text of the complete HTML page of a report."""
     title = f"Noise report: {', '.join(column_title(e) for e in report.entries)}"
     plots = PlotlyFigures() if interactive else None
     content = _content(report, plots)
@@ -56,7 +56,7 @@ def page(report: Report, interactive: bool = False) -> str:
 
 
 def skeleton(title: str, content: str, scripts: str = "", sources: str = "'none'") -> str:
-    """Complete HTML page in the style of reports around `content`. `sources` lists the digests of its scripts."""
+    """Text of a complete HTML page in the style of reports around `content`. `sources`: digests of allowed scripts."""
     policy = POLICY.format(scripts=sources)
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -70,30 +70,30 @@ def skeleton(title: str, content: str, scripts: str = "", sources: str = "'none'
 
 
 def blocks_html(blocks: Sequence[Block]) -> str:
-    """HTML of blocks."""
+    """HTML text of some blocks, one after the other, with static figures."""
     return "\n".join(_block(block, None) for block in blocks)
 
 
 def body(report: Report) -> str:
-    """HTML of a report for embedding in another page, such as a notebook."""
+    """HTML text of a report for embedding in another page, such as a notebook, with its style element."""
     return f'{_style()}<div class="allanite"><main>{_content(report, None)}</main></div>'
 
 
 def _style() -> str:
-    """Style element of reports."""
+    """HTML text of the style element of reports."""
     own = files(__package__).joinpath("style.css").read_text("utf-8")
     return f"<style>\n{own}{colors()}\n</style>"
 
 
 def _content(report: Report, plots: PlotlyFigures | None) -> str:
-    """HTML of all sections of a report."""
+    """HTML text of all sections of a report; with `plots`, figures are interactive and are added to `plots`."""
     several = len(report.entries) > 1
     places = [f"columns.{i}" if several else "" for i in range(len(report.entries))]
     columns = column_blocks(report.entries, places)
     names = [column_title(entry) for entry in report.entries]
     entry = report.entries[0]
     first = entry.recording
-    line = f"{many(first.n)} samples at {first.rate:.6g} Hz · allanite {_kernels.version()}"
+    line = f"{count_text(first.n)} samples at {first.rate:.6g} Hz · allanite {_kernels.version()}"
     title = names[0] if not several else column_title(entry).rsplit(" · ", 1)[0]
     out = [f"<header>\n<h1>{escape(title)}</h1>\n<p>Noise report · {escape(line)}</p>\n</header>"]
     out += [_block(b, plots) for b in summary(report)]
@@ -111,12 +111,12 @@ def _content(report: Report, plots: PlotlyFigures | None) -> str:
         out += [_block(block, plots) for block in blocks]
     if several:
         out.append("<h2>All columns</h2>")
-    out += [_block(block, plots) for block in computed(report)]
+    out += [_block(block, plots) for block in method_section(report)]
     return "\n".join(out)
 
 
 def _block(block: Block, plots: PlotlyFigures | None) -> str:
-    """HTML of one block."""
+    """HTML text of one block; with `plots`, a figure is interactive and is added to `plots`."""
     match block:
         case Heading():
             return f"<h{block.level}>{escape(block.text)}</h{block.level}>"
@@ -139,7 +139,7 @@ def _block(block: Block, plots: PlotlyFigures | None) -> str:
             )
         case Picture():
             if plots is not None:
-                drawing = plots.place(block.figure, block.height / block.width)
+                drawing = plots.add(block.figure, block.height / block.width)
             else:
                 size = (block.width, block.height)
                 drawing = inline(block.figure, size, escape(block.caption, True))
@@ -147,10 +147,10 @@ def _block(block: Block, plots: PlotlyFigures | None) -> str:
 
 
 def _table(table: Table) -> str:
-    """HTML of a table."""
+    """HTML text of a table in a scrollable container."""
 
     def row(cells: tuple[Cell, ...]) -> str:
-        """HTML of one row of the table."""
+        """HTML text of one row of the table."""
         inside = [_cell(c) for c in cells]
         if not table.head:
             return f"<tr><th>{inside[0]}</th><td>{inside[1]}</td></tr>"
@@ -174,10 +174,9 @@ def _alignment(column: int, table: Table) -> str:
 
 
 def _cell(cell: Cell) -> str:
-    """HTML of a cell."""
+    """HTML text of a cell; a `Number` becomes a data element with its full value and its path in the JSON document."""
     if isinstance(cell, tuple):
         return "".join(_cell(part) for part in cell)
     if isinstance(cell, Number):
-        # Add the full value and its path in the JSON document, so that it can be copied and checked.
         return f'<data value="{cell.value!r}" data-at="{cell.place}">{escape(cell.text)}</data>'
     return escape(cell)

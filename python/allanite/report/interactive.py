@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from allanite.plots import Figure
 
-#: Maximum width of a page in pixels.
+#: Maximum width of a page, pixels.
 WIDTH = 1000
 
+#: JavaScript program that draws all figures of a page.
 _DRAW = """
 const dark = matchMedia('(prefers-color-scheme: dark)');
 function draw() {
@@ -27,14 +28,17 @@ draw();
 
 
 class PlotlyFigures:
-    """Collector of the figures of a page while the page is written."""
+    """Collects the interactive figures of an HTML page: `add` each figure, then append `scripts` to the page."""
 
     def __init__(self) -> None:
         self.documents: list[str] = []
 
-    def place(self, figure: Figure, shape: float) -> str:
-        """HTML element that shows a figure; `shape` is the ratio of its height to its width."""
-        both = [_sized(figure.to_plotly(theme)) for theme in ("light", "dark")]
+    def add(self, figure: Figure, shape: float) -> str:
+        """HTML text of an element that shows a figure. Side effect: stores the figure for `scripts`.
+
+        `shape` is the ratio of height to width.
+        """
+        both = [_without_size(figure.to_plotly(theme)) for theme in ("light", "dark")]
         text = json.dumps(both, allow_nan=False).replace("<", "\\u003c")
         name = f"figure-{len(self.documents)}"
         self.documents.append(f'<script type="application/json" id="{name}">{text}</script>')
@@ -42,29 +46,29 @@ class PlotlyFigures:
         return f'<div class="plot" data-figure="{name}" style="height: {pixels}px"></div>'
 
     def scripts(self) -> str:
-        """Script elements: plotly, the figures, and the program that draws them."""
+        """HTML text of the script elements: plotly, the stored figures, and the program that draws them."""
         library, draw = (f"<script>{text}</script>" for text in _programs())
         return "\n".join([library, *self.documents, f"{draw}\n"])
 
     def sources(self) -> str:
-        """Digests of the two programs of `scripts`, as sources for a content security policy."""
+        """Text with the digests of the two programs in `scripts`, as sources for a content security policy."""
         return " ".join(f"'sha256-{_digest(text)}'" for text in _programs())
 
 
 def _programs() -> tuple[str, str]:
-    """Pair: source of plotly and of the drawing program, with the line ends that browsers use to compute digests."""
+    """Tuple (source of plotly, source of the drawing program), with the line ends for which browsers compute digests."""
     from plotly.offline import get_plotlyjs
 
     return str(get_plotlyjs()).replace("\r\n", "\n").replace("\r", "\n"), _DRAW
 
 
 def _digest(text: str) -> str:
-    """SHA-256 digest in base64."""
+    """SHA-256 digest of a text (UTF-8) in base64."""
     return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
 
 
-def _sized(document: dict[str, Any]) -> dict[str, Any]:
-    """Dict: figure without a fixed size, title, and title margin, so that it fills its container."""
+def _without_size(document: dict[str, Any]) -> dict[str, Any]:
+    """Copy of a plotly document without fixed size, title, and title margin, so that the figure fills its container."""
     layout = {k: v for k, v in document["layout"].items() if k not in ("width", "height", "title")}
     layout["margin"] = {**layout.get("margin", {}), "t": 44}
     return {"data": document["data"], "layout": layout}

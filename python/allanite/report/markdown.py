@@ -21,7 +21,7 @@ from allanite.report.blocks import (
     Table,
 )
 from allanite.report.content import column_title
-from allanite.report.ending import column_blocks, computed
+from allanite.report.ending import column_blocks, method_section
 from allanite.report.overview import overview
 from allanite.report.summary import summary
 
@@ -39,12 +39,15 @@ def text(report: Report, figures: str | None = None) -> str:
         if not one and name:
             out.append(f"## {_escape(name)}")
         out += [t for block in blocks if (t := _block(block, name, figures))]
-    out += [_block(block, "", figures) for block in computed(report)]
+    out += [_block(block, "", figures) for block in method_section(report)]
     return "\n\n".join(out) + "\n"
 
 
 def write_figures(report: Report, folder: Path) -> None:
-    """Write all figures of a report as SVG. A new folder is removed again if a figure cannot be written."""
+    """Write all figures of a report as SVG to a folder, which is created if needed.
+
+    A new folder is removed again if a figure cannot be written.
+    """
     from allanite.plots.matplotlib_painter import render
 
     new = not folder.exists()
@@ -63,7 +66,7 @@ def write_figures(report: Report, folder: Path) -> None:
 
 
 def _columns(report: Report) -> list[tuple[str, list[Block]]]:
-    """List of pairs: name and blocks of each column; the blocks on all axes together come first, without a name."""
+    """List of (name, blocks) of each column; the blocks on all axes together, if any, come first with the name ""."""
     axes = report.axes if len(report.entries) > 1 else None
     first: list[tuple[str, list[Block]]] = [] if axes is None else [("", overview(axes))]
     names = [entry.recording.columns[0] for entry in report.entries]
@@ -72,12 +75,12 @@ def _columns(report: Report) -> list[tuple[str, list[Block]]]:
 
 
 def _file(column: str, picture: Picture) -> str:
-    """File name of a figure."""
+    """File name of a figure: ``column-name.svg``, or ``name.svg`` without a column."""
     return f"{file_name(column)}-{picture.name}.svg" if column else f"{picture.name}.svg"
 
 
 def _block(block: Block, column: str, figures: str | None) -> str:
-    """Markdown of one block."""
+    """Markdown text of one block; empty for a figure if `figures`, the link to their folder, is None."""
     match block:
         case Heading():
             return f"{'#' * block.level} {_escape(block.text)}"
@@ -101,7 +104,7 @@ def _block(block: Block, column: str, figures: str | None) -> str:
 
 
 def _table(table: Table) -> str:
-    """Markdown of a table."""
+    """Markdown text of a table; without a head, a list of terms."""
     if not table.head:
         return "\n".join(f"* {_cell(a)}: {_cell(b)}" for a, b in table.rows)
     rule = ["---:" if i in table.right else "---" for i in range(len(table.head))]
@@ -110,7 +113,7 @@ def _table(table: Table) -> str:
 
 
 def _cell(cell: Cell) -> str:
-    """Markdown of a cell."""
+    """Markdown text of a cell, escaped."""
     if isinstance(cell, tuple):
         return "".join(_cell(part) for part in cell)
     return _escape(cell.text if isinstance(cell, Number) else cell)

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.report.document import Entry, Report
 
-#: Facts that a log rarely contains; the user gives them when making the report.
+#: Options of a report for facts that a log rarely contains.
 GIVEN = ("sensor", "serial number", "date")
-#: Printed form of temperature units.
+#: Unit of a temperature → its printed form.
 TEMPERATURE = {"degC": "°C", "degF": "°F", "K": "K"}
 #: Coefficients that navigation filters use.
 COEFFICIENTS = ("N", "B", "K")
@@ -37,7 +37,7 @@ def summary(report: Report) -> list[Block]:
         ("temperature", temperature_text(first)),
         ("duration", f"{duration_text(first.duration)} at {first.rate:.6g} Hz"),
     ]
-    entries = [_axis(entry) for entry in report.entries]
+    entries = [_axis_cells(entry) for entry in report.entries]
     shown = [i for i in range(len(COEFFICIENTS)) if any(cells[2 + i] != "–" for cells in entries)]
     head = ("axis", "verdict", *(COEFFICIENTS[i] for i in shown))
     body = tuple((*cells[:2], *(cells[2 + i] for i in shown)) for cells in entries)
@@ -51,7 +51,7 @@ def summary(report: Report) -> list[Block]:
 
 
 def temperature_text(recording: Recording) -> str:
-    """Mean and range of the logged temperature as text, or "not logged"."""
+    """Text ``30.1 °C on average, 25.0 to 35.2 °C`` of the first logged temperature; "not logged" if there is none."""
     for name, column in recording.covariates.items():
         unit = recording.covariate_units.get(name, "")
         values = np.asarray(column, dtype=float)
@@ -63,7 +63,7 @@ def temperature_text(recording: Recording) -> str:
     return "not logged"
 
 
-def _axis(entry: Entry) -> tuple[str, ...]:
+def _axis_cells(entry: Entry) -> tuple[str, ...]:
     """Tuple of texts: name, verdict, N, B and K of an axis in data-sheet units; a dash if the model lacks the effect."""
     fit, found = entry.study.fit, {}
     known = {effect.kind: name for name, effect in standard().items()}
@@ -83,7 +83,7 @@ def _axis(entry: Entry) -> tuple[str, ...]:
 
 
 def _next_steps(report: Report) -> tuple[str, ...]:
-    """Tuple of texts: sentences with recommended actions: which values to use, or how to clarify the misfit of an axis."""
+    """Tuple of sentences: one per inadequate axis on how to clarify its misfit, then which values to use, if any."""
     out = []
     for entry in report.entries:
         study, name = entry.study, entry.recording.columns[0]

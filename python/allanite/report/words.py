@@ -1,4 +1,4 @@
-"""Text and table cells of a report, generated from the JSON document so that both always agree."""
+"""Texts and table cells of a report, generated from the JSON document so that both always agree."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ COMPLETED = (
     "only complete samples."
 )
 
-#: Maximum number of effects that one sentence names: with their values, four effects have about 30 words.
+#: Maximum number of effects that one sentence names; four effects with their values have about 30 words.
 EFFECTS_PER_SENTENCE = 4
-#: Numbers below this are written with a power of ten.
+#: If any of several numbers is below this, all of them are written with a power of ten.
 SMALL = 1e-4
 
 
-def exact(value: float | None, place: str, figures: int = 3) -> Cell:
-    """`Cell`: a number of the document with a few digits; a dash for None."""
+def number_cell(value: float | None, place: str, figures: int = 3) -> Cell:
+    """`Number` with `figures` significant digits and its path `place` in the document; a dash for None."""
     return "–" if value is None else Number(number(value, figures), float(value), place)
 
 
-def many(value: float) -> str:
-    """A count with thousands separated."""
+def count_text(value: float) -> str:
+    """Text of a count with thousands separated by narrow spaces."""
     return f"{value:,.0f}".replace(",", "\u202f")
 
 
-def resolved(values: tuple[float, ...], spread: float) -> tuple[str, ...]:
-    """Texts of several numbers, each with two digits of the uncertainty `spread`, as 3.0999 … 3.1002.
+def texts_to_uncertainty(values: tuple[float, ...], spread: float) -> tuple[str, ...]:
+    """Tuple of texts of several numbers, each rounded to two digits of the uncertainty `spread`: 3.0999, 3.1002.
 
-    A number has at least two significant digits. Without a positive spread, a number has four.
+    A number has at least two significant digits. Without a positive finite spread, a number has four.
     """
     if not (math.isfinite(spread) and spread > 0):
         return tuple(number(v, 4) for v in values)
@@ -50,7 +50,7 @@ def resolved(values: tuple[float, ...], spread: float) -> tuple[str, ...]:
 
 
 def _rounded_text(value: float, last: int, power: bool) -> str:
-    """Text of a number rounded to one digit beyond the decimal place 10^`last`; in powers of ten if `power`."""
+    """Text of a number rounded to the decimal place 10^(`last` − 1), with 2 to 12 digits; as a power of ten if `power`."""
     if value == 0 or not math.isfinite(value):
         return number(value)
     first = math.floor(math.log10(abs(value)))
@@ -61,22 +61,25 @@ def _rounded_text(value: float, last: int, power: bool) -> str:
 
 
 def parameter_text(name: str) -> str:
-    """Printed name of a parameter: short symbols unchanged, underscores of words as blanks."""
+    """Printed name of a parameter: blanks instead of underscores; names of up to three characters are unchanged."""
     return name if len(name) < 4 else name.replace("_", " ")
 
 
 def with_unit(unit: str | None) -> str:
-    """A unit with a leading blank, for printing after a number; empty for pure numbers."""
+    """Text of a unit with a leading blank, for printing after a number; empty for None, "" and "1"."""
     return "" if unit in (None, "", "1") else f" {unit_text(str(unit))}"
 
 
 def sentence(text: str) -> str:
-    """The text as a sentence with a capital letter, a full stop and readable numbers."""
+    """`text` as a sentence with a capital letter, a full stop and readable numbers."""
     return with_readable_numbers(f"{text[:1].upper()}{text[1:].rstrip('.')}.")
 
 
 def parameter_cells(value: dict[str, Any], place: str) -> tuple[Cell, Cell, str]:
-    """Cells (value, 95 % interval, unit) of a parameter of a fit's JSON document."""
+    """Tuple (cell of the value, cell of the 95 % interval, text of the unit) of a parameter in a fit's JSON document.
+
+    For a parameter that was not detected, the interval is its upper limit.
+    """
     found, interval = value.get("value"), value.get("interval")
     unit = unit_text(str(value.get("unit") or ""))
     unit = "" if unit == "1" else unit
@@ -92,7 +95,7 @@ def parameter_cells(value: dict[str, Any], place: str) -> tuple[Cell, Cell, str]
     if interval is None or interval[0] is None or interval[1] is None:
         return Number(number(found, 4), found, f"{place}.value"), "", unit
     low, high = interval
-    texts = resolved((found, low, high), (high - low) / 4.0)
+    texts = texts_to_uncertainty((found, low, high), (high - low) / 4.0)
     cell, *ends = (
         Number(text, v, at)
         for text, v, at in zip(
@@ -106,7 +109,7 @@ def parameter_cells(value: dict[str, Any], place: str) -> tuple[Cell, Cell, str]
 
 
 def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -> str:
-    """A parameter in the unit of data sheets, e.g. ``0.72 °/√h``; empty if it has no such unit."""
+    """Text of a parameter in the unit of data sheets, ``0.72 °/√h``, or ``< limit``; empty if it has no such unit."""
     wanted = parameter.sheet.get(parse_unit(sensor).kind)
     found, interval = value.get("value"), value.get("interval")
     if wanted is None or not isinstance(found, float | int):
@@ -118,11 +121,10 @@ def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -
     return f"{number(found * factor, 4)} {unit_text(wanted)}"
 
 
-def verdict(study: Any, check: Any) -> tuple[str, str]:
-    """Tone (``good`` or ``bad``) and text of the verdict.
+def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:
+    """Tuple (tone ``"good"`` or ``"bad"``, text of the verdict).
 
-    The text says whether the first model fits, which effects were added, and how the errors
-    changed.
+    The text says whether the first model fits, which effects were added, and how the errors changed.
     """
     first, last = study.ladder[0].fit, study.fit
     start = first.model.name
@@ -154,7 +156,7 @@ def verdict(study: Any, check: Any) -> tuple[str, str]:
 
 
 def _sentences_on(added: list[str]) -> str:
-    """Sentences that name the added effects, at most `EFFECTS_PER_SENTENCE` in each."""
+    """Text of sentences that name the added effects, at most `EFFECTS_PER_SENTENCE` in each."""
     sentences = []
     for at in range(0, len(added), EFFECTS_PER_SENTENCE):
         *others, last = added[at : at + EFFECTS_PER_SENTENCE]
@@ -180,7 +182,7 @@ def _removed_sentence(study: Any) -> str:
 
 
 def _added_effect_texts(study: Any) -> list[str]:
-    """List of texts: text of each added effect with its values; several effects of one kind are counted."""
+    """List of texts, one per kind of added effect: name and values, or ``2 × name`` for several of one kind."""
     together: dict[str, list[tuple[Any, Any]]] = {}
     for step in study.ladder[1:]:
         for effect in step.new:
@@ -196,7 +198,7 @@ def _added_effect_texts(study: Any) -> list[str]:
 
 
 def _effect_text(fit: Any, effect: Any) -> str:
-    """Name of an effect with its values in a fit."""
+    """Text of the name of an effect with its values in a fit; only its title if the fit lacks this kind."""
     kinds = [e.kind for e in fit.model.effects]
     if effect.kind not in kinds:
         return str(effect.title)
@@ -208,7 +210,7 @@ def _effect_text(fit: Any, effect: Any) -> str:
 
 
 def _change_of_errors(first: Any, last: Any) -> str:
-    """Sentence on how the errors changed from the first to the last model."""
+    """Sentence on how Allan error and χ²/dof changed from the first to the last model."""
     before, after = first.error.adev_rms_percent, last.error.adev_rms_percent
     if before is None or after is None:
         return f"χ²/dof falls from {number(first.misfit.reduced)} to {number(last.misfit.reduced)}."

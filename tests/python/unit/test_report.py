@@ -17,7 +17,7 @@ from allanite.cli import main
 from allanite.common.numbers import value_and_interval_text, with_readable_numbers
 from allanite.plots.svg_painter import _path, inline
 from allanite.report import make_report
-from allanite.report.words import COMPLETED, data_sheet_value, resolved
+from allanite.report.words import COMPLETED, data_sheet_value, texts_to_uncertainty
 
 pytestmark = pytest.mark.slow
 
@@ -269,11 +269,14 @@ def test_default_name_is_the_logs(log, run, tmp_path, monkeypatch):
 
 
 def test_words():
-    assert resolved((3.1000010, 3.0999911, 3.1000109), 5e-6)[0] == "3.1000010"
-    assert resolved((32.29, 25.1, 41.4), 4.0) == ("32.3", "25.1", "41.4")
-    assert resolved((0.00703, 0.0, 0.9), 0.2) == ("0.0070", "0", "0.90")
-    assert resolved((1.23456e-7, 1.2e-7, 1.3e-7), 2.5e-9)[0] == "1.235·10⁻⁷"
-    assert resolved((9.982e-5, 9.949e-5, 1.0015e-4), 1.6e-7)[1:] == ("9.949·10⁻⁵", "1.0015·10⁻⁴")
+    assert texts_to_uncertainty((3.1000010, 3.0999911, 3.1000109), 5e-6)[0] == "3.1000010"
+    assert texts_to_uncertainty((32.29, 25.1, 41.4), 4.0) == ("32.3", "25.1", "41.4")
+    assert texts_to_uncertainty((0.00703, 0.0, 0.9), 0.2) == ("0.0070", "0", "0.90")
+    assert texts_to_uncertainty((1.23456e-7, 1.2e-7, 1.3e-7), 2.5e-9)[0] == "1.235·10⁻⁷"
+    assert texts_to_uncertainty((9.982e-5, 9.949e-5, 1.0015e-4), 1.6e-7)[1:] == (
+        "9.949·10⁻⁵",
+        "1.0015·10⁻⁴",
+    )
     assert with_readable_numbers("at 42.2–2.37e+03 s, z = -6.4, up to 1e+02 % and 3.5e-05") == (
         "at 42.2–2370 s, z = −6.4, up to 100 % and 3.5·10⁻⁵"
     )

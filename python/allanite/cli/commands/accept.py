@@ -90,7 +90,7 @@ def command(
     from allanite.common.files import check_target
     from allanite.common.units import parse_unit
     from allanite.comparison.acceptance import accept
-    from allanite.report.acceptance import overall, save_acceptance
+    from allanite.report.acceptance import overall_verdict, save_acceptance
     from allanite.sources.datasheet import read_datasheet
 
     part = read_datasheet(sheet)
@@ -119,7 +119,7 @@ def command(
     else:
         output.print_findings(tested, options)
         output.print_results(found, options)
-    ctx.exit(EXIT_CODES[overall(found)])
+    ctx.exit(EXIT_CODES[overall_verdict(found)])
 
 
 def _csv(found: Sequence[Acceptance], log: str, serial: str, date: str) -> str:

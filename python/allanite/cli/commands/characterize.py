@@ -253,11 +253,11 @@ def _check_output_options(
     from allanite.cli import output as out
     from allanite.common.errors import InputError
     from allanite.common.files import check_target
-    from allanite.report.document import kind_of
+    from allanite.report.document import format_of
 
     out.check_targets(plot, save)
     if report is not None:
-        kind_of(Path(report))
+        format_of(Path(report))
         check_target(report)
     if target is not None and output is None:
         raise InputError("--export needs --output: a file, or a folder with / at its end")

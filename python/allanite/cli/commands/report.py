@@ -56,11 +56,11 @@ def command(
     from allanite.common.files import check_target
     from allanite.common.starts import start_model
     from allanite.effects.files import parse_model
-    from allanite.report.document import Report, kind_of, make_report
+    from allanite.report.document import Report, format_of, make_report
 
     target = _report_path(logs[0], output) if output or not options.as_json else None
     if target is not None:
-        kind = kind_of(target)
+        kind = format_of(target)
         check_target(target)
         if interactive and kind != "html":
             raise InputError(f"{target}: only HTML can be interactive: end the name in .html")

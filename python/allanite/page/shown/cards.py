@@ -15,7 +15,7 @@ from allanite.fit.table import is_wider, undecided_sentence
 from allanite.page.edits import factor_of, shown_unit
 from allanite.plots.curves import parts
 from allanite.plots.words import effect_text, unit_text
-from allanite.report.words import resolved
+from allanite.report.words import texts_to_uncertainty
 from allanite.study import misfit_left
 from allanite.suggestion.explanation import name_with_lines
 
@@ -171,7 +171,7 @@ def _value(
         spread = "not detected (95 % limit)"
     elif value.interval is not None:
         low, high = value.interval
-        found, first, last = resolved((value.value, low, high), (high - low) / 4.0)
+        found, first, last = texts_to_uncertainty((value.value, low, high), (high - low) / 4.0)
         text, spread = f"{found}{unit}", f"{first} … {last}"
     return {
         "name": name,

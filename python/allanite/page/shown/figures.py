@@ -35,7 +35,7 @@ from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, R
 from allanite.plots.themes import COMPONENTS, LOGS
 from allanite.plots.time import close_up, plot_time
 from allanite.plots.words import effect_text, unit_text
-from allanite.report.words import many
+from allanite.report.words import count_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -384,7 +384,7 @@ def _nis_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     first = "the first " if found.recording.n < tab.log.n else ""
     states = f"{found.space.states} state" + ("s" if found.space.states != 1 else "")
     told = (
-        f"{first}{many(found.n)} innovations, {states}: mean NIS {found.mean_nis:.4g},"
+        f"{first}{count_text(found.n)} innovations, {states}: mean NIS {found.mean_nis:.4g},"
         f" {100 * found.coverage:.3g} % below the 95 % point, whiteness p {number(found.whiteness, 2)}"
     )
     verdict = _consistency_sentence(

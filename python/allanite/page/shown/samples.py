@@ -12,7 +12,7 @@ from allanite.common.numbers import time_scale
 from allanite.plots.axes import linear_axis
 from allanite.plots.recording import samples_panel
 from allanite.plots.spec import Band, Figure, Line, Mark, Panel, Points, Rule, Span
-from allanite.report.words import many
+from allanite.report.words import count_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -85,7 +85,7 @@ def samples_figure(
     each = part.n / SEGMENTS
     what = "all drawn" if single else f"mean, minimum and maximum of {each:.0f} samples each"
     heights = (3.0, *(1.0 for _ in kept))
-    told = f"{many(part.n)} samples, {what}"
+    told = f"{count_text(part.n)} samples, {what}"
     return Figure("Samples", told, tuple(panels), heights, kind="samples")
 
 
