@@ -16,18 +16,18 @@ MOST_LABELS = 8
 
 
 def finite(arrays: Iterable[Any], positive: bool = False) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """All finite numbers of the arrays; only positive ones if `positive`."""
+    """1-D array of all finite numbers in the arrays; only positive ones if `positive`."""
     values = np.concatenate([np.zeros(0), *(np.ravel(np.asarray(a, dtype=float)) for a in arrays)])
     keep = np.isfinite(values) & ((values > 0) | (not positive))
     return np.asarray(values[keep])
 
 
-def log_axis(label: str, *arrays: Any, room: float = 1.15) -> Axis:
-    """A logarithmic axis that covers the positive numbers of `arrays`, extended by the factor `room` at both ends."""
+def log_axis(label: str, *arrays: Any, margin: float = 1.15) -> Axis:
+    """Logarithmic `Axis` that covers the positive numbers of `arrays`, extended by the factor `margin` at both ends."""
     values = finite(arrays, positive=True)
     if values.size == 0:
         values = np.array([1.0])
-    low, high = float(values.min()) / room, float(values.max()) * room
+    low, high = float(values.min()) / margin, float(values.max()) * margin
     if high / low < 2.0:
         low, high = low / 1.5, high * 1.5
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
@@ -63,7 +63,7 @@ def power_text(exponent: int, plain: bool, mantissa: int = 1) -> str:
 
 
 def linear_axis(label: str, low: float, high: float, ticks: int = 5, reverse: bool = False) -> Axis:
-    """A linear axis with about `ticks` round ticks."""
+    """Linear `Axis` from `low` to `high` with about `ticks` round ticks."""
     if not high > low:
         low, high = low - 0.5, high + 0.5
     raw = (high - low) / ticks
@@ -75,7 +75,7 @@ def linear_axis(label: str, low: float, high: float, ticks: int = 5, reverse: bo
 
 
 def score_axis(label: str, *scores: Any) -> Axis:
-    """A symmetric axis for standard normal scores that covers at least ±4.5."""
+    """Symmetric linear `Axis` for standard normal scores that covers all scores and at least ±4.6."""
     values = np.abs(finite(scores))
     top = max(4.6, 1.12 * float(values.max()) if values.size else 0.0)
     sizes = [m * 10.0**k for k in range(7) for m in (1, 2, 4, 5)]
@@ -84,6 +84,6 @@ def score_axis(label: str, *scores: Any) -> Axis:
 
 
 def step_axis(texts: Iterable[str]) -> Axis:
-    """A categorical axis with one tick per text, the first at the top."""
+    """Categorical `Axis` with the ticks 0, 1, …, one per text, the first at the top."""
     ticks = tuple((float(i), text) for i, text in enumerate(texts))
     return Axis("", -0.6, len(ticks) - 0.4, False, ticks, reverse=True)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def plot_compare(
     curves: Any, path: str | Path | None = None, theme: str = "light", title: str = "Comparison"
 ) -> Figure:
-    """Allan deviations in one figure: recordings as points with 95 % intervals, models and data sheets as lines.
+    """`Figure` of several Allan deviations: recordings as points with 95 % intervals, models and data sheets as lines.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def plot_compare(
 
 
 def _panel(items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title: str) -> Panel:
-    """Panel of the curves of one kind of sensor; `items` are pairs (index of the color, curve)."""
+    """`Panel` of the curves of one kind of sensor; `items` are tuples (index of the color, curve)."""
     unit = items[0][1].unit
     marks: list[Mark] = []
     shown: list[Any] = []

@@ -33,13 +33,14 @@ Ordinates = NDArray[np.int64]
 
 TAU = "averaging time τ (s)"
 SINGLE = "single frequencies (full resolution)"
-#: Residuals at which a strip has guide lines: 95 % for one point, and about 99 % for the largest of a whole curve.
+#: Residuals, in standard deviations, at which a strip has guide lines: 95 % limit of one point, and about the 99 % limit of
+#: the largest residual of a whole curve.
 GUIDES = (2.0, 3.5)
-#: Averaging times per decade at which model and effects are drawn, so that lines look smooth.
+#: Number of averaging times per decade at which model and effects are drawn, so that lines look smooth.
 PER_DECADE = 32
-#: A failing range extends as long as |z| exceeds this value.
+#: Neighboring τ whose |z| exceeds this value belong to one failing range.
 RANGE_Z = 2.0
-#: Single ordinates are drawn in a failing range or narrow band and, on each side, over this multiple of its width.
+#: Single ordinates are drawn in a failing range or narrow band, and on each side over this multiple of its width.
 MARGIN_WIDTHS = 1.0
 #: Number of single ordinates drawn on each side of a spectral line.
 LINE_ORDINATES = 40
@@ -52,7 +53,7 @@ MIN_LOG_CHANGE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ComponentStyle:
     """Style and label with which an effect of a model is drawn.
 
     Attributes
@@ -75,8 +76,8 @@ class Part:
     limit: float | None = None
 
 
-def parts(fit: Fit) -> tuple[Part, ...]:
-    """Tuple of `Part`, one per effect, in the order of ``fit.curve.components``: style and label."""
+def component_styles(fit: Fit) -> tuple[ComponentStyle, ...]:
+    """Tuple of `ComponentStyle`, one per noise process and known function, in the order of ``fit.curve.components``."""
     placed = list(enumerate(fit.model))
     random = [(k, e) for k, e in placed if isinstance(e, Stochastic)]
     known = [(k, e) for k, e in placed if isinstance(e, Deterministic)]
@@ -87,23 +88,28 @@ def parts(fit: Fit) -> tuple[Part, ...]:
         label = f"{name}: {numbers}" if numbers else name
         dash = "solid" if i < len(COMPONENTS) else "dot"
         frequency = effect.frequency if isinstance(effect, Periodic) else None
-        limit = _limit(effect, fit.estimates[place])
+        limit = _limit_ratio(effect, fit.estimates[place])
         if limit is not None:
             label, dash = f"{label} (95 % limit)", "dash"
-        out.append(Part(COMPONENTS[i % len(COMPONENTS)], dash, label, place, frequency, limit))
+        out.append(
+            ComponentStyle(COMPONENTS[i % len(COMPONENTS)], dash, label, place, frequency, limit)
+        )
     return tuple(out)
 
 
-def _limit(effect: Effect, values: dict[str, Any]) -> float | None:
-    """Ratio of the 95 % limit of the coefficient to its fitted value; None for detected or deterministic effects."""
+def _limit_ratio(effect: Effect, values: dict[str, Any]) -> float | None:
+    """Ratio of the 95 % limit of an undetected coefficient to its fitted value; infinite for the value 0.
+
+    None for detected or deterministic effects.
+    """
     value = values.get(effect.coefficient) if isinstance(effect, Stochastic) else None
     if not isinstance(value, Estimate) or value.detected or value.interval is None:
         return None
     return value.interval[1] / value.value if value.value > 0.0 else np.inf
 
 
-def failing(fit: Fit) -> list[tuple[float, float, float]]:
-    """Ranges of τ in which the curve deviates from the model: (low, high, ratio), τ in s.
+def failing_tau_ranges(fit: Fit) -> list[tuple[float, float, float]]:
+    """List of (low, high, ratio): ranges of τ (s) in which the measured curve deviates from the model.
 
     The ratio is measured/model where it is farthest from 1 within the range.
     """
@@ -116,7 +122,7 @@ def failing(fit: Fit) -> list[tuple[float, float, float]]:
             continue
         inside = np.abs(z[start:i])
         if sign[start] and inside.max() >= MIN_FAILING_SCORE:
-            # The same factor as in the verdict.
+            # The same factor as in the text of the verdict.
             apart = np.log(curve.measured[start:i] / curve.model[start:i])
             ratio = float(np.exp(apart[np.abs(apart).argmax()]))
             out.append((float(curve.tau[start]), float(curve.tau[i - 1]), ratio))
@@ -125,7 +131,7 @@ def failing(fit: Fit) -> list[tuple[float, float, float]]:
 
 
 def tau_spans(fit: Fit) -> tuple[Span, ...]:
-    """Tuple of `Span`: ranges of τ in which a model fails, with the ratio of model and measured deviation."""
+    """Tuple of `Span`: shaded ranges of τ in which a model fails, labeled with the factor between model and measurement."""
     return tuple(
         Span(
             low / 1.06,
@@ -134,12 +140,12 @@ def tau_spans(fit: Fit) -> tuple[Span, ...]:
             "where the model fails",
             f"×{number(max(ratio, 1 / ratio), 3)} too {'low' if ratio > 1 else 'high'}",
         )
-        for low, high, ratio in failing(fit)
+        for low, high, ratio in failing_tau_ranges(fit)
     )
 
 
 def spectrum_spans(fit: Fit, worst: tuple[float, float] | None) -> tuple[Span, ...]:
-    """Shaded range of the frequencies `worst` (Hz), labeled with the ratio measured/model there; empty without `worst`."""
+    """Tuple of one `Span`: shaded frequencies `worst` (Hz), labeled with the ratio measured/model; empty for None."""
     if worst is None:
         return ()
     low, high = fit.data.bins.limits(fit.data.rate)
@@ -152,18 +158,18 @@ def spectrum_spans(fit: Fit, worst: tuple[float, float] | None) -> tuple[Span, .
 
 
 def interval(deviation: Array, edf: Array) -> tuple[Array, Array]:
-    """95 % interval (low, high) of a deviation with `edf` equivalent degrees of freedom."""
+    """Tuple (low, high): χ² 95 % interval of a deviation with `edf` equivalent degrees of freedom, shape of `deviation`."""
     from scipy.special import chdtri
 
     low = deviation * np.sqrt(edf / chdtri(edf, 0.025))
     return low, deviation * np.sqrt(edf / chdtri(edf, 0.975))
 
 
-def _lines(fit: Fit) -> tuple[Array, Array, list[Array]]:
-    """(τ in s, deviation of the model, list with the deviation of each of `parts`), all at the same τ.
+def _model_curves(fit: Fit) -> tuple[Array, Array, list[Array]]:
+    """Tuple (τ in s, Allan deviation of the model, list with that of each effect in `component_styles`).
 
-    The τ are those of the measured curve, and `PER_DECADE` further ones per decade. An effect that
-    was not detected is at its 95 % limit.
+    The τ are those of the measured curve, and `PER_DECADE` further ones per decade. An effect that was not detected is
+    at its 95 % limit.
     """
     data, model = fit.curve.of
     own = fit.curve.factors
@@ -175,7 +181,7 @@ def _lines(fit: Fit) -> tuple[Array, Array, list[Array]]:
         total = total + data.deviation_of(data.signal(model.deterministic), factors) ** 2
     drawn = []
     components = components_at(data, model, factors).values()
-    for part, values in zip(parts(fit), components, strict=True):
+    for part, values in zip(component_styles(fit), components, strict=True):
         if part.limit is None:
             drawn.append(values)
             continue
@@ -188,7 +194,7 @@ def _lines(fit: Fit) -> tuple[Array, Array, list[Array]]:
 
 
 def allan_panels(fit: Fit, column: int = 0, spans: Sequence[Span] = ()) -> tuple[Panel, ...]:
-    """Tuple: panel of the Allan deviation with intervals, model, band and effects, and a strip of residuals in σ."""
+    """Tuple of two `Panel`: Allan deviation with intervals, model, band and effects; strip of residuals in σ below."""
     curve = fit.curve
     low, high = interval(curve.measured, curve.edf)
     marks: list[Mark] = [*spans]
@@ -201,8 +207,8 @@ def allan_panels(fit: Fit, column: int = 0, spans: Sequence[Span] = ()) -> tuple
             band.tau, band.low, band.high, "model", "expected scatter (95 %) if the model is true"
         ),
     ]
-    tau, total, drawn = _lines(fit)
-    for part, values in zip(parts(fit), drawn, strict=True):
+    tau, total, drawn = _model_curves(fit)
+    for part, values in zip(component_styles(fit), drawn, strict=True):
         marks.append(Line(tau, values, part.color, part.label, 1.2, part.dash))
     marks.append(Line(tau, total, "model", "model", 2.2))
     marks.append(Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high))
@@ -223,10 +229,10 @@ def allan_panels(fit: Fit, column: int = 0, spans: Sequence[Span] = ()) -> tuple
 def ordinates_between(
     fit: Fit, low: float, high: float, whole: bool = False, most: int = MAX_SINGLE
 ) -> tuple[Array, Array]:
-    """Pair: frequencies in Hz and densities of the single ordinates between two frequencies.
+    """Tuple (frequencies in Hz, two-sided densities) of the single ordinates between the frequencies `low` and `high`.
 
     The model's known functions of time are removed, unless `whole`. With more than `most` ordinates, neighbors are
-    averaged. Empty if single ordinates are not meaningful: for summaries, and if many samples are missing.
+    averaged. Both arrays are empty if single ordinates are not meaningful: for summaries, and if many samples are missing.
     """
     data = fit.data
     if not has_all_ordinates(data):
@@ -246,7 +252,7 @@ def ordinates_between(
 
 
 def _around_narrow_bands(fit: Fit) -> list[tuple[float, float]]:
-    """List of pairs: frequency ranges in Hz around the bands of the model that are narrower than a bin."""
+    """List of (low, high): frequency ranges in Hz around the bands of the model that are narrower than a bin."""
     if not has_all_ordinates(fit.data):
         return []
     aside = LINE_ORDINATES * fit.data.rate / (2.0 * fit.data.n)
@@ -268,7 +274,7 @@ def _single_ordinates(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -
         f, power = ordinates_between(fit, span.low - aside, span.high + aside)
         out.append(Line(f, power, "raw", SINGLE, 1.0))
     step = fit.data.rate / (2.0 * fit.data.n)
-    known = [(p.frequency, True) for p in parts(fit) if p.frequency is not None]
+    known = [(p.frequency, True) for p in component_styles(fit) if p.frequency is not None]
     for frequency, whole in (*known, *((f, False) for f in lines)):
         low, high = frequency - LINE_ORDINATES * step, frequency + LINE_ORDINATES * step
         out.append(Line(*ordinates_between(fit, low, high, whole), "raw", SINGLE, 1.0))
@@ -276,7 +282,7 @@ def _single_ordinates(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -
 
 
 def missing_lines(check: Check | None) -> tuple[float, ...]:
-    """Tuple of floats: frequencies in Hz of the spectral lines that are significantly missing."""
+    """Tuple of floats: frequencies in Hz of the spectral lines that a check suggests significantly; () for None."""
     found = () if check is None else check.significant
     return tuple(
         s.effect.frequency
@@ -288,7 +294,7 @@ def missing_lines(check: Check | None) -> tuple[float, ...]:
 def spectrum_panels(
     fit: Fit, column: int = 1, spans: Sequence[Span] = (), lines: Sequence[float] = ()
 ) -> tuple[Panel, ...]:
-    """Tuple of `Panel`: panel of the two-sided density with model and effects, and a strip of residuals in σ.
+    """Tuple of two `Panel`: two-sided density with model and effects; strip of residuals in σ below.
 
     Single ordinates are drawn in the failing ranges `spans` and at the frequencies `lines` (Hz) of missing lines.
     """
@@ -297,14 +303,14 @@ def spectrum_panels(
     from allanite.fit.likelihood.whittle import normal_scores
 
     solution, bins, rate = fit.solution, fit.data.bins, fit.data.rate
-    first, count = _merge(solution.count)
+    first, count = _merged_cells(solution.count)
     width = np.add.reduceat(bins.count, first)
     bottom, top = bins.limits(rate)
     last = np.append(first[1:], bottom.size) - 1
     frequency = np.sqrt(np.maximum(bottom[first], rate / (2.0 * bins.n)) * top[last])
 
     def mean(power: Array) -> Array:
-        """Density (two-sided) of each plotted point, as the mean of the power of its bins."""
+        """Two-sided density of each plotted point: mean of the power of its bins, divided by the rate."""
         return np.asarray(np.add.reduceat(bins.count * power, first) / width / rate)
 
     measured, model = mean(solution.power), mean(solution.spectrum)
@@ -324,11 +330,11 @@ def spectrum_panels(
     at, place, near = _line_frequencies(fit, frequency, (bottom[first], top[last]))
 
     def along(power: Array, terms: tuple[Term, ...], theta: float) -> Array:
-        """Density at `at`: means of the bin power, and near narrow bands the density at single ordinates."""
+        """Density at `at`: means of the bin power; near narrow bands theta times the density of `terms` at ordinates."""
         own = theta * density(terms, near, bins.n) / rate if near.size else np.zeros(0)
         return np.concatenate([mean(power), own])[place]
 
-    for part in parts(fit):
+    for part in component_styles(fit):
         own = solution.effects[part.place]
         if isinstance(own, Process):
             theta = own.theta if part.limit is None else _theta_at_limit(fit, part, own)
@@ -380,7 +386,7 @@ def spectrum_panels(
     return panel, _strip(x, frequency, z, column, spans)
 
 
-def _theta_at_limit(fit: Fit, part: Part, own: Process) -> float:
+def _theta_at_limit(fit: Fit, part: ComponentStyle, own: Process) -> float:
     """Squared coefficient of an undetected effect at its 95 % limit."""
     assert part.limit is not None
     if np.isfinite(part.limit):
@@ -392,11 +398,11 @@ def _theta_at_limit(fit: Fit, part: Part, own: Process) -> float:
 def _line_frequencies(
     fit: Fit, frequency: Array, limits: tuple[Array, Array]
 ) -> tuple[Array, NDArray[np.intp], Ordinates]:
-    """Frequencies in Hz at which the lines of the spectrum are drawn: (frequencies, order, ordinates).
+    """Tuple (frequencies, Hz; order; ordinates) at which the model lines of the spectrum are drawn.
 
-    The lines join the points at `frequency`, which are means between `limits`. Narrow bands are narrower than these
-    ranges; near them the lines follow single `ordinates` instead. `order` sorts the points followed by the ordinates,
-    without the points that the ordinates replace.
+    The lines join the points at `frequency`, which are means between `limits`. Near bands that are narrower than these
+    ranges, the lines follow single `ordinates` instead. `order` indexes the points followed by the ordinates: sorted by
+    frequency, without the points that the ordinates replace.
     """
     step = fit.data.rate / (2.0 * fit.data.n)
     near, kept = [np.zeros(0, dtype=np.int64)], np.ones(frequency.size, dtype=bool)
@@ -412,15 +418,15 @@ def _line_frequencies(
 
 
 def _drawn_densities(marks: list[Mark]) -> list[Array]:
-    """List: densities of the points measured before deterministic effects were removed; the axis must cover them."""
+    """List of arrays: densities of the `Points` before removal of deterministic effects; the axis must cover them."""
     return [m.y for m in marks if isinstance(m, Points) and m.color == "raw"]
 
 
-def _merge(count: Array) -> tuple[NDArray[np.int64], Array]:
-    """Pair: first bin of each plotted point, and the degrees of freedom of the points.
+def _merged_cells(count: Array) -> tuple[NDArray[np.int64], Array]:
+    """Tuple (index of the first bin of each plotted point, degrees of freedom of each point).
 
-    The bins of a cell are drawn as one point, because a screen could not resolve them. Cells are
-    merged until they have `MIN_DOF` degrees of freedom.
+    The bins of a cell are drawn as one point, because a screen could not resolve them. Cells are merged until they have
+    `MIN_DOF` degrees of freedom.
     """
     cells = cells_of(count.size)
     first, total = [0], 0.0
@@ -436,7 +442,7 @@ def _merge(count: Array) -> tuple[NDArray[np.int64], Array]:
 
 
 def _strip(x: Axis, at: Array, z: Array, column: int, spans: Sequence[Span]) -> Panel:
-    """Panel of residuals as standard normal scores, with guide lines."""
+    """`Panel` in row 1: residuals z as standard normal scores at the positions `at`, with guide lines and `spans`."""
     marks: list[Mark] = [
         *(replace(span, text="") for span in spans),
         Rule(0.0, "y", "guide", "solid"),

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from allanite.deviation.result import Deviation
     from allanite.recording import Recording
 
-#: Slopes of σ(τ) for common clock noise, and their labels.
+#: (Slope of σ(τ) on logarithmic axes, label) of common clock noise.
 SLOPES = ((-1.0, "τ⁻¹"), (-0.5, "τ⁻¹ᐟ²"), (0.5, "τ¹ᐟ²"))
-#: Symbols that clock manufacturers use for deviations of fractional frequency.
+#: Kind of deviation → symbol that clock manufacturers use for deviations of fractional frequency.
 SIGMA = {
     "adev": "σ_y(τ)",
     "oadev": "σ_y(τ)",
@@ -67,7 +67,7 @@ def plot_deviation(
         Line(tau[kept], values[kept], "c1", width=1.4),
         Points(tau[kept], values[kept], "measured", label, *ends),
     )
-    y = log_axis(_name(deviation), values, low, high)
+    y = log_axis(_axis_label(deviation), values, low, high)
     panel = Panel(log_axis(TAU, tau[kept]), y, marks)
     title = words[0].upper() + words[1:]
     figure = Figure(
@@ -79,8 +79,8 @@ def plot_deviation(
     return figure.saved(path, theme)
 
 
-def _name(deviation: Deviation) -> str:
-    """Axis label: the name of the estimator with its unit. For clocks it has the symbol, such as σ_y(τ)."""
+def _axis_label(deviation: Deviation) -> str:
+    """Text of the axis label: name of the estimator with its unit; for clocks with its symbol, such as σ_y(τ)."""
     words = estimator_named(deviation.kind).title
     if deviation.unit == "1" and deviation.kind in SIGMA:
         words = f"{words}, {SIGMA[deviation.kind]}"
@@ -127,7 +127,9 @@ def plot_stability(
         shown += [values[kept], low]
     x = log_axis(TAU, *(np.asarray(d.tau) for d in deviations))
     kinds = {d.deviation_unit for d in deviations}
-    words = _name(first) if len(deviations) == 1 else in_unit("deviation", first.deviation_unit)
+    words = (
+        _axis_label(first) if len(deviations) == 1 else in_unit("deviation", first.deviation_unit)
+    )
     if len(deviations) > 1 and first.unit == "1" and len(kinds) == 1:
         words = "σ_y(τ)"
     y = log_axis(words, *shown)
@@ -140,7 +142,7 @@ def plot_stability(
 
 
 def _guide(deviation: Deviation, slope: float, name: str, x: Axis, y: Axis) -> tuple[Line, Note]:
-    """Pair: a dotted guide line with a given slope through the middle of a curve, and its label near its end."""
+    """Tuple (dotted `Line` with a given slope through the middle of a curve, `Note` with its label near its end)."""
     tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
     kept = np.flatnonzero(np.isfinite(values) & (values > 0))
     middle = kept[kept.size // 2]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """Allan deviation and spectrum with the model, its band and its effects; residuals in σ below each.
+    """`Figure`: Allan deviation and spectrum with the model, its band and its effects; residuals in σ below each.
 
     Parameters
     ----------
@@ -49,11 +49,14 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
 
 
 def plot_check(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """Figure like `plot_fit` with failing ranges shaded and the first suggestion in the subtitle."""
+    """`Figure` as from `plot_fit`, with failing ranges shaded and the strongest missing effect in the subtitle.
+
+    Written to `path` (SVG, PNG, PDF) if given.
+    """
     fit = check.fit
     spans = spectrum_spans(fit, check.where.worst_frequency)
     figure = _figure(fit, tau_spans(fit), spans, missing_lines(check))
-    figure = replace(figure, subtitle=_verdict(check), kind="check")
+    figure = replace(figure, subtitle=_subtitle(check), kind="check")
     return figure.saved(path, theme)
 
 
@@ -63,11 +66,11 @@ def _figure(
     frequency: Sequence[Span] = (),
     lines: Sequence[float] = (),
 ) -> Figure:
-    """Figure of a fit with shaded ranges of τ and frequency and with single ordinates at `lines` (Hz)."""
+    """`Figure` of a fit with shaded ranges of τ and frequency and with single ordinates at `lines` (Hz)."""
     panels = (*allan_panels(fit, 0, tau), *spectrum_panels(fit, 1, frequency, lines))
     return Figure(
         f"{recording_text(fit.recording)} · model {fit.model.name}",
-        agreement(fit),
+        goodness_of_fit_text(fit),
         panels,
         heights=(3.4, 1.0),
         widths=(1.0, 1.0),
@@ -75,8 +78,8 @@ def _figure(
     )
 
 
-def agreement(fit: Fit) -> str:
-    """Line with χ² per degree of freedom, p-value, and the residual of the Allan deviation with its expected scatter."""
+def goodness_of_fit_text(fit: Fit) -> str:
+    """Text: χ² per degree of freedom, p-value, and rms residual of the Allan deviation with its expected scatter."""
     misfit, error = fit.misfit, fit.error
     text = f"χ²/dof {number(misfit.reduced)} (p = {number(max(misfit.p_value, 1e-300), 2)})"
     if error.adev_rms_percent is not None and error.chance_rms_percent is not None:
@@ -87,9 +90,9 @@ def agreement(fit: Fit) -> str:
     return text
 
 
-def _verdict(check: Check) -> str:
-    """Two lines: the goodness of fit, and the strongest missing effect or a sentence that none is known."""
-    text = agreement(check.fit)
+def _subtitle(check: Check) -> str:
+    """Text of two lines: goodness of fit, and the strongest missing effect or a sentence that none is known."""
+    text = goodness_of_fit_text(check.fit)
     if check.significant:
         first = check.significant[0]
         numbers = values_text(first.effect, first.estimates)

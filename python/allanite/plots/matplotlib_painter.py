@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 SUFFIXES = ("svg", "png", "pdf")
+#: Default width and height, inches, and pixels per inch.
 WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
 #: Heights of the title and of a line of the subtitle, in inches.
 TITLE, LINE_HEIGHT = 0.29, 0.22
@@ -46,7 +47,7 @@ TITLE, LINE_HEIGHT = 0.29, 0.22
 TITLE_POINTS, TABLE_POINTS, TITLE_GROWTH = 13.0, 9.5, 1.25
 #: Height of a row of a table or a legend, in inches.
 ROW = 0.185
-#: Width of a legend of `WIDTH`, and of the symbol before each label, in letters.
+#: Width of a legend on a figure of `WIDTH`, and of the symbol before each label, in letters.
 LETTERS, KEY = 177, 9
 #: Width of a bold letter of the title and of a letter of a table, relative to their size (measured in DejaVu Sans).
 BOLD_LETTER, MONO_LETTER = 0.68, 0.602
@@ -55,7 +56,7 @@ FONT = "DejaVu Sans"  # included in matplotlib; contains all characters that are
 #: Texts are literal: a dollar sign does not start a formula.
 TEXT: dict[str, Any] = {"family": FONT, "parse_math": False}
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
-# Drawing order.
+#: Drawing order (zorder) of shaded ranges, areas, guide lines, lines, points and texts.
 BELOW, AREA, GUIDE, LINE, POINT, WORDS = 0.5, 1.0, 1.5, 2.5, 3.0, 4.0
 
 
@@ -96,7 +97,7 @@ STYLES = {
 
 
 def save(figure: Figure, path: str | Path, theme: str = "light", style: str = "screen") -> None:
-    """Write a figure to a file, which is complete or absent.
+    """Write a figure to a file; an existing file is replaced only after the new file is complete.
 
     Parameters
     ----------
@@ -128,7 +129,7 @@ def render(
     size: tuple[float, float] | None = None,
     style: str = "screen",
 ) -> bytes:
-    """The figure as bytes of an SVG, PNG or PDF; `size` in inches of 100 pixels, None for that of the style."""
+    """Bytes of a figure as SVG, PNG or PDF (`kind`); `size` in inches of 100 pixels, None for that of the style."""
     canvas = draw(figure, theme, size, style)
     stream = io.BytesIO()
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
@@ -147,7 +148,7 @@ def draw(
     size: tuple[float, float] | None = None,
     style: str = "screen",
 ) -> Any:
-    """The ``matplotlib.figure.Figure`` of a figure; `size` in inches, None for that of the style.
+    """``matplotlib.figure.Figure`` of a figure; `size` in inches, None for that of the style.
 
     Raises
     ------
@@ -159,10 +160,10 @@ def draw(
     form = STYLES[style]
     across = (form.width if size is None else size[0]) * 72.0 * 0.96
     if form.brief:
-        figure = _brief(figure)
+        figure = _without_table(figure)
     elif figure.below:
         letters = int(across / (MONO_LETTER * (form.points or TABLE_POINTS)))
-        figure = replace(figure, below=_in_blocks(figure.below, letters))
+        figure = replace(figure, below=_table_in_blocks(figure.below, letters))
     if form.column:
         figure = _in_one_column(figure)
         lines = len(figure.below.splitlines()) if figure.below else len(figure.legend())
@@ -188,9 +189,9 @@ def draw(
     )
     for panel in figure.panels:
         place = grid[panel.row : panel.row + panel.rows, panel.column]
-        _panel(canvas, canvas.add_subplot(place), panel, look)
+        _draw_panel(canvas, canvas.add_subplot(place), panel, look)
     top, bottom = _draw_texts(canvas, figure, look, form)
-    _resize(canvas, form)
+    _apply_sizes(canvas, form)
     layout.set(rect=(0.0, bottom, 1.0, top - bottom))
     return canvas
 
@@ -209,13 +210,13 @@ def _working_folder_without_settings() -> Iterator[None]:
 
 
 def _in_one_column(figure: Figure) -> Figure:
-    """The figure with all panels below each other, in the order of their columns, without title and subtitle."""
+    """Copy of a figure with all panels in one column, ordered by column, without title and subtitle."""
     ordered = sorted(figure.panels, key=lambda p: (p.column, p.row))
     heights = [sum(figure.heights[p.row : p.row + p.rows]) for p in ordered]
     most = max(heights)
     panels = []
     for row, panel in enumerate(ordered):
-        # A strip stays below the curve whose axis it shares.
+        # A strip shares the x axis of the panel above.
         below = row + 1 < len(ordered) and ordered[row + 1].x == panel.x
         panels.append(replace(panel, row=row, rows=1, column=0, show_x=not below))
     return replace(
@@ -228,8 +229,8 @@ def _in_one_column(figure: Figure) -> Figure:
     )
 
 
-def _brief(figure: Figure) -> Figure:
-    """The figure without its table; the axis of a panel below another one is labeled by its unit alone."""
+def _without_table(figure: Figure) -> Figure:
+    """Copy of a figure without its table; panels below the first row have only the unit as y label."""
     panels = tuple(
         replace(p, y=replace(p.y, label=f"({p.y.label.rpartition(' (')[2]}"))
         if p.row > 0 and " (" in p.y.label
@@ -239,8 +240,8 @@ def _brief(figure: Figure) -> Figure:
     return replace(figure, panels=panels, below="")
 
 
-def _in_blocks(table: str, letters: int) -> str:
-    """The table with columns that do not fit into a width of `letters` moved below, next to the first column."""
+def _table_in_blocks(table: str, letters: int) -> str:
+    """Text of a table in blocks of at most `letters` width; each block repeats the first column."""
     lines = table.splitlines()
     if max(map(len, lines)) <= letters:
         return table
@@ -260,8 +261,8 @@ def _in_blocks(table: str, letters: int) -> str:
     )
 
 
-def _resize(canvas: Any, form: Style) -> None:
-    """Set letters, lines and points to the sizes of a style."""
+def _apply_sizes(canvas: Any, form: Style) -> None:
+    """Set the sizes of letters, lines and points of a canvas to those of a style, in place."""
     if form.points is None:
         return
     from matplotlib.collections import LineCollection
@@ -281,7 +282,7 @@ def _resize(canvas: Any, form: Style) -> None:
 
 
 def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[float, float]:
-    """Draw title, subtitle, table and legend; returns (top, bottom) of the panels as fractions of the height."""
+    """Draw title, subtitle, table and legend; returns the tuple (top, bottom) of the panels as fractions of the height."""
     width, height = canvas.get_size_inches()
     grown = 1.0 if form.points is None else form.points / 9.5
     bottom = 0.0
@@ -296,7 +297,7 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
     style = {"ha": "left", "va": "top", "color": look.text} | TEXT
     size = TITLE_POINTS if form.points is None else TITLE_GROWTH * form.points
     letters = int(0.96 * 72.0 * width / (BOLD_LETTER * size))
-    # A log may have a name of any length; it must leave room for the curves.
+    # A log may have a name of any length, which must not displace the curves.
     for part in textwrap.wrap(figure.title, letters, max_lines=2, placeholder=" …"):
         canvas.text(0.012, 1 - top / height, part, fontsize=TITLE_POINTS, weight="bold", **style)
         top += TITLE * size / TITLE_POINTS
@@ -315,10 +316,10 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
     corner = bool(figure.below)
     owner = canvas.axes[0] if corner else canvas
     legend = owner.legend(
-        handles=[_handle(m, look) for m in marks],
+        handles=[_legend_symbol(m, look) for m in marks],
         labels=labels,
         loc="upper right" if corner else "outside lower center",
-        ncols=1 if corner else _columns(labels, LETTERS * width / WIDTH / grown),
+        ncols=1 if corner else _legend_columns(labels, LETTERS * width / WIDTH / grown),
         frameon=False,
         prop={"family": FONT, "size": 9.5},
         labelcolor=look.text,
@@ -330,7 +331,7 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
     return below, bottom
 
 
-def _columns(labels: list[str], letters: float) -> int:
+def _legend_columns(labels: list[str], letters: float) -> int:
     """Maximum number of legend columns for these labels in a width of `letters` characters."""
     for columns in range(len(labels), 1, -1):
         rows, longer = divmod(len(labels), columns)
@@ -341,8 +342,8 @@ def _columns(labels: list[str], letters: float) -> int:
     return 1
 
 
-def _handle(mark: Mark, look: Theme) -> Any:
-    """Symbol of a mark in the legend."""
+def _legend_symbol(mark: Mark, look: Theme) -> Any:
+    """Matplotlib artist of a mark's symbol in the legend; `TypeError` for a mark without a legend entry."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -358,7 +359,7 @@ def _handle(mark: Mark, look: Theme) -> Any:
 
 
 def _marker(mark: Points, look: Theme) -> dict[str, Any]:
-    """Dict: marker properties of points."""
+    """Dict of the marker properties of points, as keyword arguments of matplotlib."""
     color = look.color(mark.color)
     return {
         "marker": "o",
@@ -369,16 +370,16 @@ def _marker(mark: Points, look: Theme) -> dict[str, Any]:
     }
 
 
-def _panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
-    """Draw a panel with its axes and marks."""
+def _draw_panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
+    """Draw a panel, its axes and its marks into matplotlib `axes`."""
     axes.set_facecolor(look.panel)
     for side, spine in axes.spines.items():
         spine.set_color(look.faint)
         spine.set_linewidth(0.8)
         spine.set_visible(side in ("left", "bottom"))
     axes.set_axisbelow(True)
-    _axis(axes, "x", panel.x, panel.show_x, look)
-    _axis(axes, "y", panel.y, panel.show_y, look)
+    _set_axis(axes, "x", panel.x, panel.show_x, look)
+    _set_axis(axes, "y", panel.y, panel.show_y, look)
     if panel.grid:
         axes.grid(visible=True, which="major", color=look.grid, linewidth=0.8)
     if panel.find(Bars):
@@ -390,15 +391,15 @@ def _panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
         )
     texts = 0
     for mark in panel.marks:
-        _draw(canvas, axes, panel, mark, look)
+        _draw_mark(canvas, axes, panel, mark, look)
         if isinstance(mark, Span) and mark.text:
             # Each text is below the previous one, because neighboring ranges are narrower than their texts.
-            _span_text(axes, mark, texts, panel.x, look)
+            _draw_span_text(axes, mark, texts, panel.x, look)
             texts += 1
 
 
-def _axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None:
-    """Set scale, limits, ticks and label of one axis."""
+def _set_axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None:
+    """Set scale, limits, ticks and label of one axis (`name`: x or y) of matplotlib `axes`."""
     from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
 
     getattr(axes, f"set_{name}scale")("log" if axis.log else "linear")
@@ -423,8 +424,8 @@ def _axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None:
         getattr(axes, f"set_{name}label")(axis.label, fontsize=10.5, color=look.text, **TEXT)
 
 
-def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None:
-    """Draw one mark."""
+def _draw_mark(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None:
+    """Draw one mark into matplotlib `axes`."""
     match mark:
         case Line():
             axes.plot(
@@ -437,7 +438,7 @@ def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None
                 zorder=LINE,
             )
         case Points():
-            _points(axes, mark, look)
+            _draw_points(axes, mark, look)
         case Band():
             axes.fill_between(
                 mark.x,
@@ -467,9 +468,9 @@ def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None
                 zorder=GUIDE,
             )
         case Bars():
-            _bars(axes, mark, panel, look)
+            _draw_bars(axes, mark, panel, look)
         case HeatMap():
-            _heat(canvas, axes, mark, look)
+            _draw_heat_map(canvas, axes, mark, look)
         case Note():
             axes.text(
                 mark.x,
@@ -485,8 +486,8 @@ def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None
             )
 
 
-def _span_text(axes: Any, mark: Span, line: int, axis: Axis, look: Theme) -> None:
-    """Draw the text of a shaded range in a line below its top, inside the axis."""
+def _draw_span_text(axes: Any, mark: Span, line: int, axis: Axis, look: Theme) -> None:
+    """Draw the text of a shaded range at its top, `line` lines lower, inside the axis."""
     scale = np.log10 if axis.log else np.asarray
     first, last = scale(axis.low), scale(axis.high)
     middle = 0.5 * (max(scale(mark.low), first) + min(scale(mark.high), last))
@@ -508,7 +509,7 @@ def _span_text(axes: Any, mark: Span, line: int, axis: Axis, look: Theme) -> Non
     )
 
 
-def _points(axes: Any, mark: Points, look: Theme) -> None:
+def _draw_points(axes: Any, mark: Points, look: Theme) -> None:
     """Draw markers with error bars."""
     if mark.low is not None and mark.high is not None:
         kept = np.isfinite(mark.low) & np.isfinite(mark.high)
@@ -524,15 +525,15 @@ def _points(axes: Any, mark: Points, look: Theme) -> None:
     axes.plot(mark.x, mark.y, linestyle="none", zorder=POINT, **_marker(mark, look))
 
 
-def _bars(axes: Any, mark: Bars, panel: Panel, look: Theme) -> None:
+def _draw_bars(axes: Any, mark: Bars, panel: Panel, look: Theme) -> None:
     """Draw bars with their texts."""
     places = np.arange(mark.values.size)
     values = np.nan_to_num(mark.values)
     axes.barh(places, values, height=0.5, color=[look.color(c) for c in mark.colors], zorder=LINE)
-    room = 0.025 * (panel.x.high - panel.x.low)
+    margin = 0.025 * (panel.x.high - panel.x.low)
     for place, value, text in zip(places, values, mark.texts, strict=True):
         axes.text(
-            value + room if value >= 0 else value - room,
+            value + margin if value >= 0 else value - margin,
             place,
             text,
             ha="left" if value >= 0 else "right",
@@ -545,7 +546,7 @@ def _bars(axes: Any, mark: Bars, panel: Panel, look: Theme) -> None:
         )
 
 
-def _heat(canvas: Any, axes: Any, mark: HeatMap, look: Theme) -> None:
+def _draw_heat_map(canvas: Any, axes: Any, mark: HeatMap, look: Theme) -> None:
     """Draw a heat map with its color bar and frames around marked cells."""
     from matplotlib.colors import LinearSegmentedColormap
 

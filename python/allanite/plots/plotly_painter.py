@@ -28,14 +28,14 @@ from allanite.plots.themes import Theme, theme_of
 
 FONT = "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif"
 DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
-#: Gaps between columns and rows of the grid, as fractions of the figure.
+#: Gaps between columns, and between rows, of the grid, as fractions of the figure.
 GAP_X, GAP_Y = 0.075, 0.03
 #: Gap below rows that have tick texts and an axis label.
 GAP_BELOW_LABEL = 0.17
 
 
 def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
-    """A figure as ``{"data": […], "layout": {…}}`` of plain numbers, lists and texts.
+    """Dict ``{"data": […], "layout": {…}}`` of a figure, of plain numbers, lists and texts.
 
     Parameters
     ----------
@@ -69,13 +69,13 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
         upright = [1.0 - down[1], 1.0 - down[0]]
         layout[f"xaxis{suffix}"] = _axis(panel.x, panel, across, f"y{suffix}", panel.show_x, look)
         layout[f"yaxis{suffix}"] = _axis(panel.y, panel, upright, f"x{suffix}", panel.show_y, look)
-        partner = _partner(figure, panel)
+        partner = _matching_axis(figure, panel)
         if partner is not None:
             layout[f"xaxis{suffix}"]["matches"] = partner
         if panel.title:
             layout["annotations"].append(
                 {
-                    "text": f"<b>{words(panel.title)}</b>",
+                    "text": f"<b>{html_text(panel.title)}</b>",
                     "x": across[0],
                     "y": upright[1],
                     "xref": "paper",
@@ -86,15 +86,15 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
                 }
             )
         for mark in panel.marks:
-            _draw(mark, suffix, data, layout, look)
-    _name_once(data, named)
+            _add_mark(mark, suffix, data, layout, look)
+    _show_labels_once(data, named)
     return {"data": data, "layout": layout}
 
 
 def _title(figure: Figure, look: Theme) -> dict[str, Any]:
-    """Dict: title and subtitle as a plotly title."""
-    rest = words(figure.subtitle)
-    text = f"<b>{words(figure.title)}</b>" + (
+    """Dict: plotly title with title and subtitle of a figure."""
+    rest = html_text(figure.subtitle)
+    text = f"<b>{html_text(figure.title)}</b>" + (
         f"<br><span style='font-size:12px'>{rest}</span>" if rest else ""
     )
     return {
@@ -108,20 +108,20 @@ def _title(figure: Figure, look: Theme) -> dict[str, Any]:
 
 
 def _row_gap(figure: Figure) -> float:
-    """Gap between rows, larger if panels above the last row have tick texts."""
+    """Gap between rows as a fraction of the figure, larger if panels above the last row have tick texts."""
     labeled = any(p.show_x and p.row + p.rows < len(figure.heights) for p in figure.panels)
     return GAP_BELOW_LABEL if labeled else GAP_Y
 
 
 def _bare_columns(figure: Figure) -> frozenset[int]:
-    """Set: indices of the grid columns without tick texts on the left; they may be closer to the column before."""
+    """Set of the indices of grid columns with a panel without y tick texts; the gap before these columns is smaller."""
     return frozenset(p.column for p in figure.panels if not p.show_y)
 
 
 def _domain(
     sizes: tuple[float, ...], place: int, span: int, gap: float, bare: frozenset[int] = frozenset()
 ) -> list[float]:
-    """Start and end (0 … 1) in the figure of the grid rows or columns `place` … `place` + `span` − 1."""
+    """List [start, end] (0 … 1) in the figure of the grid rows or columns `place` … `place` + `span` − 1."""
     gaps = [0.25 * gap if i + 1 in bare else gap for i in range(len(sizes) - 1)]
     unit = (1.0 - sum(gaps)) / sum(sizes)
     start = sum(s * unit for s in sizes[:place]) + sum(gaps[:place])
@@ -129,11 +129,8 @@ def _domain(
     return [start, start + sum(s * unit for s in inside) + sum(gaps[place : place + span - 1])]
 
 
-def _partner(figure: Figure, panel: Panel) -> str | None:
-    """Name of the x axis of an earlier panel that shows the same axis, so that both zoom together.
-
-    None if there is none.
-    """
+def _matching_axis(figure: Figure, panel: Panel) -> str | None:
+    """Name of the x axis (``x``, ``x2``, …) of a panel above in the same column with an equal x axis; None if none."""
     for count, other in enumerate(figure.panels, 1):
         if other is not panel and other.column == panel.column and other.x == panel.x:
             return None if other.row > panel.row else ("x" if count == 1 else f"x{count}")
@@ -143,7 +140,7 @@ def _partner(figure: Figure, panel: Panel) -> str | None:
 def _axis(
     axis: Axis, panel: Panel, domain: list[float], anchor: str, show: bool, look: Theme
 ) -> dict[str, Any]:
-    """Dict: layout of one axis."""
+    """Dict: plotly layout of one axis; `anchor` is the name of the crossing axis."""
     ends = [math.log10(axis.low), math.log10(axis.high)] if axis.log else [axis.low, axis.high]
     return {
         "type": "log" if axis.log else "linear",
@@ -152,9 +149,9 @@ def _axis(
         "range": ends[::-1] if axis.reverse else ends,
         "tickmode": "array",
         "tickvals": [v for v, _ in axis.ticks],
-        "ticktext": [words(t) for _, t in axis.ticks],
+        "ticktext": [html_text(t) for _, t in axis.ticks],
         "showticklabels": show,
-        "title": {"text": words(axis.label) if show else "", "standoff": 8},
+        "title": {"text": html_text(axis.label) if show else "", "standoff": 8},
         "showgrid": panel.grid,
         "gridcolor": look.grid,
         "linecolor": look.faint,
@@ -166,8 +163,8 @@ def _axis(
     }
 
 
-def words(text: str) -> str:
-    """Text as HTML, which plotly expects."""
+def html_text(text: str) -> str:
+    """Text escaped for HTML, with line breaks, as plotly expects."""
     return escape(text, quote=False).replace("\n", "<br>")
 
 
@@ -177,26 +174,26 @@ def _numbers(values: Any) -> list[float | None]:
 
 
 def _rgba(color: str, alpha: float) -> str:
-    """A hexadecimal color with an opacity, in CSS notation."""
+    """CSS text ``rgba(…)`` of a hexadecimal color with an opacity."""
     red, green, blue = (int(color[i : i + 2], 16) for i in (1, 3, 5))
     return f"rgba({red},{green},{blue},{alpha})"
 
 
-def _draw(
+def _add_mark(
     mark: Mark,
     suffix: str,
     data: list[dict[str, Any]],
     layout: dict[str, Any],
     look: Theme,
 ) -> None:
-    """Add the traces, shapes and annotations of one mark."""
+    """Add the traces of one mark to `data`, and its shapes and annotations to `layout`, in place."""
     axes = {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"}
     match mark:
         case Line():
             line = {"color": look.color(mark.color), "width": mark.width, "dash": DASHES[mark.dash]}
             data.append(_trace(mark.x, mark.y, mark.label, axes) | {"mode": "lines", "line": line})
         case Points():
-            data.append(_points(mark, axes, look))
+            data.append(_points_trace(mark, axes, look))
         case Band():
             x, y = _outline(mark)
             shape = {"mode": "lines", "line": {"width": 0}, "fill": "toself", "hoverinfo": "skip"}
@@ -214,7 +211,7 @@ def _draw(
                 _trace([None], [None], mark.label, axes) | {"mode": "markers", "marker": square}
             )
         case Rule():
-            _rule(mark, axes, suffix, data, layout, look)
+            _add_rule(mark, axes, suffix, data, layout, look)
         case Bars():
             data.append(
                 {
@@ -222,7 +219,7 @@ def _draw(
                     "orientation": "h",
                     "x": _numbers(mark.values),
                     "y": list(range(mark.values.size)),
-                    "text": [words(text) for text in mark.texts],
+                    "text": [html_text(text) for text in mark.texts],
                     "textposition": "outside",
                     "cliponaxis": False,
                     "width": 0.5,
@@ -233,7 +230,7 @@ def _draw(
                 }
             )
         case HeatMap():
-            _heat(mark, axes, suffix, data, layout, look)
+            _add_heat_map(mark, axes, suffix, data, layout, look)
         case Note():
             place = {
                 "x": mark.x,
@@ -243,12 +240,12 @@ def _draw(
             }
             font = {"color": look.color(mark.color), "size": 14}
             layout["annotations"].append(
-                {"text": words(mark.text), "showarrow": False, "font": font, **place}
+                {"text": html_text(mark.text), "showarrow": False, "font": font, **place}
             )
 
 
 def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> dict[str, Any]:
-    """Dict: annotation with the text of a shaded range, at its top and inside the axis."""
+    """Dict: plotly annotation with the text of a shaded range, at its top and inside the axis."""
     axis = layout[f"xaxis{suffix}"]
     first, last = sorted(axis["range"])
     ends = [math.log10(v) if axis["type"] == "log" else v for v in (mark.low, mark.high)]
@@ -259,7 +256,7 @@ def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> 
         a for a in layout["annotations"] if (a.get("name"), a["xref"]) == ("span", f"x{suffix}")
     ]
     return {
-        "text": f"<b>{words(mark.text)}</b>",
+        "text": f"<b>{html_text(mark.text)}</b>",
         "x": middle,
         "y": 1.0,
         "xref": f"x{suffix}",
@@ -275,21 +272,21 @@ def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> 
 
 
 def _trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
-    """Dict: scatter trace with a label for the legend."""
+    """Dict: plotly scatter trace with a label for the legend, if not empty."""
     plain = [[None] if list(v) == [None] else _numbers(v) for v in (x, y)]
     return {
         "type": "scatter",
         "x": plain[0],
         "y": plain[1],
-        "name": words(label),
+        "name": html_text(label),
         "showlegend": bool(label),
-        **({"legendgroup": words(label)} if label else {}),
+        **({"legendgroup": html_text(label)} if label else {}),
         **axes,
     }
 
 
-def _points(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, Any]:
-    """Dict: trace of markers with error bars."""
+def _points_trace(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, Any]:
+    """Dict: plotly trace of markers with error bars."""
     color = look.color(mark.color)
     symbol = "circle-open" if mark.hollow else "circle"
     trace = _trace(mark.x, mark.y, mark.label, axes)
@@ -311,7 +308,7 @@ def _points(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, Any]:
 
 
 def _outline(band: Band) -> tuple[Any, Any]:
-    """Outline (x, y) of a band, one closed piece per gap-free range, so that gaps are not filled."""
+    """Tuple (x, y): outline of a band, one closed polygon per gap-free range, separated by NaN; empty without any."""
     there = np.isfinite(band.low) & np.isfinite(band.high)
     pieces = [
         p
@@ -326,7 +323,7 @@ def _outline(band: Band) -> tuple[Any, Any]:
     return (np.concatenate(x)[:-1], np.concatenate(y)[:-1]) if pieces else ([], [])
 
 
-def _rule(
+def _add_rule(
     mark: Rule,
     axes: dict[str, str],
     suffix: str,
@@ -334,7 +331,7 @@ def _rule(
     layout: dict[str, Any],
     look: Theme,
 ) -> None:
-    """Add a straight line across a panel, and its legend entry."""
+    """Add a straight line across a panel to `layout`, and its legend entry, if labeled, to `data`, in place."""
     line = {"color": look.color(mark.color), "width": mark.width, "dash": DASHES[mark.dash]}
     if mark.axis == "x":
         ends = {"x0": mark.value, "x1": mark.value, "y0": 0, "y1": 1}
@@ -347,7 +344,7 @@ def _rule(
         data.append(_trace([None], [None], mark.label, axes) | {"mode": "lines", "line": line})
 
 
-def _heat(
+def _add_heat_map(
     mark: HeatMap,
     axes: dict[str, str],
     suffix: str,
@@ -355,7 +352,7 @@ def _heat(
     layout: dict[str, Any],
     look: Theme,
 ) -> None:
-    """Add a heat map and frames around its marked cells."""
+    """Add a heat map to `data`, and frames around its marked cells to `layout`, in place."""
     low, middle, high = look.diverging
     bottom, top = layout[f"yaxis{suffix}"]["domain"]
     data.append(
@@ -369,9 +366,9 @@ def _heat(
             "zmax": mark.limit,
             "colorscale": [[0, low], [0.5, middle], [1, high]],
             "colorbar": {
-                "title": {"text": words(mark.label), "side": "right"},
+                "title": {"text": html_text(mark.label), "side": "right"},
                 "tickvals": [v for v, _ in mark.ticks],
-                "ticktext": [words(t) for _, t in mark.ticks],
+                "ticktext": [html_text(t) for _, t in mark.ticks],
                 "outlinewidth": 0,
                 "y": 0.5 * (bottom + top),
                 "len": top - bottom,
@@ -393,12 +390,12 @@ def _heat(
 
 
 def _ratio_text(log2: float) -> str:
-    """Text of a ratio given by its binary logarithm."""
+    """Text of the ratio 2^`log2` with two digits; a dash if not finite."""
     return number(2.0**log2, 2) if math.isfinite(log2) else "–"
 
 
-def _name_once(data: list[dict[str, Any]], named: set[str]) -> None:
-    """Keep one legend entry per label; a click on it hides all traces with this label."""
+def _show_labels_once(data: list[dict[str, Any]], named: set[str]) -> None:
+    """Hide the legend entry of each trace whose label occurred before, in place; adds all labels to `named`."""
     for trace in data:
         label = trace.get("name", "")
         if trace.get("showlegend") and label in named:

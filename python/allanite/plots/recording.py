@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-#: Number of segments that a figure resolves.
+#: Number of time segments of which a figure shows minimum, maximum and mean.
 SEGMENTS = 600
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 def plot_recording(
     recording: Recording, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """Samples over time, one panel per column: range and mean of short segments; gaps interrupt the lines.
+    """`Figure`: samples over time, one panel per column: range and mean of short segments; gaps interrupt the lines.
 
     Parameters
     ----------
@@ -68,7 +68,10 @@ def samples_panel(
     named: bool = True,
     segments: int = SEGMENTS,
 ) -> Panel:
-    """Panel of one column over time."""
+    """`Panel` of one column over time: minimum, maximum and mean of each of `segments` short segments.
+
+    `last` shows the time axis, `named` labels the y axis with the name of the column.
+    """
     size, name = time_scale(column.duration)
     time, low, high, mean = _segments(column.rate_samples(), segments)
     time *= column.duration / size
@@ -78,21 +81,21 @@ def samples_panel(
         marks.append(Line(time, mean, "c1", "mean", width=1.1))
     else:
         marks.append(Line(time, mean, "c1", "samples", width=1.1))
-    room = 0.05 * float(np.nanmax(high) - np.nanmin(low))
+    margin = 0.05 * float(np.nanmax(high) - np.nanmin(low))
     y = linear_axis(
         in_unit(column.columns[0] if named else "samples", column.unit),
-        float(np.nanmin(low)) - room,
-        float(np.nanmax(high)) + room,
+        float(np.nanmin(low)) - margin,
+        float(np.nanmax(high)) + margin,
     )
     x = linear_axis(f"time ({name})", 0.0, column.duration / size, 8)
     return Panel(x, y, tuple(marks), row, show_x=last)
 
 
 def _segments(samples: NDArray[Any], segments: int) -> tuple[Array, Array, Array, Array]:
-    """Relative time (0 to 1), minimum, maximum and mean of each segment; NaN if all its samples are missing."""
+    """Tuple (relative time 0 to 1, minimum, maximum, mean) of each segment; NaN if all its samples are missing."""
     values = np.ascontiguousarray(samples, dtype=np.float64)
     low, high = _kernels.envelope(values, segments)
-    # The same segments as in the envelope.
+    # The segments of `_kernels.envelope`.
     edges = np.arange(low.size + 1) * values.size // low.size
     here = ~np.isnan(values)
     count = np.add.reduceat(here, edges[:-1], dtype=float)

@@ -16,21 +16,22 @@ from allanite.common.showing import brief
 Array = NDArray[np.float64]
 
 
-#: Within this fraction of the axis from its ends, the text of a shaded range is aligned to one side. Chosen by judgment.
+#: The text of a shaded range is aligned to one side if it is within this fraction of the axis from an end. Chosen by
+#: judgment.
 ALIGNED_TEXT_FRACTION = 0.15
 
 
 def side_of_text(place: float) -> str:
-    """Alignment of the text of a shaded range at a `place` from 0 to 1 along the axis: left, center or right."""
+    """Alignment ``"left"``, ``"center"`` or ``"right"`` of a text at a `place` from 0 to 1 along the axis."""
     if place < ALIGNED_TEXT_FRACTION:
         return "left"
     return "right" if place > 1.0 - ALIGNED_TEXT_FRACTION else "center"
 
 
-def _fix(thing: object, *names: str) -> None:
-    """Convert the named fields of an object to read-only float arrays; raise an error unless they have equal lengths.
+def _freeze_arrays(thing: object, *names: str) -> None:
+    """Convert the named fields of an object to read-only float arrays, in place; None stays None.
 
-    Fields that are None stay None.
+    Raises `InputError` unless they have equal shapes.
     """
     sizes = set()
     for name in names:
@@ -47,7 +48,7 @@ def _fix(thing: object, *names: str) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Line:
-    """A line through (x, y), shape (k,); `color` is a role of the palette (`themes`), `dash` solid, dash or dot."""
+    """Line through (x, y), shape (k,); `color` is a role of the palette (`themes`), `dash` solid, dash or dot."""
 
     x: Array
     y: Array
@@ -59,7 +60,7 @@ class Line:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        _fix(self, "x", "y")
+        _freeze_arrays(self, "x", "y")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,12 +79,12 @@ class Points:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        _fix(self, "x", "y", "low", "high")
+        _freeze_arrays(self, "x", "y", "low", "high")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Band:
-    """The area between `low` and `high` over x, shape (k,)."""
+    """Area between `low` and `high` over x, shape (k,)."""
 
     x: Array
     low: Array
@@ -94,12 +95,12 @@ class Band:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        _fix(self, "x", "low", "high")
+        _freeze_arrays(self, "x", "low", "high")
 
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A shaded range of the x axis over the whole height, with `text` at its top."""
+    """Shaded range of the x axis over the whole height, with `text` at its top."""
 
     low: float
     high: float
@@ -110,7 +111,7 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A straight line across the panel at one value of the `axis` (x or y)."""
+    """Straight line across the panel at one value of the `axis` (x or y)."""
 
     value: float
     axis: str
@@ -131,7 +132,7 @@ class Bars:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        _fix(self, "values")
+        _freeze_arrays(self, "values")
         if not len(self.texts) == len(self.colors) == self.values.size:
             raise InputError(
                 f"Bars: {self.values.size} values, {len(self.texts)} texts, {len(self.colors)} colors"
@@ -140,7 +141,7 @@ class Bars:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeatMap:
-    """A map of colored cells.
+    """Map of colored cells.
 
     Attributes
     ----------
@@ -165,7 +166,7 @@ class HeatMap:
 
     def __post_init__(self) -> None:
         for name in ("x_edges", "y_edges", "values"):
-            _fix(self, name)
+            _freeze_arrays(self, name)
         shape = (self.y_edges.size - 1, self.x_edges.size - 1)
         if self.values.shape != shape or self.marked.shape != shape:
             raise InputError(f"HeatMap: values of shape {self.values.shape} for edges of {shape}")
@@ -185,15 +186,15 @@ Mark = Line | Points | Band | Span | Rule | Bars | HeatMap | Note
 
 
 def label_of(mark: Mark) -> str:
-    """Label of a mark in the legend; empty if it is not in the legend."""
+    """Label of a mark in the legend; empty if the mark has no legend entry."""
     return "" if isinstance(mark, HeatMap | Note | Bars) else mark.label
 
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """An axis: label with unit, limits, and ticks.
+    """Axis of a panel: label with unit, limits, and ticks.
 
-    `ticks` are pairs (value, text); minor ticks have no text. `reverse` puts the low end at the top (or right).
+    `ticks` are tuples (value, text); minor ticks have no text. `reverse` puts the low end at the top (or right).
     """
 
     label: str
@@ -229,13 +230,13 @@ class Panel:
     grid: bool = True
 
     def find(self, kind: type[Any]) -> tuple[Any, ...]:
-        """Tuple: all marks of one kind."""
+        """Tuple of all marks of the class `kind`, in drawing order."""
         return tuple(m for m in self.marks if isinstance(m, kind))
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Figure:
-    """A figure: panels on a grid, with title and subtitle.
+    """Figure as data: panels on a grid, with title and subtitle.
 
     Attributes
     ----------
@@ -258,7 +259,7 @@ class Figure:
     below: str = ""
 
     def legend(self) -> tuple[Mark, ...]:
-        """Tuple of `Mark`: marks with a label, each label once: measured, model, then the others in drawing order."""
+        """Tuple of `Mark`: marks with a label, each label once: points, model, then the others in drawing order."""
         seen: dict[str, Mark] = {}
         for panel in self.panels:
             for mark in panel.marks:
@@ -275,13 +276,13 @@ class Figure:
         return tuple(sorted(seen.values(), key=rank))
 
     def to_plotly(self, theme: str = "light") -> dict[str, Any]:
-        """The figure as plotly's JSON document: ``{"data": […], "layout": {…}}``."""
+        """Dict ``{"data": […], "layout": {…}}``: the figure as plotly's JSON document."""
         from allanite.plots.plotly_painter import paint
 
         return paint(self, theme)
 
     def to_matplotlib(self, theme: str = "light", size: tuple[float, float] = (12.8, 7.2)) -> Any:
-        """The figure as a ``matplotlib.figure.Figure`` of `size` inches, which can be modified."""
+        """New ``matplotlib.figure.Figure`` of `size` inches, which can be modified."""
         from allanite.plots.matplotlib_painter import draw
 
         return draw(self, theme, size)
@@ -293,7 +294,7 @@ class Figure:
         save(self, path, theme, style)
 
     def saved(self, path: str | Path | None, theme: str = "light") -> Figure:
-        """The figure itself, which is written to `path` if one is given."""
+        """The same figure. Side effect: writes it to `path` unless None."""
         if path is not None:
             self.save(path, theme)
         return self

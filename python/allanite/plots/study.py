@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from allanite.study import Rung, Study
 
-#: Maximum number of letters of a title, and of text lines for the names of all steps.
+#: Maximum number of letters of a title, and maximum number of text lines of all steps together.
 TITLE, LINES = 92, 31
 
 
@@ -43,21 +43,21 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
         Another suffix, a folder that does not exist, matplotlib not installed.
     """
     ladder = study.ladder
-    names = _names(ladder)
+    names = _step_texts(ladder)
     fits = [step.fit for step in ladder]
     chance = fits[-1].error.chance_rms_percent
     panels = (
-        _bars("unexplained misfit (%)", names, list(study.misfit_left), None, 0),
-        _bars(
+        _bar_panel("unexplained misfit (%)", names, list(study.misfit_left), None, 0),
+        _bar_panel(
             "Allan error (% rms)",
             names,
             [f.error.adev_rms_percent for f in fits],
             chance,
             1,
         ),
-        _bars("model discrepancy (%)", names, [f.discrepancy.percent for f in fits], None, 2),
-        _before_after(study, 3),
-        _densities(study, 3),
+        _bar_panel("model discrepancy (%)", names, [f.discrepancy.percent for f in fits], None, 2),
+        _deviation_panel(study, 3),
+        _density_panel(study, 3),
     )
     title = f"{recording_text(study.recording)} · from {fits[0].model.name} to "
     last = fits[-1].model
@@ -67,8 +67,8 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     return figure.saved(path, theme)
 
 
-def _names(ladder: Sequence[Rung]) -> tuple[str, ...]:
-    """Tuple of texts: text of each step, with values if they fit between the texts above and below."""
+def _step_texts(ladder: Sequence[Rung]) -> tuple[str, ...]:
+    """Tuple of one text per step: its changes, with values if they fit between the texts above and below."""
     full, short = ([_step_text(step, numbers) for step in ladder] for numbers in (True, False))
     lines = [text.count("\n") + 1 for text in full]
     neighbor_lines = [
@@ -82,7 +82,7 @@ def _names(ladder: Sequence[Rung]) -> tuple[str, ...]:
 
 
 def _step_text(step: Rung, numbers: bool) -> str:
-    """Changes of one step, with the values of new effects if `numbers`."""
+    """Text of the changes of one step, one per line, with the values of new effects if `numbers`."""
     if not step.changes:
         return f"start\n{step.fit.model.name}"
     if step.removed or not numbers:
@@ -97,35 +97,35 @@ def _step_text(step: Rung, numbers: bool) -> str:
     return "\n".join(text for pair in zip(lines, last, strict=True) for text in pair if text)
 
 
-def _colors(steps: int) -> tuple[str, ...]:
-    """Tuple of texts: colors of the bars: the first and the last step have the colors of their curves."""
+def _bar_colors(steps: int) -> tuple[str, ...]:
+    """Tuple of the color role of each bar; the first and the last step have the colors of their curves."""
     return tuple("c1" if i == steps - 1 else "model" if i == 0 else "before" for i in range(steps))
 
 
-def _bars(
+def _bar_panel(
     label: str,
     names: tuple[str, ...],
     values: list[float | None],
     guide: float | None,
     column: int,
 ) -> Panel:
-    """Panel of bars for one error measure, one bar per step."""
+    """`Panel` of bars for one error measure, one bar per step; `guide` is the position of a dashed line, or None."""
     numbers = np.array([np.nan if v is None else v for v in values], dtype=float)
     texts = tuple("–" if v is None else number(v) for v in values)
-    marks: list[Mark] = [Bars(numbers, texts, _colors(len(values)))]
+    marks: list[Mark] = [Bars(numbers, texts, _bar_colors(len(values)))]
     if guide is not None:
         marks.append(Rule(guide, "x", "measured", "dash", "expected scatter", 1.3))
     shown = numbers[np.isfinite(numbers)]
     top = max([*shown, guide or 0.0]) or 1.0
     low = min([*shown, 0.0])
     # Leave space for the number at the end of the longest bar.
-    room = 0.42 * (top - low)
-    x = linear_axis(label, low - (room if low < 0 else 0.0), top + room, 3)
+    margin = 0.42 * (top - low)
+    x = linear_axis(label, low - (margin if low < 0 else 0.0), top + margin, 3)
     return Panel(x, step_axis(names), tuple(marks), 0, column, rows=2, show_y=column == 0)
 
 
-def _before_after(study: Study, column: int) -> Panel:
-    """Panel of the measured Allan deviation with the first and the last model."""
+def _deviation_panel(study: Study, column: int) -> Panel:
+    """`Panel` of the measured Allan deviation with the first and the last model."""
     first, last = study.ladder[0].fit, study.fit
     curve = last.curve
     low, high = interval(curve.measured, curve.edf)
@@ -155,8 +155,8 @@ def _before_after(study: Study, column: int) -> Panel:
     return Panel(log_axis(TAU, curve.tau), y, tuple(marks), column=column, title="Allan deviation")
 
 
-def _densities(study: Study, column: int) -> Panel:
-    """Panel of the measured density with the first and the last model, and single frequencies around spectral lines."""
+def _density_panel(study: Study, column: int) -> Panel:
+    """`Panel` of the measured density with the first and the last model, and single ordinates around spectral lines."""
     first, last = study.ladder[0].fit, study.fit
     lines = [e for e in last.model if isinstance(e, Periodic) and e.frequency is not None]
     panel = spectrum_panels(first, column, (), [e.frequency for e in lines if e.frequency])[0]
@@ -180,7 +180,7 @@ def _densities(study: Study, column: int) -> Panel:
 
 
 def _ending(study: Any) -> str:
-    """Clause with the number of added effects and the reason why the model building ended."""
+    """Text: number of added effects, and the reason why the model building ended."""
     last, first = (Counter(e.kind for e in fit.model) for fit in (study.fit, study.ladder[0].fit))
     added = (last - first).total()
     what = "no effect" if not added else f"{added} effect{'s' if added > 1 else ''}"

@@ -34,23 +34,23 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Average width of a letter of the labels, and distance of text lines, in pixels.
+#: Average width of a letter of the labels, and distance of text lines, pixels.
 LETTER, LINE = 6.3, 14
-#: Margins in pixels: left of a panel, above a panel without and with a title, and below a panel with an x axis.
+#: Margins, pixels: left of a panel, above a panel without and with a title, and below a panel with an x axis.
 LEFT, GAP, TITLE, BELOW = 66, 14, 24, 42
-#: Margin right of a map for its color bar, in pixels.
+#: Margin right of a map for its color bar, pixels.
 BAR = 84
 DASHES = {"solid": "", "dash": ' stroke-dasharray="6 4"', "dot": ' stroke-dasharray="1.5 3"'}
-#: Largest distance in pixels between a simplified line and the points that it omits.
+#: Maximum distance, pixels, between a simplified line and the points that it omits.
 FLAT = 0.2
 #: Number of shades in each half of the color scale of a map.
 SHADES = 12
-#: Value of text-anchor by the alignment of a text.
+#: Alignment of a text → value of SVG's text-anchor.
 ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 
 
 def colors() -> str:
-    """Style-sheet rules that define the color of every role, for the light and the dark theme."""
+    """CSS text of rules that define the color of every role, for the light and the dark theme."""
     light, dark = theme_of("light"), theme_of("dark")
     pairs = {role: (light.roles[role], dark.roles[role]) for role in light.roles}
     pairs |= {"faint": (light.faint, dark.faint), "grid": (light.grid, dark.grid)}
@@ -66,7 +66,7 @@ def colors() -> str:
 
 
 def inline(figure: Figure, size: tuple[float, float], label: str) -> str:
-    """The ``<svg>`` element of a figure with a size in inches; the page scales it."""
+    """Text of the ``<svg>`` element of a figure with a size in inches (100 pixels); `label` describes it for readers."""
     width, height = (100.0 * inches for inches in size)
     legend, used = _legend(figure, width)
     parts = []
@@ -89,7 +89,7 @@ def _left_width(panel: Panel) -> float:
 def _boxes(
     figure: Figure, width: float, height: float
 ) -> list[tuple[Panel, tuple[float, float, float, float]]]:
-    """Pairs of a panel and its (left, top, width, height) in pixels."""
+    """List of (panel, (left, top, width, height) in pixels), in the order of the figure's panels."""
     columns, rows = len(figure.widths), len(figure.heights)
     left = [
         max((_left_width(p) for p in figure.panels if p.column == i), default=0)
@@ -123,7 +123,7 @@ def _boxes(
 
 
 class _Scale:
-    """Conversion of axis values to pixels."""
+    """Callable that converts values of an axis (array or float) to pixels, an array of the same shape."""
 
     def __init__(self, axis: Axis, size: float, upright: bool) -> None:
         self.log, self.size = axis.log, size
@@ -142,18 +142,18 @@ class _Scale:
 
 
 def _n(value: float) -> str:
-    """Number with one decimal, without a trailing zero."""
+    """Text of a number with one decimal, without a trailing ``.0``."""
     return f"{value:.1f}".removesuffix(".0")
 
 
 def _text(x: float, y: float, words: str, anchor: str = "start", more: str = "") -> str:
-    """SVG element of a text at (x, y) in pixels."""
+    """SVG text element at (x, y) in pixels; `more` are further attributes."""
     side = "" if anchor == "start" else f' text-anchor="{anchor}"'
     return f'<text x="{_n(x)}" y="{_n(y)}"{side}{more}>{escape(words, quote=False)}</text>'
 
 
 def _panel(panel: Panel, left: float, top: float, width: float, height: float) -> str:
-    """SVG elements of one panel."""
+    """Text of the SVG elements of one panel: grid, marks, axes and color bar."""
     x, y = _Scale(panel.x, width, upright=False), _Scale(panel.y, height, upright=True)
     grid = _grid(panel, x, y, width, height)
     marks = "".join(
@@ -167,7 +167,7 @@ def _panel(panel: Panel, left: float, top: float, width: float, height: float) -
 
 
 def _grid(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
-    """SVG path of the grid lines."""
+    """Text of the SVG path of the grid lines; empty if the panel has no grid."""
     if not panel.grid:
         return ""
     lines = [f"M{_n(float(x(v)))} 0V{_n(height)}" for v, _ in panel.x.ticks]
@@ -177,7 +177,7 @@ def _grid(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> st
 
 
 def _axes(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
-    """SVG elements of the ticks, tick texts, axis labels and title of a panel."""
+    """Text of the SVG elements of the ticks, tick texts, axis labels and title of a panel."""
     out = []
     ticks = "".join(f"M{_n(float(x(v)))} {_n(height)}v4" for v, _ in panel.x.ticks)
     if not panel.find(Bars):
@@ -200,7 +200,7 @@ def _axes(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> st
 
 
 def _bar(panel: Panel, width: float, height: float) -> str:
-    """SVG elements of the color bar of a map; empty without a map."""
+    """Text of the SVG elements of the color bar of a map; empty without a map."""
     found = panel.find(HeatMap)
     if not found:
         return ""
@@ -221,13 +221,13 @@ def _bar(panel: Panel, width: float, height: float) -> str:
 
 
 def _drawing_order(mark: Mark) -> int:
-    """Drawing order of a mark: lower numbers are drawn first."""
+    """Integer sort key of a mark: marks with lower keys are drawn first."""
     order = (HeatMap, Span, Band, Rule, Line, Bars, Points, Note)
     return next(i for i, kind in enumerate(order) if isinstance(mark, kind))
 
 
 def _mark(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
-    """SVG elements of one mark."""
+    """Text of the SVG elements of one mark."""
     match mark:
         case Line():
             return _stroke(
@@ -253,13 +253,16 @@ def _mark(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
 
 
 def _stroke(role: str, path: str, width: float, dash: str = "solid", more: str = "") -> str:
-    """SVG path element that strokes `path` in the color of a role."""
+    """Text of an SVG path element that strokes `path` in the color of a role; `more` are further attributes."""
     style = f'stroke="currentColor" stroke-width="{width:g}" fill="none"{DASHES[dash]}{more}'
     return f'<path class="k-{role}" {style} d="{path}"/>'
 
 
 def _simplified_line(x: Array, y: Array) -> tuple[Array, Array]:
-    """A line without the points that are within `FLAT` pixels of it (Ramer 1972; Douglas and Peucker 1973)."""
+    """Tuple (x, y) of a line without the points within `FLAT` pixels of it (Ramer 1972; Douglas and Peucker 1973).
+
+    A line with values that are not finite is returned unchanged.
+    """
     if x.size < 3 or not (np.isfinite(x).all() and np.isfinite(y).all()):
         return x, y
     kept = np.zeros(x.size, dtype=bool)
@@ -282,7 +285,7 @@ def _simplified_line(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _path(x: Array, y: Array, unit: float = 0.1) -> str:
-    """Data of an SVG path through points rounded to `unit` pixels, interrupted at points that are not finite."""
+    """Text for the attribute d of an SVG path through points rounded to `unit` pixels, with gaps at non-finite points."""
     out: list[str] = []
     last = None
     for a, b in zip(x, y, strict=True):
@@ -300,13 +303,13 @@ def _path(x: Array, y: Array, unit: float = 0.1) -> str:
 
 
 def _short(text: str) -> str:
-    """A number with one decimal without needless zeros: 0.5 as .5, -0.5 as -.5 and 2.0 as 2; 10.5 remains."""
+    """Text of a number with one decimal without needless zeros: 0.5 as .5, -0.5 as -.5 and 2.0 as 2; 10.5 remains."""
     sign, size = ("-", text[1:]) if text[0] == "-" else ("", text)
     return sign + size.removesuffix(".0") if size.endswith(".0") else sign + size.removeprefix("0")
 
 
 def _area(band: Band, x: _Scale, y: _Scale) -> str:
-    """Data of an SVG path around the area of a band, one closed piece per gap-free range."""
+    """Text for the attribute d of an SVG path around a band, one closed polygon per gap-free range."""
     there = np.isfinite(band.low) & np.isfinite(band.high)
     out = []
     for piece in np.split(np.arange(there.size), np.flatnonzero(np.diff(there)) + 1):
@@ -321,7 +324,7 @@ def _area(band: Band, x: _Scale, y: _Scale) -> str:
 
 
 def _points(mark: Points, x: _Scale, y: _Scale) -> str:
-    """SVG elements of markers with their error bars."""
+    """Text of the SVG elements of markers with their error bars."""
     a, b = x(mark.x), y(mark.y)
     kept = np.isfinite(a) & np.isfinite(b) & np.isfinite(mark.y)
     out = ""
@@ -337,7 +340,7 @@ def _points(mark: Points, x: _Scale, y: _Scale) -> str:
 
 
 def _span(mark: Span, x: _Scale, width: float, height: float) -> str:
-    """SVG elements of a shaded range with its text."""
+    """Text of the SVG elements of a shaded range with its text."""
     low, high = sorted(float(x(v)) for v in (mark.low, mark.high))
     out = (
         f'<rect class="k-{mark.color}" x="{_n(low)}" width="{_n(max(high - low, 1.0))}" height="{_n(height)}" '
@@ -351,7 +354,7 @@ def _span(mark: Span, x: _Scale, width: float, height: float) -> str:
 
 
 def _bars(mark: Bars, x: _Scale, y: _Scale) -> str:
-    """SVG elements of bars with their texts."""
+    """Text of the SVG elements of bars with their texts."""
     out, zero = [], float(x(0.0))
     half = abs(float(y(1.0)) - float(y(0.0))) / 4
     for i, (value, text, role) in enumerate(
@@ -367,7 +370,7 @@ def _bars(mark: Bars, x: _Scale, y: _Scale) -> str:
 
 
 def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
-    """SVG elements of the cells of a map, one path per shade, and of frames around marked cells."""
+    """Text of the SVG elements of the cells of a map, one path per shade, and of frames around marked cells."""
     across, down = x(mark.x_edges), y(mark.y_edges)
     shades: dict[tuple[str, int], list[str]] = {}
     frames = []
@@ -390,7 +393,7 @@ def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
 
 
 def _legend(figure: Figure, width: float) -> tuple[str, float]:
-    """Pair: SVG elements of the legend of all panels, wrapped to the width, and its height in pixels."""
+    """Tuple (text of the SVG elements of the legend of all panels, wrapped to `width` pixels; its height in pixels)."""
     out, x, y = [], 14.0, 14.0
     for mark in figure.legend():
         label = label_of(mark)
@@ -398,14 +401,14 @@ def _legend(figure: Figure, width: float) -> tuple[str, float]:
         if x > 14.0 and x + size > width:
             x, y = 14.0, y + 18.0
         out.append(
-            f'<g transform="translate({_n(x)} {_n(y)})">{_handle(mark)}{_text(24, 4, label)}</g>'
+            f'<g transform="translate({_n(x)} {_n(y)})">{_legend_symbol(mark)}{_text(24, 4, label)}</g>'
         )
         x += size + 8
     return "".join(out), y + 12 if out else 4.0
 
 
-def _handle(mark: Mark) -> str:
-    """SVG elements of the symbol of a mark in the legend."""
+def _legend_symbol(mark: Mark) -> str:
+    """Text of the SVG elements of a mark's symbol in the legend."""
     if isinstance(mark, Band | Span):
         return f'<rect class="k-{mark.color}" y="-5" width="18" height="10" fill="currentColor" fill-opacity=".3"/>'
     if isinstance(mark, Points):

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 from allanite.common.errors import InputError
 
-#: Roles of the effects of a model, in their order.
+#: Color roles of the effects of a model, in their order.
 COMPONENTS = ("c1", "c2", "c3", "c4", "c5", "c6")
-#: Roles of compared logs; their colors differ from those of effects.
+#: Color roles of compared logs; their colors differ from those of effects.
 LOGS = ("measured", "l2", "l3", "l4", "l5", "l6")
 
 
 @dataclass(frozen=True, slots=True)
 class Theme:
-    """Colors of all roles."""
+    """Palette for a light or a dark background: hexadecimal color of each role."""
 
     name: str
     ground: str
@@ -27,7 +27,7 @@ class Theme:
     diverging: tuple[str, str, str]
 
     def color(self, role: str) -> str:
-        """Color of a role."""
+        """Hexadecimal color of a role; `KeyError` for an unknown role."""
         return {"text": self.text, "faint": self.faint, "grid": self.grid}.get(role) or self.roles[
             role
         ]
@@ -92,7 +92,7 @@ _DARK = Theme(
 
 
 def theme_of(name: str) -> Theme:
-    """The theme called ``light`` or ``dark``."""
+    """`Theme` with the name ``"light"`` or ``"dark"``. Raises `InputError` for another name."""
     for theme in (_LIGHT, _DARK):
         if theme.name == name:
             return theme

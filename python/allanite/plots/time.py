@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
     from allanite.suggestion import Check
 
-#: Factor of power at which the color scale saturates.
+#: Ratio of measured to expected power at which the color scale saturates.
 MAX_FACTOR = 4.0
-#: Cells with a larger |z| are framed. About 1 % of maps of 450 cells exceed it by chance.
+#: Cells with a larger |z| are framed. If the model is true, about 1 % of maps of 450 cells have a framed cell.
 MIN_FRAMED_Z = 4.3
-#: Rows and most columns of the close-up of a narrow range, which a figure can show beside the map of octaves.
+#: Number of rows, and maximum number of columns, of the close-up of a narrow frequency range.
 CLOSE_ROWS, MAX_CLOSE_COLUMNS = 24, 60
-#: Fewest columns of a close-up that show a drift.
+#: Minimum number of columns of a close-up, so that a drift is visible.
 MIN_CLOSE_COLUMNS = 4
 
 
@@ -65,7 +65,10 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
 
 
 def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, span: float) -> Panel:
-    """Panel of the map; `rows` are its cells, `worst` the failing time range in s."""
+    """`Panel` of the map; `rows` are its cells, `worst` the failing time range in s or None, `span` the duration in s.
+
+    Without cells, the panel has only a note.
+    """
     size, name = time_scale(span)
     label = f"time ({name})"
     if not rows:
@@ -91,15 +94,15 @@ def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, sp
     if worst is not None:
         marks += [Rule(t / size, "x", "text", "dash", "when the model fails", 1.4) for t in worst]
     x = linear_axis(label, float(times[0]) / size, float(times[-1]) / size, 8)
-    y = log_axis("frequency f (Hz)", bands[bands > 0], room=1.0)
+    y = log_axis("frequency f (Hz)", bands[bands > 0], margin=1.0)
     return Panel(x, y, tuple(marks), grid=False)
 
 
 def close_up(check: Check) -> Panel | None:
     """`Panel` of measured over expected power by time and frequency around the range in which a model fails most.
 
-    Lines and bands that drift are visible in it. None if the model fails nowhere within an octave, or if the record is
-    too short to resolve that range in time.
+    The panel shows lines and bands that drift. None if the model does not fail within an octave, or if the record is too
+    short to resolve this range in time.
     """
     fit, worst = check.fit, check.where.worst_frequency
     data = fit.data

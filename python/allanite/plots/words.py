@@ -48,7 +48,7 @@ def bracket(words: str, unit: str) -> str:
 
 
 def density_unit(unit: str) -> str:
-    """Unit of a power spectral density of samples in `unit`."""
+    """Printed unit of a power spectral density of samples in `unit`: ``(°/s)²/Hz``."""
     if unit in ("", "1"):
         return "1/Hz"
     text = unit_text(unit)
@@ -56,7 +56,7 @@ def density_unit(unit: str) -> str:
 
 
 def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int = 2) -> str:
-    """The most important values of an effect with units, e.g. ``T 30.1 s, σ 0.0074 rad/s``."""
+    """Text of the `most` most important values of an effect with units: ``T 30.1 s, σ 0.0074 rad/s``."""
     found: list[str] = []
     for name in effect.shown():
         value = values.get(name)
@@ -80,13 +80,13 @@ def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int
 
 
 def effect_text(fit: Any, effect: Any) -> str:
-    """Name of an effect for this sensor, with the logged column that it follows."""
+    """Text of the name of an effect for this kind of sensor, followed by the logged column that it follows, if any."""
     name = str(fit.display_name(effect))
     return f"{name} {effect.follows}" if effect.follows else name
 
 
 def recording_text(recording: Any) -> str:
-    """Log, column, duration and rate of a recording."""
+    """Text of log, first column, duration and rate of a recording: ``imu.csv gx · 2 h at 100 Hz``."""
     from pathlib import Path
 
     name = Path(recording.path).name if recording.path else ""

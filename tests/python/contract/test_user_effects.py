@@ -88,9 +88,9 @@ def test_drawn(toy, better, tmp_path):
     check.plot(tmp_path / "check.svg")
     drawn = (tmp_path / "fit.svg").read_text(encoding="utf-8")
     assert effect.title in drawn
-    from allanite.plots.curves import parts
+    from allanite.plots.curves import component_styles
 
-    label = parts(better)[-1].label
+    label = component_styles(better)[-1].label
     for name in effect.legend or effect.free_shapes:
         assert f"{effect.parameter(name).symbol or name} " in label
 

@@ -13,7 +13,7 @@ from allanite.effects import Deterministic, Effect, Periodic, find, limitable
 from allanite.fit.curve import MIN_FAILING_SCORE
 from allanite.fit.table import is_wider, undecided_sentence
 from allanite.page.edits import factor_of, shown_unit
-from allanite.plots.curves import parts
+from allanite.plots.curves import component_styles
 from allanite.plots.words import effect_text, unit_text
 from allanite.report.words import texts_to_uncertainty
 from allanite.study import misfit_left
@@ -48,7 +48,7 @@ def chips(
     of the effects, in the order of the model. `found` holds the models that explain the record equally well; intervals
     that are wider over all these models are added.
     """
-    drawn = {part.place: part for part in parts(fit)}
+    drawn = {part.place: part for part in component_styles(fit)}
     out = []
     for place, (effect, values) in enumerate(zip(fit.model.effects, fit.estimates, strict=True)):
         part = drawn.get(place)

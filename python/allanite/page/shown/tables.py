@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.units import conversion
-from allanite.plots.curves import interval, parts
+from allanite.plots.curves import component_styles, interval
 from allanite.plots.spec import Band, HeatMap, Line, Points
 from allanite.plots.words import in_unit
 
@@ -40,7 +40,7 @@ def _curve_table(fit: Fit, unit: str) -> dict[str, Any]:
     """Table (dict) of the Allan curve: τ, measured, low, high, edf, model, residual, and each effect."""
     curve, factor = fit.curve, conversion(fit.recording.unit, unit)
     low, high = interval(curve.measured, curve.edf)
-    effects = [part.label.split(":")[0] for part in parts(fit)]
+    effects = [part.label.split(":")[0] for part in component_styles(fit)]
     columns = [
         ("τ (s)", curve.tau),
         (in_unit("measured", unit), factor * curve.measured),

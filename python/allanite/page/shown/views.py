@@ -10,8 +10,8 @@ from allanite.common.units import conversion, parse_unit
 from allanite.page.shown import overlays
 from allanite.page.shown.figures import figure_of, fit_of
 from allanite.page.shown.offers import sentence
-from allanite.plots.curves import SINGLE, parts
-from allanite.plots.plotly_painter import words
+from allanite.plots.curves import SINGLE, component_styles
+from allanite.plots.plotly_painter import html_text
 from allanite.plots.spec import Line, Span
 from allanite.plots.themes import theme_of
 from allanite.plots.words import unit_text
@@ -138,9 +138,9 @@ def _units(unit: str) -> list[dict[str, Any]]:
 
 def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
     """Set ``meta`` of each trace: effect, limit, model, measured, single (ordinates) or residual."""
-    for part in parts(fit):
+    for part in component_styles(fit):
         for trace in data:
-            if trace.get("name") == words(part.label):
+            if trace.get("name") == html_text(part.label):
                 kind = "effect" if part.limit is None else "limit"
                 trace["meta"] = f"{kind}-{part.place}"
     for trace in data:
@@ -158,7 +158,7 @@ def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
 def _is_title(annotation: dict[str, Any], figure: Figure) -> bool:
     """True if an annotation is the title of a panel."""
     return any(
-        panel.title and annotation["text"] == f"<b>{words(panel.title)}</b>"
+        panel.title and annotation["text"] == f"<b>{html_text(panel.title)}</b>"
         for panel in figure.panels
     )
 

@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 from allanite.plots import plot_fit
-from allanite.plots.curves import parts
+from allanite.plots.curves import component_styles
 from allanite.plots.spec import Band, Line, Points, Rule, label_of
 from allanite.plots.themes import COMPONENTS
 from allanite.plots.words import values_text
@@ -84,7 +84,7 @@ def test_spectrum_components_add_up_to_the_model(fits):
     (model,) = marks(spectrum, Line, "model")
     effects = [m for m in spectrum.find(Line) if m.color in COMPONENTS]
     # What is not detected is drawn, dashed, at the 95 % limit of its coefficient.
-    limits = [part.limit for part in parts(fits[1])]
+    limits = [part.limit for part in component_styles(fits[1])]
     assert [m.dash == "dash" for m in effects] == [limit is not None for limit in limits]
     total = sum(m.y / (limit or 1.0) ** 2 for m, limit in zip(effects, limits, strict=True))
     np.testing.assert_allclose(total, model.y, rtol=1e-9)
