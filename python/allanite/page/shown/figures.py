@@ -22,10 +22,10 @@ from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.curves import (
     SINGLE,
     allan_panels,
+    component_styles,
     interval,
     missing_lines,
     ordinates_between,
-    parts,
     spectrum_panels,
     spectrum_spans,
     tau_spans,
@@ -65,7 +65,7 @@ def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> 
     if fit is None:
         return figure
     colors = colors_of(tab.work, fit)
-    roles = {part.label: colors[part.place] for part in parts(fit)}
+    roles = {part.label: colors[part.place] for part in component_styles(fit)}
 
     def with_effect_color(mark: Mark) -> Mark:
         """Copy of a line or rule of an effect in the color that the effect has on this page; other marks unchanged."""
@@ -263,7 +263,7 @@ def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     rate = tab.log.rate
     tau = np.geomspace(max(1.0 / rate, until / 300.0), until, 13)
     known = dict(zip((e.short for e in fit.model), colors_of(tab.work, fit), strict=True))
-    limits = {fit.model.effects[p.place].short: p.limit for p in parts(fit)}
+    limits = {fit.model.effects[p.place].short: p.limit for p in component_styles(fit)}
     panels, said, apart = [], [], []
     found = error_growth(fit, aided=aided, tau=tau)
     for i, growth in enumerate(found):
