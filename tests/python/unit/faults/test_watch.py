@@ -82,7 +82,7 @@ def test_a_segment_across_an_interruption_decides_nothing():
     watch = Watch(al.parse_model("N(N=0.1)"), 100.0)
     watch.update(noise(1500))
     watch.interrupt()
-    assert np.isnan(watch._rest).sum() == 1500 - 1024
+    assert np.isnan(watch._pending).sum() == 1500 - 1024
     watch.update(1e3 + noise(1000, 2))
     assert watch.segments == 2
     assert watch.e_value < 1.0
