@@ -87,9 +87,9 @@ def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> t
 def _average_of(
     recording: Recording, names: Sequence[str], studies: Mapping[str, Study]
 ) -> Averaged | None:
-    """`Averaged` of the named columns with weights 1/N²; None if an N is 0, the samples are angles, or the record is short.
+    """`Averaged` of the named columns with weights proportional to 1/N².
 
-    Short: fewer than `MIN_AVERAGES` samples.
+    None if an N is 0, the samples are angles, or the record has fewer than `MIN_AVERAGES` samples.
     """
     noise = np.array([float(studies[name].fit["N"]) for name in names])
     most = recording.n // MIN_AVERAGES

@@ -139,7 +139,7 @@ class Characterization:
 
     @property
     def recording(self) -> Recording:
-        """The characterized recording; the first if the sensors of the device have several rates."""
+        """`Recording` that was characterized; the first one if the sensors of the device have several rates."""
         return self.recordings[0]
 
     def __getitem__(self, column: str) -> Study:
@@ -188,7 +188,7 @@ class Characterization:
         seed: int = 0,
         covariates: Mapping[str, ArrayLike] | None = None,
     ) -> Recording:
-        """Simulated recording of the same axes.
+        """Simulated `Recording` of the same axes.
 
         Parameters
         ----------

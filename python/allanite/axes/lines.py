@@ -23,7 +23,7 @@ MAX_DIFFERENCE = 3.3
 
 @dataclass(frozen=True, slots=True)
 class CommonLine:
-    """A line or resonance at one frequency on several columns.
+    """Line or resonance at one frequency on several columns.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class CommonLine:
 
 @dataclass(frozen=True, slots=True)
 class CommonEvent:
-    """A change of the bias of several columns at one time.
+    """Change of the bias of several columns at one time.
 
     Attributes
     ----------

@@ -60,6 +60,7 @@ def convention(fits: Iterable[Fit]) -> str:
     return "; ".join(filter(None, remarks))
 
 
+#: Effect, parameter and its estimate.
 _Cell = tuple["Effect", "Parameter", Any]
 
 

@@ -112,7 +112,7 @@ def _source_of(
     columns: tuple[str, ...], pairs: Sequence[_Pair], line: CommonLine | None
 ) -> SharedNoise:
     """`SharedNoise` of some pairs, represented by the pair with the largest coherence relative to its 95 % quantile."""
-    # Few ordinates have a larger coherence by chance.
+    # For few ordinates, independent axes have a larger coherence.
     pair, band = max(pairs, key=lambda one: one[1].coherence / one[1].chance)
     low, high = min(b.low for _, b in pairs), max(b.high for _, b in pairs)
     return SharedNoise(columns, low, high, pair, band, line)

@@ -59,7 +59,7 @@ LEVEL_BINS, LOBE_BINS = 15, 2
 MIN_MOTION_EXCESS = 4.0
 #: Number of bands per octave in which spectra are averaged.
 BANDS_PER_OCTAVE = 3
-#: Excess is reported from this share of the density at rest on. Chosen by judgment; not measured.
+#: Vibration is reported if its power exceeds this share of that at rest. Chosen by judgment; not measured.
 MIN_REPORTED_EXCESS = 0.1
 #: Highest harmonic of a line that is searched among the other lines.
 MAX_MULTIPLE = 12

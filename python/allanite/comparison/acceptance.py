@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from allanite.sources.datasheet import DataSheet, Quoted
     from allanite.study import Study
 
+#: Verdicts on a figure, an axis or a part.
 MEETS, DOES_NOT_MEET, UNDECIDED = "meets", "does not meet", "undecided"
 #: Maximum recommended length of a record, s: thirty days. Chosen by judgment; not measured.
 MAX_RECORD_S = 30 * 86400.0
@@ -320,7 +321,7 @@ def _needed_length(
         width = high - value if value < limit else value - low
         distance = abs(limit - value)
         factor = (width / distance) ** 2 if distance > 0.0 else math.inf
-    # Ten percent more, because the width of the next interval varies by chance. Chosen by judgment; not measured.
+    # Ten percent more, because the width of the next interval is random. Chosen by judgment; not measured.
     needed = 1.1 * duration * max(factor, 1.0)
     return needed if needed <= MAX_RECORD_S else None
 

@@ -251,7 +251,7 @@ def _tolerance(ratio: Estimate) -> float:
 def _remark_on_skipped_samples(
     figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Any
 ) -> str:
-    """Remark that samples seem to have been skipped, if N is too large by a factor that skipping explains; else empty.
+    """Text of a remark that samples seem to have been skipped, if skipping explains the ratio of N; else empty.
 
     The log alone cannot show this, because skipping samples of white noise leaves white noise.
     """

@@ -38,7 +38,7 @@ MIN_ODDS = 1000.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """The shortest record that answers a question.
+    """Result of `plan`: the shortest record that answers a question.
 
     Attributes
     ----------

@@ -107,7 +107,7 @@ def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[s
             step = 1e-3 * abs(value)
             high, low = min(value + step, p.high), max(value - step, p.low)
             slopes.append((moved(place, name, high) - moved(place, name, low)) / spectrum)
-            # Derivatives of ln S with respect to ln p have one size, whatever the unit of p.
+            # The derivative of ln S with respect to ln p does not depend on the unit of p.
             slopes[-1] *= abs(value) / (high - low)
             keys.append(_key(names[place], effect, name))
             sizes.append(abs(value))

@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.plots.spec import Axis
 
+#: Translation of minus and digits to superscripts.
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Maximum number of labeled decades; with more decades, only every second (third, …) is labeled.
 MOST_LABELS = 8

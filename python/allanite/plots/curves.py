@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Ordinates = NDArray[np.int64]
 
+#: Label of the axis of averaging times, and legend of single ordinates.
 TAU = "averaging time τ (s)"
 SINGLE = "single frequencies (full resolution)"
 #: Residuals, in standard deviations, at which a strip has guide lines: 95 % limit of one point, and about the 99 % limit of

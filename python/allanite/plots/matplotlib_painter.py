@@ -38,6 +38,7 @@ from allanite.plots.themes import Theme, theme_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+#: Formats that can be written.
 SUFFIXES = ("svg", "png", "pdf")
 #: Default width and height, inches, and pixels per inch.
 WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
@@ -51,10 +52,12 @@ ROW = 0.185
 LETTERS, KEY = 177, 9
 #: Width of a bold letter of the title and of a letter of a table, relative to their size (measured in DejaVu Sans).
 BOLD_LETTER, MONO_LETTER = 0.68, 0.602
+#: Fonts of tables and of all other texts.
 MONO = "DejaVu Sans Mono"
 FONT = "DejaVu Sans"  # included in matplotlib; contains all characters that are used
 #: Texts are literal: a dollar sign does not start a formula.
 TEXT: dict[str, Any] = {"family": FONT, "parse_math": False}
+#: Dash style of a mark → line style of matplotlib.
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
 #: Drawing order (zorder) of shaded ranges, areas, guide lines, lines, points and texts.
 BELOW, AREA, GUIDE, LINE, POINT, WORDS = 0.5, 1.0, 1.5, 2.5, 3.0, 4.0

@@ -27,6 +27,7 @@ from allanite.plots.spec import (
 from allanite.plots.themes import Theme, theme_of
 
 FONT = "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif"
+#: Dash style of a mark → dash style of plotly.
 DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
 #: Gaps between columns, and between rows, of the grid, as fractions of the figure.
 GAP_X, GAP_Y = 0.075, 0.03

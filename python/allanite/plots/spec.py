@@ -294,7 +294,7 @@ class Figure:
         save(self, path, theme, style)
 
     def saved(self, path: str | Path | None, theme: str = "light") -> Figure:
-        """The same figure. Side effect: writes it to `path` unless None."""
+        """`Figure` itself, unchanged. Side effect: writes it to `path` unless None."""
         if path is not None:
             self.save(path, theme)
         return self

@@ -40,6 +40,7 @@ LETTER, LINE = 6.3, 14
 LEFT, GAP, TITLE, BELOW = 66, 14, 24, 42
 #: Margin right of a map for its color bar, pixels.
 BAR = 84
+#: Dash style of a mark → SVG attribute.
 DASHES = {"solid": "", "dash": ' stroke-dasharray="6 4"', "dot": ' stroke-dasharray="1.5 3"'}
 #: Maximum distance, pixels, between a simplified line and the points that it omits.
 FLAT = 0.2

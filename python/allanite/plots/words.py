@@ -12,6 +12,7 @@ from allanite.common.printing import to_sheet_unit
 if TYPE_CHECKING:
     from allanite.effects import Effect
 
+#: Translation of minus and digits to superscripts.
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 

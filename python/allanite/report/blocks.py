@@ -18,6 +18,7 @@ class Number:
     place: str
 
 
+#: Text, number, or sequence of both that is printed as one.
 Cell = str | Number | tuple["str | Number", ...]
 
 
@@ -76,4 +77,5 @@ class Picture:
     width: float = 10.0
 
 
+#: Element of a report, in the order of the page.
 Block = Heading | Paragraph | Bullets | Table | Card | Picture

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from allanite.report.document import Entry, Report
 
+#: Description of the method in the last section of a report.
 METHOD = (
     "Coefficients maximize the Whittle likelihood of cosine-transform ordinates in 24 cells per decade, each of up to "
     "eight bins. Deterministic effects are fitted by generalized least squares in the same ordinates. Model curves are "

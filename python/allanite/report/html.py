@@ -169,7 +169,7 @@ def _table(table: Table) -> str:
 
 
 def _alignment(column: int, table: Table) -> str:
-    """HTML attribute that right-aligns a column of a table; empty for a left-aligned column."""
+    """Text of the HTML attribute that right-aligns a column of a table; empty for a left-aligned column."""
     return ' class="r"' if column in table.right else ""
 
 

@@ -17,7 +17,7 @@ __all__ = ["Alarm", "Fleet", "Summaries", "Watch", "fleet", "run_fleet", "summar
 
 
 def __getattr__(name: str) -> object:
-    """The function `summarize` for its former name ``summarise``, with a `DeprecationWarning`; else `AttributeError`."""
+    """Function `summarize` for its former name ``summarise``, with a `DeprecationWarning`; else `AttributeError`."""
     if name == "summarise":
         message = "al.scale.summarise is now al.scale.summarize"
         warnings.warn(message, DeprecationWarning, stacklevel=2)

@@ -17,6 +17,7 @@ JOURNAL = ".journal"
 #: Version of the format of a line.
 FORMAT_VERSION = 2
 
+#: Rows of a log: one dict per axis.
 Rows = list[dict[str, Any]]
 
 
@@ -34,7 +35,8 @@ def _naming_errors(path: Path) -> Iterator[None]:
 def read_journal(path: Path, on_note: Callable[[str], None]) -> dict[str, Rows]:
     """Dict from the key of each finished log to its list of rows; {} without a file.
 
-    Damaged lines are skipped; `on_note` is called once with a line about them.
+    Damaged lines are skipped; `on_note` is called once with a line about them. Raises `InputError` if `path` is no file or
+    cannot be read.
     """
     if not path.exists():
         return {}

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from allanite.effects import Effect, Model
 
-#: Time limit for the start of a process, s. It takes 1 to 3 s on an idle machine, whatever the logs.
+#: Time limit for the start of a process, s. A start takes 1 to 3 s on an idle machine.
 START_SECONDS = 300.0
 #: A child ends itself this long after its deadline, s, in case its parent was killed.
 GRACE_SECONDS = 10.0
@@ -52,6 +52,7 @@ SIGNALS = {
 #: Remedy for a log that takes too long.
 MORE_TIME = "give it a longer deadline"
 
+#: "child": this process works on logs. "warm": it has imported the modules that logs need.
 _state = {"child": False, "warm": False}
 
 
@@ -186,7 +187,7 @@ class LogProcess:
         Raises `InputError` if the child refuses the setup.
         """
         alone: dict[str, Any] = (
-            # A new process group, so that Ctrl-C reaches only the parent, which decides what follows.
+            # A new process group, so that Ctrl-C reaches only the parent.
             {"process_group": 0}
             if os.name == "posix"
             else {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
@@ -378,7 +379,7 @@ def _warm_up(memory: int) -> None:
 
 
 def _limit_memory(memory: int) -> None:
-    """Limit the address space to `memory` bytes beyond the present use, and disable core files. Linux only."""
+    """Limit the address space to `memory` bytes beyond the present use (Linux), and disable core files (POSIX)."""
     try:
         import resource
     except ModuleNotFoundError:  # not on Windows

@@ -401,7 +401,7 @@ def _main_program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...
 def _answers_of(
     logs: list[str], setup: Setup, scheduler: str | None, workers: int
 ) -> Iterator[Answer]:
-    """Yields the `Answer` of each log as soon as it is known, in any order."""
+    """Yields the `Answer` of each log as soon as it is known, in any order; raises the exception of a worker thread."""
     if scheduler is not None:
         yield from _answers_by_dask(logs, setup, scheduler)
         return

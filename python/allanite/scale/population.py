@@ -412,7 +412,10 @@ def _read_table(path: Path) -> list[dict[str, Any]]:
 
 
 def _csv_rows(path: Path) -> list[dict[str, Any]]:
-    """List of dicts: rows of a CSV table; all values are texts, without the quotes of `write_table`."""
+    """List of dicts: rows of a CSV table; all values are texts, without the quotes of `write_table`.
+
+    Raises `ValueError` for a damaged table.
+    """
     import csv
 
     # Cells of a sensor with many effects are longer than the limit of the library.

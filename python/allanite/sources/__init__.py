@@ -25,13 +25,14 @@ __all__ = ["Source", "documents_of", "is_source_file"]
 
 
 class Documented(Protocol):
-    """A result that can be written as JSON: a fit, a study, a characterization."""
+    """Protocol of results with `to_dict`: a fit, a study, a characterization."""
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON with the result."""
         ...
 
 
+#: Model string, path, JSON record, model, effect or result, from which `documents_of` makes model documents.
 Source: TypeAlias = str | Path | Mapping[str, Any] | Model | Effect | Documented
 
 

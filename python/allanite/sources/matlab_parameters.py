@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 SENSORS = (("Gyroscope", "gyroparams", "rad/s"), ("Accelerometer", "accelparams", "m/s^2"))
 #: (Field of MATLAB's parameters, coefficient).
 FIELDS = (("NoiseDensity", "N"), ("BiasInstability", "B"), ("RandomWalk", "K"))
+#: Pattern of a MATLAB number or of a list in square brackets.
 _NUMBERS = r"\[[^\]]*\]|[-+.\deE]+"
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
+#: Square root of a one-sided density divided by that of the two-sided density.
 ONE_SIDED = math.sqrt(2)
 
-#: (Measured divided by stated value, mistake that causes this ratio), for figures of N and for all figures.
+#: (Measured divided by stated value, mistake that causes this ratio), for figures of N.
 SLIPS_OF_N = (
     (60.0, "a density in deg/s/√Hz was read as a random walk in deg/√h (60 times larger)"),
     (60.0 / ONE_SIDED, "a one-sided density in deg/s/√Hz was read as a random walk in deg/√h"),
@@ -16,6 +17,7 @@ SLIPS_OF_N = (
     (1 / ONE_SIDED, "a one-sided density was read as two-sided (N is the density divided by √2)"),
     (1 / 3600.0, "a density in deg/h/√Hz was read as deg/s/√Hz"),
 )
+#: The same for figures of any coefficient.
 SLIPS_OF_ALL = (
     (180 / math.pi, "radians were taken for degrees"),
     (math.pi / 180, "degrees were taken for radians"),
@@ -36,5 +38,5 @@ def slip(coefficient: str, ratio: float, tolerance: float) -> str:
         return ""
     slips = (*SLIPS_OF_N, *SLIPS_OF_ALL) if coefficient == "N" else SLIPS_OF_ALL
     distance, words = min((abs(math.log(ratio / factor)), words) for factor, words in slips)
-    # With a wide tolerance some factor agrees by chance, so at most 0.1 is allowed.
+    # At most 0.1, because with a wide tolerance some factor would always agree.
     return f"looks as if {words}" if distance <= min(tolerance, 0.1) else ""

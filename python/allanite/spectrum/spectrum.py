@@ -261,7 +261,7 @@ class Spectrum:
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record, schema ``allanite/psd/1``: frequency, density and interval of each bin."""
+        """Dict for JSON, schema ``allanite/psd/1``: frequency, density and interval of each bin."""
         return {
             "schema": "allanite/psd/1",
             "sided": "two-sided",

@@ -154,7 +154,8 @@ def _horizontal_variance(
 ) -> Array:
     """Array: sum of the error variances of both horizontal channels after each time, SI units squared.
 
-    The sum is twice the mean variance of the axes. `integral` is the step response (`RESPONSES`).
+    The sum is twice the mean variance of the axes. `integral` is the step response (`RESPONSES`). Raises `InputError` for
+    too many samples.
     """
     total = np.zeros(times.size)
     for axis in own:

@@ -42,7 +42,7 @@ def correlation(m: int, rate: float, order: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Sums:
-    """A variogram g(0) … g(top) and its cumulative sums.
+    """Variogram g(0) … g(top) and its cumulative sums.
 
     All weights have the sum 0, so that a constant may be subtracted from g. Without its last value, which is the variance
     of stationary noise, little cancels.

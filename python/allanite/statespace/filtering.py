@@ -143,7 +143,7 @@ class Innovations:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record, schema ``allanite/innovations/1``."""
+        """Dict for JSON, schema ``allanite/innovations/1``."""
         by_tau = self.by_tau
         return {
             "schema": "allanite/innovations/1",

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 #: Standard gravity, m/s² (CGPM 1901).
 GRAVITY = 9.80665
-#: Most samples for which variograms fit into memory.
+#: Maximum number of samples of aiding and coasting, so that variograms fit into memory.
 MAX_SAMPLES = 2**24
 #: Kind of sensor → tuples (quantity, SI unit of its error, number of integrations, factor on the integral). The factor of a
 #: tilt is gravity.
@@ -92,7 +92,7 @@ class Growth:
 
     @property
     def shown(self) -> tuple[str, float]:
-        """Unit for display (deg instead of rad) and the factor that converts from `unit` to the displayed unit."""
+        """Tuple (unit for display, deg instead of rad; factor from `unit` to this unit)."""
         return ("deg", 180.0 / np.pi) if self.unit == "rad" else (self.unit, 1.0)
 
     def table(self, measured: Measured | None = None) -> str:
@@ -270,7 +270,7 @@ def error_growth(
 
 
 def measured_growth(recording: Recording, growth: Growth) -> Measured:
-    """Measured error growth from segments of a recording at rest, compared with the prediction.
+    """`Measured`: error growth in segments of a recording at rest, compared with the prediction.
 
     Parameters
     ----------

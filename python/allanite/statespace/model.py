@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 #: Record length, in samples, for which the slowest noise is approximated if no duration is given.
 DEFAULT_SAMPLES = 1_000_000
-#: Initial variance of an unknown level over the variance of everything else.
+#: Initial variance of an unknown level divided by the variance of all other noise over the record.
 UNKNOWN_LEVEL_RATIO = 1e7
 
 
@@ -178,7 +178,7 @@ class StateSpace:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record, schema ``allanite/state_space/1``: the matrices by rows, and the effect of each state."""
+        """Dict for JSON, schema ``allanite/state_space/1``: the matrices by rows, and the effect of each state."""
         cost = self.cost
         return {
             "schema": "allanite/state_space/1",
@@ -319,7 +319,7 @@ def _is_known_in_time(effect: Effect) -> bool:
 
 
 def _terms_of(model: Model, effect: Stochastic, rate: float) -> tuple[Term, ...]:
-    """Terms of a noise process, scaled by the square of its coefficient. Raises `InputError` without a value."""
+    """Tuple of the terms of a noise process, scaled by the square of its coefficient; `InputError` without a value."""
     value = getattr(effect, effect.coefficient)
     if value is None:
         raise InputError(

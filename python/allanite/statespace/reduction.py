@@ -134,10 +134,10 @@ def _fit(
     bound = [i for i in range(len(fixed)) if i not in movable]
     base = sum((_curves(fixed[i].terms, m, w) for i in bound), np.zeros(target.size))
     plain = np.array([_curves(fixed[i].terms, m, w) for i in movable]).reshape(-1, target.size)
-    gaps = _first_gaps(space, count)
-    unit = np.array([_ar1_curves(g, m, w) for g in gaps]).reshape(-1, target.size)
-    sizes = np.log(_first_sizes(np.vstack([plain, unit]), base, np.exp(target), len(movable)))
-    logs = np.log(gaps)
+    decays = _start_decays(space, count)
+    unit = np.array([_ar1_curves(g, m, w) for g in decays]).reshape(-1, target.size)
+    sizes = np.log(_start_factors(np.vstack([plain, unit]), base, np.exp(target), len(movable)))
+    logs = np.log(decays)
     damping, best = 1e-3, np.inf
 
     def evaluate(sizes: Array, logs: Array) -> tuple[Array, Array, Array, float]:
@@ -177,10 +177,10 @@ def _fit(
     for place, factor in zip(movable, scale[: len(movable)], strict=True):
         out[place] = resized(fixed[place], float(factor))
     placed = sorted(zip(np.exp(logs), scale[len(movable) :], strict=True))
-    return out, [ar1(float(1.0 - gap), float(v)) for gap, v in placed if v > 0.0]
+    return out, [ar1(float(1.0 - decay), float(v)) for decay, v in placed if v > 0.0]
 
 
-def _first_gaps(space: StateSpace, count: int) -> Array:
+def _start_decays(space: StateSpace, count: int) -> Array:
     """Start values of 1 − φ for `count` AR(1) processes, log-spaced over the model's own values, shape (count,).
 
     Own sections below 2 % of the density at every frequency are ignored. Empty if the model has no AR(1) section.
@@ -188,14 +188,16 @@ def _first_gaps(space: StateSpace, count: int) -> Array:
     own = [(1.0 - s.F[0, 0], s) for s in space.sections if s.is_ar1]
     if not own or not count:
         return np.zeros(0)
-    seen = [gap for gap, s in own if _largest_share(s, space) > 0.02] or [gap for gap, _ in own]
+    seen = [decay for decay, s in own if _largest_share(s, space) > 0.02] or [
+        decay for decay, _ in own
+    ]
     low, high = max(min(seen), 1.0 / space.samples), max(seen)
     if count == 1:
         return np.array([np.sqrt(low * high)])
     return np.geomspace(low, max(high, 1.01 * low), count)
 
 
-def _first_sizes(columns: Array, base: Array, target: Array, plain: int) -> Array:
+def _start_factors(columns: Array, base: Array, target: Array, plain: int) -> Array:
     """Start values of the factors (> 0) on the rows of `columns`, so that their sum plus `base` matches `target`.
 
     Non-negative least squares. The first `plain` factors are at least 0.1.
@@ -216,9 +218,9 @@ def _curves(terms: Sequence[Term], m: Array, w: Array) -> Array:
     return np.concatenate([_allan(terms, m), _density(terms, w)])
 
 
-def _ar1_curves(gap: float, m: Array, w: Array) -> Array:
-    """Array: Allan variance at m, followed by the density at w, of an AR(1) process with variance 1 and φ = 1 − `gap`."""
-    return _curves((Exponential(1.0, 1.0 - gap),), m, w)
+def _ar1_curves(decay: float, m: Array, w: Array) -> Array:
+    """Array: Allan variance at m, followed by the density at w, of an AR(1) process: variance 1, φ = 1 − `decay`."""
+    return _curves((Exponential(1.0, 1.0 - decay),), m, w)
 
 
 def _factors(n: int, per_decade: int) -> Array:

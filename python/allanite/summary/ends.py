@@ -52,7 +52,7 @@ def depth_of(level: Level) -> int:
 def read_segment(level: Level, depth: int) -> SegmentReading:
     """`SegmentReading`: octaves and low-rate samples of a stream segment after `depth` halvings of the rate.
 
-    `depth` must be at least `depth_of(level)`.
+    `depth` must be at least `depth_of(level)`; otherwise `AssertionError`.
     """
     octaves = []
     before, after = np.zeros(0), np.zeros(0)

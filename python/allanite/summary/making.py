@@ -92,7 +92,8 @@ def summary_of_chunks(
 ) -> Summary:
     """`Summary` as `summarize` returns it, computed with `threads` threads.
 
-    The number of threads does not change the result. Use one thread if other tasks occupy the processors.
+    The number of threads does not change the result. Use one thread if other tasks occupy the processors. Raises the errors
+    of `summarize`, and `InputError` for a negative `start`.
     """
     if start < 0:
         raise InputError(f"start is {start}: the index of the first sample, from 0")
@@ -108,7 +109,10 @@ def _summary_with_pool(
     threads: int,
     pool: Pool | None,
 ) -> Summary:
-    """`Summary` of chunks; `options` are rate, unit and columns. Without a pool, all is computed in this thread."""
+    """`Summary` of chunks; `options` are rate, unit and columns. Without a pool, all is computed in this thread.
+
+    Raises `InputError` for chunks that differ in rate or columns, and `TooShortError` without samples.
+    """
     segment: StreamSegment | None = None
     head: dict[str, Any] = {}
     for chunk in _chunks_of(chunks):

@@ -16,8 +16,10 @@ from allanite.common.numbers import YEAR
 Array = NDArray[np.float64]
 #: Name of a unit of time for a rate → its length, s.
 PER = {"year": YEAR, "day": 86400.0, "hour": 3600.0, "second": 1.0}
+#: Pattern of a time since the first sample (``3.5yr``), and the length of its units, s.
 _SPAN = re.compile(r"\+?(?P<number>\d+(?:\.\d*)?|\.\d+)\s*(?P<unit>s|h|d|y|yr)")
 _SPANS = {"s": 1.0, "h": 3600.0, "d": 86400.0, "y": YEAR, "yr": YEAR}
+#: Pattern of a decimal year (``2012.17``).
 _DECIMAL = re.compile(r"(?:19|20|21)\d\d(?:\.\d*)?")
 
 

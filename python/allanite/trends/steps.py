@@ -22,7 +22,7 @@ COARSE_DISTANCE = 8
 
 
 def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
-    """Tuple (row of the most significant step, square of its height divided by the standard error).
+    """Tuple (row of the most significant step, square of (height / standard error) of this step).
 
     A step at row i changes rows i and later. The amplitudes of the known functions are fitted together with each step.
     """

@@ -78,7 +78,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Wave:
-    """A periodic term: cosine · cos(2πt/period) + sine · sin(2πt/period), where t is the time from `Trend.origin`.
+    """Periodic term of a trend: cosine · cos(2πt/period) + sine · sin(2πt/period), where t is the time from `Trend.origin`.
 
     Attributes
     ----------
@@ -440,7 +440,10 @@ def _trend(
     candidates: tuple[Candidate, ...],
     report: Callable[[int, int], None],
 ) -> Trend:
-    """Trend of one column; `report` is called with the number of fits done and the number of all fits."""
+    """`Trend` of one column; `report` is called with the number of fits done and the number of all fits.
+
+    Raises `TooShortError` for too few samples, and `InputError` if all samples are equal or a step is unsuitable.
+    """
     name = column.columns[0]
     samples = np.asarray(column.samples, dtype=np.float64)
     there = np.isfinite(samples)
