@@ -183,7 +183,7 @@ def _times(column: str, fit: Fit) -> list[_Occurrence]:
 
 
 def _excursion_times(column: str, fit: Fit, effect: Away) -> list[_Occurrence]:
-    """List of `_Occurrence`: start time (s) of each excursion of an effect; empty if the times have no standard error."""
+    """List of `_Occurrence`: start time (s) of each excursion of an effect; times without a standard error are omitted."""
     own = next(own for own in fit.solution.effects if own.effect == effect)
     out = []
     if isinstance(own, Regressed):
@@ -196,7 +196,7 @@ def _excursion_times(column: str, fit: Fit, effect: Away) -> list[_Occurrence]:
 
 
 def _weighted_mean(group: list[_Occurrence]) -> tuple[float, float]:
-    """Tuple (mean frequency or time of a group, weighted by 1/error², standard error of this mean)."""
+    """Tuple (mean of the frequencies (Hz) or times (s) of a group, weighted by 1/error²; standard error of this mean)."""
     weights = np.array([s.error**-2 for s in group])
     mean = float(weights @ [s.value for s in group] / weights.sum())
     return mean, float(weights.sum() ** -0.5)

@@ -155,7 +155,8 @@ def _best_temperature(
 ) -> tuple[str, float, float, float]:
     """Tuple (name, share of the variance, residual deviation, slope) of the logged column that explains most of the means.
 
-    ("", 0, 0, 0) if no column is significant, or if there are fewer than `MIN_LOGS_FOR_TEMPERATURE` logs.
+    The deviation has the unit of the means, the slope this unit per unit of the column. ("", 0, 0, 0) if no column is
+    significant, or if there are fewer than `MIN_LOGS_FOR_TEMPERATURE` logs.
     """
     from scipy.stats import linregress
 

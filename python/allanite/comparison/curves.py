@@ -138,7 +138,7 @@ class Curves:
                 point = curve.near(tau)
                 row.append("–" if point is None else f"{point.deviation[0]:.4g}")
                 if i and same[i]:
-                    row.append(_ratio(point, reference))
+                    row.append(_ratio_text(point, reference))
             rows.append(row)
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         names = [f"[{i + 1}] {c.kind} {c.name}" for i, c in enumerate(curves)]
@@ -168,7 +168,7 @@ def _in_first_unit(curve: Drawn, curves: Sequence[Drawn]) -> Drawn:
     )
 
 
-def _ratio(one: Drawn | None, other: Drawn | None) -> str:
+def _ratio_text(one: Drawn | None, other: Drawn | None) -> str:
     """Text ``1.234 (1.1 … 1.4)``: ratio of the first points of two curves, and its 95 % interval if any point has one.
 
     A dash if a curve is None or the deviation of `other` is 0.

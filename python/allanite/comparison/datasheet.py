@@ -70,7 +70,7 @@ class Comparison:
                 f"{_measured_in_printed_unit(row):.4g}"
                 if row.measured.detected
                 else "not detected",
-                _ratio(row.ratio),
+                _ratio_text(row.ratio),
             )
             for row in self.rows
         ]
@@ -86,7 +86,7 @@ def _measured_in_printed_unit(row: Row) -> float:
     return row.measured.value * row.figure.value / row.sheet if row.sheet else math.nan
 
 
-def _ratio(ratio: Estimate) -> str:
+def _ratio_text(ratio: Estimate) -> str:
     """Text of a ratio with its 95 % interval; ``< limit`` if the effect was not detected."""
     if not ratio.detected:
         return f"< {ratio.interval[1]:.3g}" if ratio.interval else "?"

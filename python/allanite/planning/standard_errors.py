@@ -88,7 +88,7 @@ def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[s
     slopes: list[Array] = []
 
     def moved(place: int, name: str, value: float) -> Array:
-        """Expected power per bin if the parameter `name` of the effect with index `place` has this value."""
+        """Expected bin powers, shape (bins,), if the parameter `name` of the effect with index `place` has this value."""
         effects = list(model.effects)
         effects[place] = effects[place].with_values(**{name: value})
         return expected_power(Model(tuple(effects)), data)

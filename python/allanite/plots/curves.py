@@ -311,7 +311,7 @@ def spectrum_panels(
     frequency = np.sqrt(np.maximum(bottom[first], rate / (2.0 * bins.n)) * top[last])
 
     def mean(power: Array) -> Array:
-        """Two-sided density of each plotted point: mean of the power of its bins, divided by the rate."""
+        """Two-sided density, U²/Hz, of each plotted point: mean of the power of its bins, divided by the rate."""
         return np.asarray(np.add.reduceat(bins.count * power, first) / width / rate)
 
     measured, model = mean(solution.power), mean(solution.spectrum)
@@ -331,7 +331,7 @@ def spectrum_panels(
     at, place, near = _line_frequencies(fit, frequency, (bottom[first], top[last]))
 
     def along(power: Array, terms: tuple[Term, ...], theta: float) -> Array:
-        """Density at `at`: means of the bin power; near narrow bands theta times the density of `terms` at ordinates."""
+        """Density (U²/Hz) at `at`: means of the bin power; near narrow bands theta times that of `terms` at ordinates."""
         own = theta * density(terms, near, bins.n) / rate if near.size else np.zeros(0)
         return np.concatenate([mean(power), own])[place]
 
@@ -419,7 +419,7 @@ def _line_frequencies(
 
 
 def _drawn_densities(marks: list[Mark]) -> list[Array]:
-    """List of arrays: densities of the `Points` before removal of deterministic effects; the axis must cover them."""
+    """List of arrays: densities (U²/Hz) of the `Points` before removal of deterministic effects; the axis covers them."""
     return [m.y for m in marks if isinstance(m, Points) and m.color == "raw"]
 
 

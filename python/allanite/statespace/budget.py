@@ -54,7 +54,7 @@ class Axis:
 
 
 def _schuler_response(u: Array) -> Array:
-    """Impulse response sin(ωu)/ω at the times u, with the Schuler frequency ω. For small u it is about u."""
+    """Impulse response sin(ωu)/ω, s, at the times u (s), with the Schuler frequency ω. For small u it is about u."""
     return np.asarray(np.sin(SCHULER * u) / SCHULER)
 
 

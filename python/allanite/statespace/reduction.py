@@ -214,7 +214,7 @@ def _start_factors(columns: Array, base: Array, target: Array, plain: int) -> Ar
 
 
 def _curves(terms: Sequence[Term], m: Array, w: Array) -> Array:
-    """Array: Allan variance at the factors m, followed by the density at the frequencies w, of the sum of some terms."""
+    """Array: `_allan` at the factors m, followed by `_density` at the frequencies w, of the sum of some terms."""
     return np.concatenate([_allan(terms, m), _density(terms, w)])
 
 
@@ -230,11 +230,14 @@ def _factors(n: int, per_decade: int) -> Array:
 
 
 def _allan(terms: Sequence[Term], m: Array) -> Array:
-    """Array: Allan variance of the sum of some terms at the averaging factors m."""
+    """Array: Allan variance, U², of the sum of some terms at the averaging factors m, shape of m."""
     return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
 
 def _density(terms: Sequence[Term], w: Array) -> Array:
-    """Array: density of the sum of some terms, without lines, at w radians per sample; at least 1e-300."""
+    """Array: two-sided spectrum per unit sampling rate, U², of the sum of some terms, without lines, at w rad per sample.
+
+    It is at least 1e-300.
+    """
     noise = (t for t in terms if not is_line(t))
     return np.asarray(sum((t.spectrum(w) for t in noise), np.full(w.size, 1e-300)))

@@ -53,7 +53,7 @@ def octave_power(reading: Reading, level: int) -> NDArray[np.float64]:
 def without_lines(
     reading: Reading, level: int, rate: float
 ) -> tuple[NDArray[np.float64], list[Line]]:
-    """Tuple (power of an octave (`octave_power`) with lines replaced by the median around them, list of the lines).
+    """Tuple (`octave_power`, U², with lines replaced by the median around them; list of the lines).
 
     At most 32 lines. The search, from the highest score down, ends at the first peak that is too weak or too wide.
     """

@@ -170,7 +170,7 @@ class Trend:
     _functions: Functions
 
     def predicted(self, times: float) -> float:
-        """Predicted standard error of the rate for a record that is `times` times as long as this record.
+        """Predicted standard error of `rate`, in its unit, for a record that is `times` times as long as this record.
 
         The longer record is assumed to have the same noise, sampling interval and periodic terms, and no further steps.
         """
