@@ -25,8 +25,8 @@ NAMES = {
 def columns_by_sensor(columns: Iterable[Recording]) -> list[tuple[str, ...]]:
     """List of tuples: names of the columns of each sensor, in the order of the columns.
 
-    Columns of one kind of unit whose names differ only in the letter of the axis are one sensor. If no name has such a
-    letter, all columns of one kind are one sensor.
+    Columns of one kind of unit whose names differ only in the letter of the axis are one sensor. If no two names of a kind
+    differ only in this letter, all columns of this kind are one sensor.
     """
     kinds: dict[str, dict[str, list[str]]] = {}
     for column in columns:

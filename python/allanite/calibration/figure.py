@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def plot_thermal(
     found: ThermalCalibration, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """Figure with two panels per axis: the law b(T) with its band and the data, and the Allan deviation.
+    """`Figure` with two panels per axis: the law b(T) with its band and the data, and the Allan deviation.
 
     Parameters
     ----------

@@ -50,12 +50,12 @@ class DeltaLoglLaw:
 
     @property
     def _free_ordinates(self) -> Array:
-        """Number of ordinates of each bin that known functions do not absorb, shape (bins,)."""
+        """Number of ordinates of each bin that known functions do not absorb, at least 0, shape (bins,)."""
         return self.count if self.taken is None else np.maximum(self.count - self.taken, 0.0)
 
     @property
-    def non_centrality(self) -> float:
-        """ΔlogL, nats, on the expected record, in which every bin has its expected power."""
+    def asimov_delta_logl(self) -> float:
+        """ΔlogL, nats, on the expected record, in which every bin has its expected power: half the non-centrality."""
         a = self.ratio - 1.0
         gain = self._free_ordinates @ a - self.count @ np.log1p(a)
         return float(0.5 * (gain + self.signal.sum()))
@@ -64,7 +64,7 @@ class DeltaLoglLaw:
     def mean(self) -> float:
         """Expected ΔlogL, nats."""
         _, gain, _ = self._projection()
-        return self.non_centrality + 0.5 * self.added - 0.5 * float(np.trace(gain))
+        return self.asimov_delta_logl + 0.5 * self.added - 0.5 * float(np.trace(gain))
 
     @property
     def spread(self) -> float:

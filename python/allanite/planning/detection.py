@@ -156,10 +156,10 @@ def detection_power(
     rate: float,
     covariates: Columns | None = None,
 ) -> Power:
-    """Detection power of `check` for an effect in a planned record, and standard errors of all parameters.
+    """`Power`: detection power of `check` for an effect in a planned record, and standard errors of all parameters.
 
     Nothing is simulated. The model is fitted to the expected record, in which every bin has its expected power, with and
-    without the effect. The difference of logL is the non-centrality of the test that `check` makes.
+    without the effect. Twice the difference of logL is the non-centrality of the test that `check` makes.
 
     Parameters
     ----------

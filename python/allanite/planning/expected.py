@@ -1,7 +1,7 @@
 """Expected record: each bin holds its expected power under the true model.
 
 A fit of this one record (the "Asimov data set" of Cowan, Cranmer, Gross & Vitells 2011, EPJ C 71, 1554) is the limit of
-the fits of many records. The logL that it loses without an effect is the non-centrality of the test for that effect.
+the fits of many records. Twice its loss of logL without an effect is the non-centrality of the test for that effect.
 No array has the length of the record: bins are evaluated at nodes, and slow functions of time on a coarse grid whose
 lowest ordinates are the record's.
 """

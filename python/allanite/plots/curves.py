@@ -388,7 +388,7 @@ def spectrum_panels(
 
 
 def _theta_at_limit(fit: Fit, part: ComponentStyle, own: Process) -> float:
-    """Squared coefficient of an undetected effect at its 95 % limit."""
+    """Square of an undetected effect's coefficient at its 95 % limit, in the fit's unit."""
     assert part.limit is not None
     if np.isfinite(part.limit):
         return own.theta * part.limit**2
