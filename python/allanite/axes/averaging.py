@@ -35,7 +35,7 @@ class Averaged:
     tau : tuple of float
         Averaging times, s, one a decade.
     gain : tuple of float
-        Allan deviation of the column that is best at that time over that of the mean.
+        Allan deviation of the column that is best at this τ, divided by that of the mean.
     """
 
     columns: tuple[str, ...]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def title(found: Characterization) -> str:
-    """One-line description, as ``imu.csv · 6 columns of 360000 samples at 100 Hz (3600 s) · logged column temperature``."""
+    """Text of one line: ``imu.csv · 6 columns of 360000 samples at 100 Hz (3600 s) · logged column temperature``."""
     path = found.recording.path
     parts = [Path(path).name if path else "recording"]
     for r in found.recordings:

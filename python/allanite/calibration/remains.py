@@ -39,8 +39,8 @@ MAX_SAMPLES = 1 << 20
 def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
     """`Loop`: mean bias while cooling minus bias while warming; None if no temperature was passed in both directions.
 
-    The difference is fitted together with a polynomial of the same power, without lag and
-    hysteresis. The noise of the fit weights the samples.
+    The difference is fitted together with a polynomial of the same power, without lag and hysteresis. The noise of the fit
+    weights the samples.
     """
     both = runs.both_ways
     if both is None:

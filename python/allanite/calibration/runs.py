@@ -107,7 +107,7 @@ class Runs:
 
     @property
     def both_ways(self) -> tuple[float, float] | None:
-        """Tuple (lowest, highest temperature that was passed both warming and cooling), °C; None if there is none."""
+        """Tuple (lowest, highest) of the temperatures, °C, that were passed both warming and cooling; None if none."""
         direction, t = self.direction, self.temperature
         up, down = t[direction <= -0.45], t[direction >= 0.45]
         if not up.size or not down.size:

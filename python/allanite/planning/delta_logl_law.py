@@ -86,7 +86,7 @@ class DeltaLoglLaw:
         if self.slopes.shape[1] == 0:
             return np.zeros(0), none, np.zeros((self.count.size, 0))
         n, ratio, a = self._free_ordinates, self.ratio, self.ratio - 1.0
-        # Variance of I/S₀ in a bin: 2 n ratio² + 4 ratio Σ s²/S₀ over n².
+        # Variance of Σ I/S₀ in a bin: 2 n ratio² + 4 ratio Σ s²/S₀.
         noise = 0.25 * (2.0 * n * ratio**2 + 4.0 * ratio * self.signal)
         score = self.slopes.T @ (self.slopes * noise[:, None])
         values, vectors = np.linalg.eigh(score)

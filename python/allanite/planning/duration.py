@@ -118,7 +118,7 @@ def plan(
     know : str, optional
         Parameter of the model to be known: ``K``, ``GM.correlation_time``.
     to : float
-        Required standard error of that parameter over its value.
+        Required standard error of the parameter divided by its value.
     tell : (str, str), optional
         Two effects, such as ``("K", "GM")``, one of which is in the model. The expected odds against the other must be
         1000 : 1.

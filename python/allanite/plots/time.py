@@ -1,4 +1,4 @@
-"""Map of measured over expected power by time and octave band, which shows when a model fails."""
+"""Heat map of measured divided by expected power, by time and octave band, which shows when a model fails."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MIN_CLOSE_COLUMNS = 4
 
 
 def plot_time(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """`Figure`: heat map of measured over expected power by time and octave band; significant cells are framed.
+    """`Figure`: heat map of measured divided by expected power, by time and octave band; significant cells are framed.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, sp
 
 
 def close_up(check: Check) -> Panel | None:
-    """`Panel` of measured over expected power by time and frequency around the range in which a model fails most.
+    """`Panel` of measured divided by expected power, by time and frequency, around the range in which a model fails most.
 
     The panel shows lines and bands that drift. None if the model does not fail within an octave, or if the record is too
     short to resolve this range in time.

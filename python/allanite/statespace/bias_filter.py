@@ -3,8 +3,8 @@
 The filter integrates a sensor (an angle from a rate, a velocity from an acceleration) and estimates the sensor's bias. Its
 model of the sensor is white noise N and a bias, either a random walk K or a Gauss-Markov process. Fixes of the integral
 aid the filter at fixed intervals; then it coasts. Every estimate is a weighted sum of samples, so that the variance of the
-true error follows exactly from the variogram of the true noise. NEES, the normalized estimation error squared, is that
-variance over the variance which the filter predicts: 1 is consistent, above 1 is overconfident.
+true error follows exactly from the variogram of the true noise. NEES, the normalized estimation error squared, is this
+variance divided by the variance that the filter predicts: 1 is consistent, above 1 is overconfident.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ MIN_STEPS, MAX_STEPS = 10, 200
 MAX_AIDED_STEPS = 1000
 #: Coasting times per decade at which the error is compared.
 PER_DECADE = 5
-#: Variance of a random-walk bias before aiding, over N² per second: large, since nothing is known.
+#: Variance of a random-walk bias before aiding, divided by N², 1/s: large, because nothing is known.
 UNKNOWN_BIAS_VARIANCE = 1e6
 #: Length of the segment before aiding whose mean is the bias that a forgetful filter falls back to, in horizons. The white
 #: noise of that mean adds 1/30 to the variance; a longer segment would add the walk since its beginning.
@@ -125,11 +125,11 @@ def bias_filter_errors(
     ----------
     mission : Mission
     walk : array_like, shape (c,)
-        K over N of a random walk, or q_c over N of a Gauss-Markov bias, 1/s.
+        K/N of a random walk, or q_c/N of a Gauss-Markov bias, 1/s.
     correlation_time : array_like, shape (c,)
         Correlation time of the Gauss-Markov bias, s; infinite for a random walk.
     fix : float
-        Variance of a fix over N² and a second.
+        Variance of a fix divided by N², s.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Making of a summary in one pass over a record."""
+"""Making of a summary in one pass through the samples of a record."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ MISSING_AT_ONCE = 1 << 20
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Summary(Record):
-    """Result of one pass over a record: a few megabytes for each column, whatever its length.
+    """Summary of a record of any length, made in one pass: a few megabytes for each column.
 
     Fits, checks and studies accept a summary instead of a recording. Up to 2^18 samples it keeps all of them and acts as
     the recording. For longer records it keeps the low frequencies as samples at a lower rate, the power of all higher
