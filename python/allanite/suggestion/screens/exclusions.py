@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,7 +41,7 @@ from allanite.suggestion.screens.disturbance_ends import without_ringing
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whitened import Whitened
@@ -128,8 +129,8 @@ def _robust_std(size: NDArray[np.float64]) -> float:
 
 def screen_outliers(
     solution: Solution, data: Data, samples: NDArray[np.float64]
-) -> Candidate | None:
-    """Candidate that excludes outliers; None without any.
+) -> Callable[[], Candidate | None] | None:
+    """Function that refits the candidate that excludes outliers; None if the record has none.
 
     Outliers are samples of the whitened record beyond the limit that normal noise reaches in 1 % of records. The scale
     comes from quantiles, which a few percent of outliers do not move. The ΔlogL is that of a separate level for each
@@ -166,7 +167,7 @@ def screen_outliers(
         return None
     largest = float(np.log(2.0 * data.n) + log_ndtr(-float(z.max())))
     effect = wanted[0].at((data.start + index / data.rate).tolist())
-    return _exclusion_candidate(effect, solution, data, gain, 1, largest)
+    return partial(_exclusion_candidate, effect, solution, data, gain, 1, largest)
 
 
 def _outlier_limit(distance: NDArray[np.float64], n: int, step: float) -> float:

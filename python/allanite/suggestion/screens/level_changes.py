@@ -54,12 +54,13 @@ def screen_outliers_and_levels(
 
     If most samples of an interval are louder, the change of level comes first and outliers are left for the next step.
     """
-    outliers = screen_outliers(solution, data, whitened.samples)
-    if outliers is None or outliers.solution is None or outliers.data is None:
-        return outliers, screen_levels(solution, data, whitened)
+    refit_outliers = screen_outliers(solution, data, whitened.samples)
     found = screen_levels(solution, data, whitened)
-    if any(_most_are_louder(c, data, whitened) for c in found):
+    if refit_outliers is None or any(_most_are_louder(c, data, whitened) for c in found):
         return None, found
+    outliers = refit_outliers()
+    if outliers is None or outliers.solution is None or outliers.data is None:
+        return outliers, found
     cleaned = outliers.solution
     found = screen_levels(cleaned, outliers.data, whiten(cleaned, outliers.data))
     return outliers, [_refitted_candidate(c, solution, data) for c in found]
