@@ -233,6 +233,22 @@ class Fit:
 
         return self._searched(together, place)
 
+    def solution_without(self, *places: int) -> Solution:
+        """Solution without the effects at these indices, the shapes of the other effects kept; computed once."""
+        from allanite.fit.engine import solve
+
+        if places not in self._without:
+            model = self.model
+            for place in sorted(places, reverse=True):
+                model = without_effect(model, place)
+            self._without[places] = solve(self.data, model, like=self.solution, polish=False)
+        return self._without[places]
+
+    @cached_property
+    def _without(self) -> dict[tuple[int, ...], Solution]:
+        """Cache of `solution_without` by indices of the effects."""
+        return {}
+
     def _searched(self, search: Callable[[Fit, int], Iterable[Any]], place: int) -> tuple[Any, ...]:
         """Tuple of the results of a search for alternatives of the effect at index `place`.
 
@@ -259,6 +275,15 @@ class Fit:
         import allanite as al
 
         return al.suggestion.check_fit(self, on_progress)
+
+    @cached_property
+    def last_check(self) -> Check:
+        """Check of the model, computed once and kept with the fit until `forget_check`."""
+        return self.check()
+
+    def forget_check(self) -> None:
+        """Drop `last_check` to free the memory of its suggested models."""
+        self.__dict__.pop("last_check", None)
 
     def add(self, addition: Any) -> Fit:
         """Fit of the model plus an `addition`: an effect, or a suggestion of a check.

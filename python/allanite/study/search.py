@@ -14,7 +14,6 @@ from allanite.study.ladder import Study
 from allanite.study.relations import is_line
 from allanite.study.steps import final_step, further_steps, step_and_suggestions
 from allanite.study.story import story, tried_and_dropped
-from allanite.suggestion import check_fit
 from allanite.suggestion.constants import MAX_ADDED_EFFECTS, MAX_EVENTS
 
 if TYPE_CHECKING:
@@ -88,11 +87,12 @@ class Search:
     def _check_of_last_fit(self) -> Check:
         """`Check` of the last fit; stores it, reports progress, and frees memory that only earlier fits need."""
         fit = self.ladder[-1].fit
-        for rung in self.ladder:
+        for rung in self.ladder[:-1]:
+            rung.fit.forget_check()
             if rung.fit.data is not fit.data:
                 rung.fit.data.forget()
         trim_memory(fit.data.n)
-        self.check, self.checked = check_fit(fit), len(self.ladder)
+        self.check, self.checked = fit.last_check, len(self.ladder)
         if self.first_check is None:
             self.first_check = self.check
         if self.on_progress is not None:
@@ -117,6 +117,7 @@ class Search:
         If an adequate study has doubts, its reason becomes "nothing helps".
         """
         assert self.check is not None
+        self.check.fit.forget_check()
         ladder = self.ladder[: self.checked]
         steps = tuple(ladder) if stop in {"time", "interrupted"} else story(ladder)
         recording = self.check.fit.recording

@@ -70,7 +70,7 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     if not len(less):
         return
     # The shapes of the other effects stay; the replacement is fitted completely later, before it is accepted.
-    base = solve(fit.data, less, like=fit.solution, polish=False)
+    base = fit.solution_without(place)
     least = fit.solution.log_likelihood - MAX_RIVAL_LOG_EVIDENCE - MAX_POLISH_DELTA_LOGL
     for cls in CATALOGUE:
         if cls.kind == out.kind or not cls.may_be(out):

@@ -101,8 +101,7 @@ def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], .
     ]
     found = []
     for out in combinations(wandering, 2):
-        less = Model(tuple(e for place, e in enumerate(effects) if place not in out))
-        if not len(less):
+        if len(effects) == len(out):
             continue
         kinds = [
             cls
@@ -112,7 +111,7 @@ def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], .
             and cls().wanders
             and all(cls.kind != effects[place].kind for place in out)
         ]
-        base = solve(fit.data, less, like=fit.solution, polish=False)
+        base = fit.solution_without(*out)
         ones = [one for cls in kinds if (one := fit_replacement(cls, base, fit.data)) is not None]
         twos = [
             two
@@ -122,6 +121,9 @@ def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], .
             and (two := fit_replacement(cls, one, fit.data)) is not None
         ]
         for rough in (*ones, *twos):
+            lead = evidence_gain(rough, fit.solution, fit.data)
+            if lead < -MAX_RIVAL_LOG_EVIDENCE - MAX_POLISH_DELTA_LOGL:
+                continue
             solution = solve(fit.data, rough.model, like=fit.solution)
             lead = evidence_gain(solution, fit.solution, fit.data)
             if lead > -MAX_RIVAL_LOG_EVIDENCE:
@@ -137,10 +139,10 @@ def together(fit: Fit, place: int, also: int | None = None) -> list[Pair]:
     """
     effects = fit.model.effects
     out = effects[place]
-    less = Model(tuple(e for i, e in enumerate(effects) if i not in {place, also}))
-    if not (can_be_split(out) or isinstance(out, Modifier)) or not len(less):
+    less = len(effects) - (1 if also is None else 2)
+    if not (can_be_split(out) or isinstance(out, Modifier)) or not less:
         return []
-    base = solve(fit.data, less, like=fit.solution, polish=False)
+    base = fit.solution_without(place) if also is None else fit.solution_without(place, also)
     had = evidence(fit.solution)
     best: dict[frozenset[str], Pair] = {}
     for found, model in _PairSearch(fit.data, out, base, had - MAX_RIVAL_LOG_EVIDENCE).pairs():
@@ -277,6 +279,7 @@ class _PairSearch:
             found.append((gain - cost, base.model + ones[i] + others[k]))
         found.sort(key=lambda each: -each[0])
         solved = [
-            solve(self.data, model, polish=False, rounds=4) for _, model in found[:MAX_FITTED_PAIRS]
+            solve(self.data, model, like=base, polish=False, rounds=4)
+            for _, model in found[:MAX_FITTED_PAIRS]
         ]
         return [(evidence(s), s.model) for s in solved]

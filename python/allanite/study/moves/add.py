@@ -16,7 +16,6 @@ from allanite.study.judgement import (
 )
 from allanite.study.relations import is_line, is_same_feature, lies_mostly_within, line_distance
 from allanite.study.state import places_lost
-from allanite.suggestion import check_fit
 from allanite.suggestion.constants import MAX_FORMS_TRIED, MAX_LINE_BAND_DISTANCE
 
 if TYPE_CHECKING:
@@ -92,7 +91,7 @@ def with_second_effect(
     new = after.fit.model.effects[-1].kind
     if falls:
         # A suggestion that replaces the addition gets a step of its own.
-        beside = [s for s in check_fit(after.fit).significant if not s.gives_way]
+        beside = [s for s in after.fit.last_check.significant if not s.gives_way]
         pair = _first_tolerable_pair(before, after, beside)
         if pair is None or discrepancy_rises(before.fit, pair[0].fit):
             return None
@@ -100,7 +99,7 @@ def with_second_effect(
     first = _first_tolerable_pair(before, after, [s for s in check.significant if s.kind != new])
     if first is not None and not allan_error_rises(before.fit, first[0].fit):
         return first
-    second = _first_tolerable_pair(before, after, check_fit(after.fit).significant)
+    second = _first_tolerable_pair(before, after, after.fit.last_check.significant)
     if first is None or (second and allan_error_rises(second[0].fit, first[0].fit)):
         return second
     return first

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Deterministic
 from allanite.fit import refitted
-from allanite.fit.engine import solve
 from allanite.fit.models import without_effect
 from allanite.fit.rivals.alternatives import (
     MAX_POLISH_DELTA_LOGL,
@@ -70,8 +69,7 @@ def drops(state: State, needed: Collection[str]) -> Iterator[tuple[float, tuple[
     for place in state.added:
         if _may_be_dropped(fit, place, needed):
             less = without_effect(fit.model, place)
-            rough = solve(fit.data, less, like=fit.solution, polish=False)
-            yield gain_without(fit, place, rough), (place,), less
+            yield gain_without(fit, place, fit.solution_without(place)), (place,), less
 
 
 def gain_without(fit: Fit, place: int, less: Solution) -> float:
@@ -106,8 +104,7 @@ def _without(fit: Fit, place: int, given: bool) -> Fit | None:
 
     less = without_effect(fit.model, place)
     # With fixed shapes the gain is a lower bound. If it is far below the limit, the full fit is not needed.
-    rough = solve(fit.data, less, like=fit.solution, polish=False)
-    if gains(rough) < -MAX_POLISH_DELTA_LOGL:
+    if gains(fit.solution_without(place)) < -MAX_POLISH_DELTA_LOGL:
         return None
     found = refitted(fit, less)
     return found if gains(found.solution) > 0.0 else None

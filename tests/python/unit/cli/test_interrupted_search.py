@@ -7,7 +7,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.study import SearchInterrupted, search
+from allanite.study import SearchInterrupted
 
 RATE, LENGTH = 100.0, 20_000
 
@@ -26,15 +26,15 @@ def log(tmp_path):
 def interrupted_check(monkeypatch):
     """Let the second check of a search raise KeyboardInterrupt, as Ctrl-C does."""
     checks = []
-    real = search.check_fit
+    real = al.suggestion.check_fit
 
-    def check_fit(fit):
+    def check_fit(fit, on_progress=None):
         checks.append(fit)
         if len(checks) == 2:
             raise KeyboardInterrupt
-        return real(fit)
+        return real(fit, on_progress)
 
-    monkeypatch.setattr(search, "check_fit", check_fit)
+    monkeypatch.setattr(al.suggestion, "check_fit", check_fit)
 
 
 @pytest.mark.usefixtures("interrupted_check")
@@ -61,10 +61,10 @@ def test_the_command_prints_and_saves_them(run, log, tmp_path):
 
 
 def test_an_interrupt_of_the_first_check_has_nothing_to_keep(log, monkeypatch):
-    def check_fit(_):
+    def check_fit(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(search, "check_fit", check_fit)
+    monkeypatch.setattr(al.suggestion, "check_fit", check_fit)
     with pytest.raises(KeyboardInterrupt) as caught:
         al.improve(al.read(log, rate=RATE), "N")
     assert not isinstance(caught.value, SearchInterrupted)
