@@ -169,17 +169,11 @@ def _significant_richer_forms(
         hope = best - plain + MAX_NOISE_REFIT_FRACTION * best
         if log_p_value(Family(effect.family, (arc,)), hope) >= np.log(FALSE_ALARM_PROBABILITY):
             continue
-        candidate = _refitted_candidate(effect, solution, data, rival, whitened)
-        if candidate is None or candidate.solution is None:
-            continue
-        if not is_placed(candidate.solution.effects[-1], data):
-            continue
+        simple_gain = 0.0 if simple is None else simple.gain
         # One more free time always gains something; the gain over the simple form must be significant.
-        more = candidate.gain - (0.0 if simple is None else simple.gain)
-        added = log_p_value(Family(effect.family, (arc,)), more)
-        if added < np.log(FALSE_ALARM_PROBABILITY) and not any(
-            _is_same_event(candidate, c, data) for c in found
-        ):
+        least = simple_gain, Family(effect.family, (arc,))
+        candidate = _refitted_candidate(effect, solution, data, rival, whitened, least)
+        if candidate is not None and not any(_is_same_event(candidate, c, data) for c in found):
             found.append(candidate)
     return found
 
@@ -255,18 +249,25 @@ def _refitted_candidate(
     data: Data,
     rival: Solution | None,
     whitened: Callable[[], Whitened],
+    over: tuple[float, Family] | None = None,
 ) -> Candidate | None:
     """Refitted candidate of a slow function; None if it is refuted.
 
     It is refuted if it gains nothing, if it contradicts its column at one of two time scales, or if an event
-    rests on a few samples. The smaller of two gains decides on its significance: beyond the model,
-    and beyond the best wandering process. Its score uses the whole gain: a random process that
-    takes part of a drift is not a better explanation of the drift.
+    rests on a few samples. With `over`, a ΔlogL and a family, it is also refuted if its gain above that ΔlogL is not
+    significant, or if the time of the event is not known. The smaller of two gains decides on its significance: beyond
+    the model, and beyond the best wandering process. Its score uses the whole gain: a random process that takes part of a
+    drift is not a better explanation of the drift.
     """
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
+    if over is not None:
+        added = log_p_value(over[1], gain - over[0])
+        if added >= np.log(FALSE_ALARM_PROBABILITY) or not is_placed(refitted.effects[-1], data):
+            return None
     if rival is not None and gain > 0.0:
-        beside = solve(data, rival.model + refitted.model.effects[-1], polish=False, rounds=4)
+        model = rival.model + refitted.model.effects[-1]
+        beside = solve(data, model, like=rival, polish=False, rounds=4)
         judged = min(gain, beside.log_likelihood - rival.log_likelihood)
     judged /= _relative_noise_power(refitted, data)
     if judged <= 0.0 or not follow_columns_consistently(
@@ -373,8 +374,10 @@ def with_gains_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, 
         left = candidate.gain if candidate.judged_gain is None else candidate.judged_gain
         for other in best:
             assert other.solution is not None
-            both = solve(data, other.solution.model + candidate.effect, polish=False, rounds=4)
-            left = min(left, max(both.log_likelihood - other.solution.log_likelihood, 0.0))
+            best_one = other.solution
+            model = best_one.model + candidate.effect
+            both = solve(data, model, like=best_one, polish=False, rounds=4)
+            left = min(left, max(both.log_likelihood - best_one.log_likelihood, 0.0))
         return replace(candidate, judged_gain=left)
 
     arcs: dict[str, list[float]] = {}
