@@ -10,8 +10,8 @@ HEAD = """# Validation
 
 Each line names a claim, the command or test that tries the claim, the result, and a date.
 `docs/make_validation.py` writes this page from `benches/record/claims.toml`. Run programs of `benches/claims` with
-`python FILE` in the repository. [Methods](methods.md) explains the terms. The date is that of the run from 2026-11-28
-on; before, that of the entry.
+`python FILE` in the repository. [Methods](methods.md) explains the terms. A date before
+2026-11-28 is that of the entry, a later date that of the run.
 
 The nightly CI workflow (`make test-nightly`) runs the claims that name a test, first on fewer records and then on all.
 Programs of `benches/claims` are run by hand. Claims of another kind say how they are tried.

@@ -202,7 +202,7 @@ _LOG_OPTIONS = (
     click.option(
         "--trim",
         metavar="START:END|quiet",
-        help="Use only this part, in seconds from the start of the log, e.g. 600: or 60:3600. "
+        help="Use only this segment, in seconds from the start of the log, e.g. 600: or 60:3600. "
         "quiet: the longest segment without motion.",
     ),
     click.option(

@@ -33,7 +33,7 @@ class Margin(Percent):
 @click.command(
     "accept",
     cls=LogCommand,
-    epilog="Example: allanite accept part-0042.csv --sheet gyro.toml --margin 10% --report part-0042.html",
+    epilog="Example: allanite accept gyro-0042.csv --sheet sheet.toml --margin 10% --report gyro-0042.html",
 )
 @click.argument("log")
 @click.option(

@@ -54,7 +54,7 @@ GRIDS = ("octave", "decade", "all")
     default="octave",
     show_default=True,
     metavar="GRID",
-    help="Averaging times τ: octave, decade, all, or a number of points per decade.",
+    help="Averaging times τ: octave, decade, all, or a number of points per decade. Single times: al.oadev in Python.",
 )
 @plot_option
 @log_options

@@ -19,8 +19,8 @@ from allanite.cli.options import LogCommand, LogOptions, log_options, model_opti
     type=click.Choice(["whittle", "gls", "lines"]),
     default="whittle",
     show_default=True,
-    help="Estimator. whittle: likelihood of the spectrum, with the smallest errors; gls: generalized least squares on the"
-    " Allan curve; lines: classical straight lines on the Allan curve, to compare with published results.",
+    help="Estimator. whittle: likelihood of the spectrum, recommended; gls: generalized least squares on the Allan curve,"
+    " to confirm it; lines: classical straight lines on the Allan curve, to compare with published results.",
 )
 @click.option(
     "--compare-methods",
