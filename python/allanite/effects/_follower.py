@@ -67,7 +67,10 @@ class LaggedColumn:
     starts: tuple[int, ...] = ()
 
     def series(self, time: Array, covariates: Mapping[str, Array]) -> Array:
-        """Array of the values at each `time` (s), shape (n,), from the logged columns `covariates`."""
+        """Array of the column's lagged deviation from its mean, raised to `power`, at each `time` (s); shape (n,).
+
+        The column is taken from `covariates`. A power above 1 is centered again, so that its mean is 0.
+        """
         values = covariates[self.column] - np.mean(covariates[self.column])
         samples = self.lag / float(time[1] - time[0])
         if samples > 0.0:

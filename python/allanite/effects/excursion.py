@@ -73,7 +73,7 @@ class Excursion(Away):
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Array of at most 1024 equally spaced times within the record, s.
 
-        Starts lie before a known end, ends after a known start.
+        Starts lie before a known end, ends after a known start. If fewer than two times remain: 0 and the duration.
         """
         whole = n / rate
         times = np.linspace(0.0, whole, 1026)[1:-1]

@@ -86,7 +86,7 @@ class Hysteresis(Proportional):
         return tuple(out)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array of half plays from 1/16 to 1/2.2 of the column's range, 8 per decade; six decades if the range is unknown.
+        """Array of half plays within `reach` (W/16 to W/2.2 for a column's range W), 8 per decade; six decades if unknown.
 
         A smaller play is not visible.
         """

@@ -85,9 +85,9 @@ class Notch(Filter):
     rivals: ClassVar[tuple[str, ...]] = ("resonance", "bandwidth")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array of values to try: frequencies, Hz, 10 % apart up to Nyquist; three qualities; or two amplitudes left.
+        """Array of values to try: frequencies, Hz, up to 0.48 of the rate; three qualities; or two amplitudes left.
 
-        Frequencies start at 1/200 of the rate or 100/T, the larger of both.
+        Frequencies are 10 % apart and start at 1/200 of the rate or 100/T, the larger of both.
         """
         if name != "frequency":
             return np.array(TRIED_QUALITIES if name == "quality" else TRIED_AMPLITUDES_LEFT)

@@ -81,7 +81,7 @@ class Resonance(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth", "quantization")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array of four dampings, or of frequencies from 20/T to Nyquist, Hz.
+        """Array of four dampings, or of frequencies, Hz, from 20/T to 0.48 of the rate.
 
         Frequencies are 10 % apart, or closer for a small known damping, so that no peak is missed. Dampings run from
         the width of a bin to a broad band. A fit extends the grid by a factor of 2, up to the limit of ζ.

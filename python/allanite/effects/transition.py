@@ -80,7 +80,7 @@ class Transition(Event):
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Array of at most 1024 equally spaced times within the record, s.
 
-        Begins lie before a known end, ends after a known begin.
+        Begins lie before a known end, ends after a known begin. If fewer than two times remain: 0 and the duration.
         """
         times = np.linspace(0.0, n / rate, 1026)[1:-1]
         if name == "begin" and self.end is not None:

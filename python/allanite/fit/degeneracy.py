@@ -58,9 +58,10 @@ def correlations(solution: Solution, data: Data) -> Correlations:
 
 
 def degeneracies(found: Correlations, model: Model, data: Data) -> list[str]:
-    """List of a sentence for each effect or pair of parameters that this record cannot distinguish.
+    """List of a sentence for each correlation time or pair of parameters that this record cannot determine.
 
-    Empty if there are none.
+    A correlation time is determined between the sampling interval and `MAX_CORRELATION_TIME_FRACTION` of the duration,
+    a pair up to a correlation of ±`MAX_CORRELATION`. Empty if all are determined.
     """
     out = []
     for effect, label in zip(model, model.labels, strict=True):

@@ -210,7 +210,10 @@ class _Functions:
         return _Functions(tuple(made), design, regression)
 
     def without_leverage(self, whole: RandomPart) -> RandomPart:
-        """A copy of the random part with the degrees of freedom that the regression left in each bin."""
+        """A copy of the random part `whole` whose counts per bin lack the degrees of freedom that the regression used.
+
+        The power is scaled up by the same ratio; a bin keeps a count of at least 0.05.
+        """
         edges = whole.data.bins.edges
         used = np.zeros(whole.count.size)
         place = np.searchsorted(edges, self.design.ordinates, side="right") - 1
@@ -251,10 +254,11 @@ class _ResidualOrdinates:
     near: tuple[Deterministic, ...] = ()
 
     def moved(self, functions: _Functions, data: Data, is_tried: bool) -> _ResidualOrdinates:
-        """`_ResidualOrdinates` with other functions removed instead; amplitudes that hardly changed are kept.
+        """`_ResidualOrdinates` with the functions `functions` removed instead of the earlier ones.
 
-        With `is_tried` (an additional effect is only tried), faint functions, except short events, are removed only at
-        the ordinates of the regression.
+        A function stays removed with its old amplitudes if none changed by more than `MAX_KEPT_CHANGE` standard
+        uncertainties (`MAX_KEPT_CHANGE_TRIED` with `is_tried`). With `is_tried` (an additional effect is only tried),
+        faint functions, except short events, are removed only at the ordinates of the regression.
         """
         scatter = np.sqrt(np.diag(functions.regression.covariance))
         max_change = MAX_KEPT_CHANGE_TRIED if is_tried else MAX_KEPT_CHANGE

@@ -90,8 +90,9 @@ def is_broad(effect: Effect) -> bool:
 def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
     """Tuple of (ln evidence over the fit, places, solution) of models with other processes instead of two wandering ones.
 
-    One or two other wandering processes replace the two at `places`; clearly worse models are omitted. A search that
-    changes one process at a time can miss these models: two processes may stand for two others together.
+    One or two other wandering processes replace the two at `places`; models whose evidence is lower by
+    `MAX_RIVAL_LOG_EVIDENCE` or more are omitted. A search that changes one process at a time can miss these models: two
+    processes may stand for two others together.
     """
     effects = fit.model.effects
     wandering = [
