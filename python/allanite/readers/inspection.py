@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import CALL, AllaniteError, InputError, about, remedy_text
+from allanite.common.numbers import YEAR, number
 from allanite.common.plain import plain
 from allanite.readers._table import time_unit_of
 from allanite.readers.columns import Layout, Request, Roles, layout_from_roles, roles_of
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
 
 #: Number of first rows whose values are shown.
 SHOWN_ROWS = 3
+#: Unit of dates as numbers.
+EPOCH_UNIT = "ns since 1970"
+NS_PER_YEAR = 1e9 * YEAR
 #: Minimum fraction of a record in motion that is reported, so that the motion is not modeled as noise. Chosen by judgment;
 #: not measured.
 MIN_MOTION_FRACTION = 0.02
@@ -153,10 +157,9 @@ class Inspection:
                 ("" if c.used else "–") + (c.name or "(no name)"),
                 c.role + (f" {c.rate:.5g} Hz" if c.rate and c.role == "time" else ""),
                 (c.unit or "?" * (c.role == "sensor"))
-                + (f" × {c.scale:g}" if c.scale != 1.0 else ""),
+                + (f" × {number(c.scale)}" if c.scale != 1.0 else ""),
                 c.source,
-                " ".join(f"{v:.6g}" for v in c.first),
-                "" if c.low != c.low else f"{c.low:.4g} … {c.high:.4g}",
+                *_texts_of_values(c),
             )
             for c in self.columns
         ]
@@ -191,6 +194,34 @@ class Inspection:
                 f"! {self.problem if self.refused is None else self.refused.worded(words)}"
             )
         return "\n".join(lines)
+
+
+def _texts_of_values(column: Column) -> tuple[str, str]:
+    """Pair of texts: first values and range of a column.
+
+    Time stamps have as many digits as tell the first ones apart; those in ns since 1970 are written as dates.
+    """
+    if column.role != "time" or not column.first:
+        ends = (
+            ""
+            if column.low != column.low
+            else f"{number(column.low, 4)} … {number(column.high, 4)}"
+        )
+        return " ".join(number(v, 6) for v in column.first), ends
+    if column.unit == EPOCH_UNIT:
+        stamps = (
+            np.array([*column.first, column.low, column.high]).astype("M8[ns]").astype("M8[ms]")
+        )
+        texts = [str(stamp).replace("T", " ").removesuffix(".000") for stamp in stamps]
+    else:
+        steps = np.abs(np.diff(column.first))
+        least = float(steps[steps > 0.0].min()) if steps.any() else 1.0
+        digits = max(0, 1 - int(np.floor(np.log10(least))))
+        texts = [f"{v:.{digits}f}" for v in (*column.first, column.low, column.high)]
+        texts = [t.rstrip("0").removesuffix(".") if "." in t else t for t in texts]
+    return ", ".join(texts[:-2]) if column.unit == EPOCH_UNIT else " ".join(texts[:-2]), " … ".join(
+        texts[-2:]
+    )
 
 
 def inspect(path: Any, **options: Any) -> Inspection:
@@ -395,8 +426,14 @@ def _describe_stamps(time: NDArray[Any]) -> Column:
         rate = read_stamps(time).rate
     except InputError as error:
         doubts = (str(error),)
-    numbers = time.astype(np.int64) if time.dtype.kind in "mM" else np.asarray(time)
+    unit, numbers = None, np.asarray(time)
+    if time.dtype.kind in "mM":
+        numbers = time.astype(f"{time.dtype.kind}8[ns]").astype(np.int64)
+        unit = EPOCH_UNIT
+        if time.dtype.kind == "m" or numbers.max(initial=0) < NS_PER_YEAR:
+            # A time of day, or a time since a start.
+            unit, numbers = "s", numbers / 1e9
     real = numbers.dtype.kind in "iuf"
     first = tuple(float(v) for v in numbers[:SHOWN_ROWS]) if real else ()
     low, high = (float(numbers.min()), float(numbers.max())) if real else (np.nan, np.nan)
-    return Column("(time)", "time", True, None, rate, first, low, high, doubts)
+    return Column("(time)", "time", True, unit, rate, first, low, high, doubts)
