@@ -240,7 +240,7 @@ def test_what_is_not_used_is_one_line_on_stderr(tmp_path, capsys):
     said = [line for line in capsys.readouterr().err.splitlines() if "not used" in line]
     assert len(said) == 1
     assert "ax (an accelerometer, but deg/s is no unit of an accelerometer)" in said[0]
-    assert "mag (uT is no unit of a sensor)" in said[0]
+    assert "mag (a magnetometer)" in said[0]
     assert "packet (a counter)" in said[0]
     with pytest.raises(SystemExit):
         main(["fit", str(path), "--model", "N", "--unit", "deg/s", "--quiet"])
