@@ -71,7 +71,10 @@ class Where:
         return [sentence for _, _, sentence in self.places()]
 
     def places(self) -> list[tuple[str, tuple[float, float], str]]:
-        """List of (``tau``, ``frequency`` or ``time``; interval in s, Hz or s; sentence), one tuple per failure."""
+        """List of (``tau``, ``frequency`` or ``time``; interval in s, Hz or s; sentence) for each view with a failure.
+
+        There are two for τ if the largest ratio with enough degrees of freedom lies outside the worst interval.
+        """
         out = []
         if self.worst_tau is not None:
             low, high = self.worst_tau

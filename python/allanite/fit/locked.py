@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def locked_error(column: Recording) -> TooShortError | None:
     """`TooShortError` (returned, not raised) that a column is locked to one code, with the upper limit of N.
 
-    None if it is not.
+    None if it is not, and for a column of increments or angles.
     """
     if column.quantity != "rate":
         return None

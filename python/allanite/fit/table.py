@@ -59,7 +59,10 @@ def _unit_of(parameter: Parameter, unit: str) -> str:
 
 
 def _cells(value: Any, column: str | None) -> tuple[str, str]:
-    """Pair of texts: value and 95 % interval of a parameter; "not detected" with an upper limit if it is not detected."""
+    """Pair of texts: value and 95 % interval of a parameter, ("not detected", upper limit), or ("not present", "").
+
+    The second text is empty without an interval.
+    """
     if not isinstance(value, Estimate):
         return str(value), ""
     unit = "" if value.unit == "1" else printed(value.unit, column or "")

@@ -220,7 +220,10 @@ def _step_with(
 def _merged_or_added(
     before: State, suggestion: Suggestion, check: Check
 ) -> tuple[State, float, tuple[Suggestion, ...]] | None:
-    """Tuple (state, ΔlogL, added suggestions with the one to name first) with `suggestion` and its companions; or None."""
+    """Tuple (state, ΔlogL, added suggestions with the one to name first) with `suggestion` and its companions; or None.
+
+    None if it cannot be added, if the new model predicts worse, or if an error rises and no second effect prevents it.
+    """
     fit, effect = before.fit, suggestion.effect
     wandering = with_wandering_line(before, suggestion)
     if wandering is not None:

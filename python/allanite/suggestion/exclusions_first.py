@@ -40,9 +40,10 @@ def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
 
 
 def _disturbance_leads(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if the disturbance goes before all others: no other significant event in time explains its segment.
+    """True if the significant disturbance goes before all others: no other significant event in time explains its segment.
 
-    A change of level by one factor explains a segment unless octaves still differ there after this change.
+    A stuck value always does; an insignificant one, or one without times, never. A change of level by one factor
+    explains a segment unless octaves still differ there after this change.
     """
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:

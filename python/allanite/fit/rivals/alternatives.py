@@ -89,7 +89,8 @@ def fit_replacement(
 ) -> Solution | None:
     """`Solution` of the base model plus an effect of kind `cls`; None if no grid point reaches the log likelihood `least`.
 
-    None as well if the fitted effect does not show the feature that distinguishes it from its alternatives.
+    None as well if the fitted effect does not show the feature that distinguishes it from its alternatives, or if no
+    spectral or slow grid exists for this kind.
 
     Parameters
     ----------

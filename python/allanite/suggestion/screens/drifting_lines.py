@@ -156,7 +156,7 @@ def _best_candidate(
 ) -> Candidate | None:
     """Candidate of the best drifting line of one kind over all bands.
 
-    None if steady lines explain as much or it is weak.
+    None if steady lines explain as much, if it drifts by less than one cycle, or if it cannot become significant.
     """
     noise, T = solution.noise(data), data.duration
     steady = max((c.gain for c in lines), default=0.0)

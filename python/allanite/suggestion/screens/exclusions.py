@@ -134,7 +134,8 @@ def screen_outliers(
 
     Outliers are samples of the whitened record beyond the limit that normal noise reaches in 1 % of records. The scale
     comes from quantiles, which a few percent of outliers do not move. The ΔlogL is that of a separate level for each
-    outlier, less ln n for choosing it.
+    outlier, less ln n for choosing it. None as well if it is not positive, if more than `MAX_EXCLUDED_FRACTION` of the
+    samples are outliers, for a summary, and for a record of few codes.
     """
     from scipy.special import log_ndtr
 
@@ -197,7 +198,7 @@ def _exclusion_candidate(
 ) -> Candidate | None:
     """Candidate that excludes samples, refitted to the remaining samples.
 
-    None if the effect is None or excludes nothing.
+    None if the effect is None or excludes only samples that are already missing.
     """
     if effect is None:
         return None
@@ -225,7 +226,7 @@ def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -
 
     A disturbance is a segment in which some band has `MIN_DISTURBANCE_POWER_RATIO` times its usual power. The segment
     is at most `MAX_EXCLUDED_FRACTION` of the record. Each octave is searched for one interval; octaves that see the
-    same disturbance begin earlier or end later extend the segment.
+    same disturbance begin earlier or end later extend the segment. None for a summary, which keeps no samples.
     """
     if whitened.samples.size < data.n:
         return None  # a summary keeps no samples to take out

@@ -176,7 +176,11 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
 def _narrow_band_candidate(
     point: Effect, base: Solution, part: RandomPart, white: NDArray[np.float64], arc: float
 ) -> Candidate | None:
-    """Candidate for the clearest band narrower than a bin, from single ordinates; None if it cannot be significant."""
+    """Candidate for the clearest band narrower than a bin, from single ordinates; None if it cannot be significant.
+
+    None as well if the kind of `point` has no movable band, or if more than `MAX_MISSING_FRACTION` of the samples are
+    lost.
+    """
     data = part.data
     if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
         return None
@@ -321,7 +325,7 @@ def _candidate_of_last_effect(
 ) -> Candidate | None:
     """Candidate from the last effect of a refitted model; None if it gains nothing or does not show its feature.
 
-    `arc` is the angle of its grid.
+    None as well for a narrow effect if the model without narrow bands is not flat near it. `arc` is the angle of its grid.
     """
     fitted = solution.model.effects[-1]
     if not fitted.shows(solution.model, data.rate, data.duration):

@@ -51,7 +51,11 @@ def _best_candidate(
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
-    """Candidate of the best tone burst over all bands; None if `lasting` lines and bands explain as much, or if refuted."""
+    """Candidate of the best tone burst over all bands; None if `lasting` lines and bands explain as much, or if refuted.
+
+    It is refuted if it cannot become significant, has fewer than `MIN_PERIODS` periods, lies on the course of a moving
+    band, is a line of the model, or if a discrepancy remains or would be needed elsewhere.
+    """
     noise, T = solution.noise(data), data.duration
     tried = [(band, search_burst(band)) for band in bands]
     band, (middle, first, last, _) = max(tried, key=lambda one: one[1][3])
