@@ -43,8 +43,8 @@ def command(
     With one LOG, the sensors are on one board: columns whose names differ in a number (gyro0_x, gyro1_x), or the columns
     named with --column. With several LOGs, each LOG is another board.
 
-    Prints the best weights, the Allan deviation of the combination at each τ against that of the single sensors, and the
-    sensors that are noisier or quieter than the others. allanite export reads the file of --save.
+    Prints the best weights, and the Allan deviation of the combination at each τ against that of the single sensors. Names
+    the sensors that are noisier or quieter than the others. allanite export reads the file of --save.
     """
     from allanite.cli import output as out
     from allanite.cli.options import recording_of

@@ -73,9 +73,9 @@ def command(
     step the added effect, its evidence and the remaining error, then the final coefficients. Two columns are computed at
     a time. LOG is a file, or - for standard input.
 
-    "adequate" means that this log shows no fault of the model: no effect is significantly missing, the Allan error is
-    within its expected scatter, and no other model is clearly better. "unexplained" means that the model fails, and that
-    no known effect repairs it.
+    "adequate" means that this log shows no fault of the model. No effect is significantly missing, the Allan error is
+    within twice its expected scatter, and no other model is clearly better. "unexplained" means that the model fails, and
+    that no known effect repairs it.
     """
     from allanite.axes.run import improve_columns
     from allanite.cli import output

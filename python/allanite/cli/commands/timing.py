@@ -58,8 +58,8 @@ def command(
     maximum time interval error, TDEV the time deviation. The exit code is 0 also if a mask fails; --json has the
     verdicts for scripts.
 
-    "holdover after 1 h: expected 172 ns ± 2 ns (95 %)" means: 1 h after the last sample, without the reference, the time
-    error lies within 170 ns to 174 ns with 95 % probability. Compare the farther end with your requirement.
+    "holdover after 1 h: expected 172 ns ± 2 ns (95 %)" describes the time error 1 h after the last sample, without the
+    reference. It lies within 170 ns to 174 ns with 95 % probability. Compare the farther end with your requirement.
 
     The log of a servo also holds its frequency corrections. The corrections are removed: noise and frequency are
     those of the free-running clock. Holdover is predicted for the free clock with the last frequency that the servo
