@@ -69,7 +69,7 @@ class _OutputClosedError(Exception):
 
 @contextmanager
 def _broken_pipe_as_closed_output() -> Iterator[None]:
-    """Raise `_OutputClosedError` for a broken pipe before click sees it.
+    """Context that raises `_OutputClosedError` instead of `BrokenPipeError`, before click sees it.
 
     Versions of click treat a broken pipe differently: they exit with code 1, in different places.
     """

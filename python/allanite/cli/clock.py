@@ -47,7 +47,7 @@ class Clock:
         self.coarse = self.lost = False
 
     def fill(self, chunks: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
-        """Yield the rows of the chunks, with rows of NaN in place of missing samples.
+        """Yield arrays with the rows of the chunks, and with rows of NaN in place of missing samples.
 
         Raises
         ------

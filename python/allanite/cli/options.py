@@ -319,7 +319,8 @@ def is_points_per_decade(taus: str) -> bool:
 def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[Recording]:
     """List with one `Recording` per sensor column of a log, read as the options say and checked.
 
-    With `for_fit`, a log that is mostly motion is refused, and columns with only one code are left out with a note.
+    With `for_fit`, a log that is mostly motion is refused, and columns locked to one quantization code are left out
+    with a note.
 
     Raises
     ------
@@ -336,7 +337,7 @@ def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[
 
 
 def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
-    """List of the columns whose samples take more than one quantization code.
+    """List of the columns that are not locked: below 95 % of their samples have the same quantization code.
 
     Prints a line for each other column, and raises an error if there is no column left.
     """

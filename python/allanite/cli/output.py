@@ -190,8 +190,8 @@ def progress_of_axes(
 ) -> Iterator[Callable[[str, int, int], None] | None]:
     """Context with a callback (column, steps done, all steps) that draws the progress of all axes.
 
-    After the first step, the callback also prints an estimate of the total time. It is None with --quiet, or if
-    standard error is no terminal.
+    After the first step, the callback also prints an estimate of the total time. The callback is None with --quiet, or
+    if standard error is no terminal.
     """
     if options.quiet or not sys.stderr.isatty():
         yield None
@@ -234,7 +234,7 @@ def _duration_text(seconds: float) -> str:
 
 
 def write_csv(recording: Recording, path: Path | None) -> None:
-    """Write time stamps and samples as CSV with a header and all digits; without a path, to standard output."""
+    """Write seconds since the first sample and all columns as CSV with a header; without a path, to standard output."""
     import numpy as np
 
     with nullcontext(sys.stdout) if path is None else path.open("w", encoding="utf-8") as stream:

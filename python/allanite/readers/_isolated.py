@@ -102,9 +102,9 @@ def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
     }
 
 
-def _all_columns(names: Sequence[str], _units: Sequence[str | None]) -> list[int]:
-    """Indices of all columns, whatever their names and units."""
-    return list(range(len(names)))
+def _all_columns(first_rows: Table) -> list[int]:
+    """List of the indices of all columns of a table."""
+    return list(range(len(first_rows.names)))
 
 
 def _size(path: Path) -> int:

@@ -72,7 +72,10 @@ class Table:
         object.__setattr__(self, "units", tuple(units_of_columns))
 
     def __getitem__(self, at: int) -> NDArray[Any]:
-        """Values of the column with this index. Raises `IndexError` if the column was not read."""
+        """Array of the values of the column with this index, shape (n,).
+
+        Raises `IndexError` if the column was not read.
+        """
         column = self.columns[at]
         if column is None:
             raise IndexError(f"column {self.names[at]} was not read")

@@ -313,7 +313,7 @@ def _table_of_numbers(path: Any, request: Request) -> tuple[Table, Layout | Role
     places: list[int] = []
 
     def everything(first_rows: Table) -> list[int]:
-        """Indices of all numeric columns; also stores the decision about the columns."""
+        """List of the indices of all numeric columns; also stores the decision about the columns."""
         decided.append(_layout_or_roles(first_rows, request))
         places[:] = all_numbers(first_rows)
         return places

@@ -28,8 +28,8 @@ WINDOW_AVERAGES = 25
 SLOW_WINDOW = 30.0
 #: Changes between averages of 0.2 s that no sensor at rest shows: ten times the noise of the worst gyroscopes
 #: (0.15 deg/s/√Hz → 0.3 deg/s) and accelerometers (2 mg/√Hz → 4 mg).
-LIMITS = {ANGULAR_RATE: (math.radians(1.0), "rad/s"), ACCELERATION: (0.3, "m/s^2")}
-#: The same for averages of 1 s, for slow motion such as driving or a boat.
+FAST_LIMITS = {ANGULAR_RATE: (math.radians(1.0), "rad/s"), ACCELERATION: (0.3, "m/s^2")}
+#: Changes between averages of 1 s that no sensor at rest shows, for slow motion such as driving or a boat.
 SLOW_LIMITS = {ANGULAR_RATE: (math.radians(0.6), "rad/s"), ACCELERATION: (0.12, "m/s^2")}
 #: Factor on SLOW_LIMITS if shorter averages measure the white noise, which the limits then need not include: ten times the
 #: bias instability of the worst gyroscopes (100 °/h → 0.3 deg/s) and accelerometers (0.6 mg → 6 mg).
@@ -63,12 +63,12 @@ MAX_TAP_AVERAGES = 4
 #: Share of the windows in motion above which the record moves.
 MAX_MOVING_SHARE = 0.2
 #: Share of the record that the longest quiet segment must have; else the record is mostly motion.
-MIN_QUIET = 0.5
+MIN_QUIET_SHARE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Rest:
-    """When a recording is at rest.
+class Motion:
+    """Motion in a recording, and its longest quiet segment.
 
     Attributes
     ----------
@@ -114,13 +114,13 @@ class Rest:
     def mostly_moves(self) -> bool:
         """True if `moves` is true and the longest quiet segment is shorter than half of the record."""
         length = 0.0 if self.quiet is None else self.quiet[1] - self.quiet[0]
-        return self.moves and length < MIN_QUIET * self.duration
+        return self.moves and length < MIN_QUIET_SHARE * self.duration
 
 
 # Sums of samples near the largest double overflow to infinity, which counts as motion.
 @np.errstate(over="ignore", invalid="ignore")
-def motion_of(recording: Recording) -> Rest | None:
-    """`Rest` of a recording of gyroscopes or accelerometers: its motion and its longest quiet segment.
+def motion_of(recording: Recording) -> Motion | None:
+    """`Motion` of a recording of gyroscopes or accelerometers: signs of motion and the longest quiet segment.
 
     None for other sensors, for angles, and for fewer than 100 samples or 0.4 s. Four things show motion: changes
     between averages of 0.2 s and of 1 s that no sensor at rest makes (medians over windows, which outliers do not
@@ -132,7 +132,7 @@ def motion_of(recording: Recording) -> Rest | None:
     if recording.duration < 2.0 * AVERAGING_TIME:  # there is no change between averages
         return None
     kinds = [parse_unit(unit).kind for unit in recording.units]
-    if not set(kinds) & set(LIMITS):
+    if not set(kinds) & set(FAST_LIMITS):
         return None
     worst: tuple[float, ...] = (0.0, 0.0, 0.0)
     name = unit = ""
@@ -141,17 +141,19 @@ def motion_of(recording: Recording) -> Rest | None:
     loud, moving, turning, swaying = np.zeros((4, windows), dtype=bool)
     turns: list[tuple[float, float, float]] = []
     for at, kind in enumerate(kinds):
-        if kind not in LIMITS:
+        if kind not in FAST_LIMITS:
             continue
         x = _column(recording, at)
         excess = beyond = sure = slowly = np.zeros(windows)
-        for average, limits in ((AVERAGING_TIME, LIMITS), (1.0, SLOW_LIMITS)):
+        for average, limits in ((AVERAGING_TIME, FAST_LIMITS), (1.0, SLOW_LIMITS)):
             full, si = limits[kind]
             m = max(1, round(average * recording.rate))
             to_si = conversion(recording.units[at], si)
             # Slow motion needs a longer window for as many changes; the short window finds its end.
             longer = (
-                length if limits is LIMITS else max(length, round(SLOW_WINDOW * recording.rate))
+                length
+                if limits is FAST_LIMITS
+                else max(length, round(SLOW_WINDOW * recording.rate))
             )
             for own in dict.fromkeys((length, longer)):
                 found = _activity_per_window(x, m, own, windows) * to_si
@@ -168,8 +170,8 @@ def motion_of(recording: Recording) -> Rest | None:
                 )
                 if own == length:
                     excess = np.maximum(excess, found / full)
-                    rest = np.maximum(found**2 - (white * (1.0 + scatter)) ** 2, 0.0)
-                    beyond = np.maximum(beyond, np.sqrt(rest) / full)
+                    slow = np.maximum(found**2 - (white * (1.0 + scatter)) ** 2, 0.0)
+                    beyond = np.maximum(beyond, np.sqrt(slow) / full)
                     sure = np.maximum(sure, found / least)
                 else:
                     slowly = np.maximum(slowly, found / least)
@@ -194,7 +196,7 @@ def motion_of(recording: Recording) -> Rest | None:
     sway = float(np.median(sways[sways > MAX_SWAY])) if sways is not None and swaying.any() else 0.0
     moving |= turning | swaying
     span = _longest_still_segment(recording, kinds, ~(loud | turning | swaying), length)
-    return Rest(
+    return Motion(
         share=float(moving.mean()),
         activity=worst[1],
         limit=worst[2],
@@ -237,7 +239,7 @@ def _sway_per_window(recording: Recording, kinds: list[str]) -> NDArray[np.float
         np.stack(
             [
                 _column(recording, places[kind, axis])
-                * conversion(recording.units[places[kind, axis]], LIMITS[kind][1])
+                * conversion(recording.units[places[kind, axis]], FAST_LIMITS[kind][1])
                 for axis in "xyz"
             ],
             axis=1,
@@ -259,7 +261,7 @@ def _change_count(m: int, length: int) -> int:
 
 
 def _column(recording: Recording, at: int) -> NDArray[Any]:
-    """Samples of the column with index `at` as doubles; increments are converted to rates."""
+    """Samples of the column with index `at` as doubles, shape (n,); increments are divided by the sampling interval."""
     x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, at]
     x = x.astype(np.float64, copy=False)
     return x * recording.rate if recording.quantity == "increment" else x
@@ -354,10 +356,10 @@ def _largest_tilt(recording: Recording, kinds: list[str]) -> float:
 def _longest_still_segment(
     recording: Recording, kinds: list[str], calm: NDArray[np.bool_], length: int
 ) -> tuple[float, float] | None:
-    """(start, end), s, of the longest segment without motion in windows that are True in `calm`; None without any.
+    """Tuple (start, end), s, of the longest segment without motion where `calm` is True; None without any.
 
-    A window has `length` samples. A change between averages of 0.2 s ends the segment, unless it lasts at most
-    `MAX_TAP_AVERAGES` averages within the segment, like a tap.
+    `calm` has one entry for each window of `length` samples. A change between averages of 0.2 s ends the segment,
+    unless it lasts at most `MAX_TAP_AVERAGES` averages within the segment, like a tap.
     """
     m = max(1, round(AVERAGING_TIME * recording.rate))
     moved = np.zeros(max(recording.n // m, 1), dtype=bool)
@@ -365,9 +367,9 @@ def _longest_still_segment(
     if not quiet.any():
         return None
     for at, kind in enumerate(kinds):
-        if kind not in LIMITS:
+        if kind not in FAST_LIMITS:
             continue
-        level, si = LIMITS[kind]
+        level, si = FAST_LIMITS[kind]
         moves = _absolute_changes(_column(recording, at), m) / math.sqrt(2)
         there = moves[quiet[1:] & np.isfinite(moves)]
         usual = float(np.median(there)) / 0.6745 if there.size else 0.0
@@ -403,7 +405,7 @@ def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def quiet_span(recording: Recording) -> tuple[float, float]:
-    """(start, end) of the longest quiet segment, s.
+    """Tuple (start, end) of the longest quiet segment, s since the first sample.
 
     Raises
     ------
@@ -412,16 +414,16 @@ def quiet_span(recording: Recording) -> tuple[float, float]:
     TooShortError
         No segment is quiet.
     """
-    rest = motion_of(recording)
-    if rest is None:
+    motion = motion_of(recording)
+    if motion is None:
         raise InputError(
             "a quiet segment needs a gyroscope or accelerometer with a known unit",
             missing="unit",
             remedy=": give {unit}, or {trim}",
         )
-    if rest.quiet is None:
+    if motion.quiet is None:
         raise TooShortError("no segment of the log is quiet: it moves all the time")
-    return rest.quiet
+    return motion.quiet
 
 
 def quiet_segment(recording: Recording) -> Recording:
@@ -437,61 +439,61 @@ def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> li
 
     It moves if more than a share `least` of its windows do, if it turns at least 3 times, or if it tilts by over 10°.
     """
-    rest = motion_of(recording)
-    if rest is None or not (rest.moves or rest.share > least):
+    motion = motion_of(recording)
+    if motion is None or not (motion.moves or motion.share > least):
         return []
-    values = {"share": rest.share, "tilt_deg": rest.tilt, "turns": rest.turns}
-    if rest.quiet is not None:
-        values |= {"quiet_start_s": rest.quiet[0], "quiet_end_s": rest.quiet[1]}
+    values = {"share": motion.share, "tilt_deg": motion.tilt, "turns": motion.turns}
+    if motion.quiet is not None:
+        values |= {"quiet_start_s": motion.quiet[0], "quiet_end_s": motion.quiet[1]}
     return [
         Finding(
             "motion",
             "warning",
-            f"not at rest: {_motion_text(rest, least)}; a noise model describes a sensor at rest, not its motion;"
-            f" {_quiet_text(rest)}",
+            f"not at rest: {_motion_text(motion, least)}; a noise model describes a sensor at rest, not its motion;"
+            f" {_quiet_text(motion)}",
             values=values,
-            remedy="" if rest.quiet is None else f" ({_quiet_remedy(rest.quiet)})",
+            remedy="" if motion.quiet is None else f" ({_quiet_remedy(motion.quiet)})",
         )
     ]
 
 
 def motion_error(recording: Recording) -> InputError | None:
     """`InputError` (not raised) if the recording moves and its longest quiet segment is under half of it; else None."""
-    rest = motion_of(recording)
-    if rest is None or not rest.mostly_moves:
+    motion = motion_of(recording)
+    if motion is None or not motion.mostly_moves:
         return None
-    use = "" if rest.quiet is None else f": use {_quiet_remedy(rest.quiet)};"
+    use = "" if motion.quiet is None else f": use {_quiet_remedy(motion.quiet)};"
     return InputError(
-        f"not at rest: {_motion_text(rest, 0.0)}; {_quiet_text(rest)}",
+        f"not at rest: {_motion_text(motion, 0.0)}; {_quiet_text(motion)}",
         remedy=f"{use or ';'} {{anyway}} fits the motion as noise",
     )
 
 
-def _motion_text(rest: Rest, least: float) -> str:
+def _motion_text(motion: Motion, least: float) -> str:
     """Text of the signs of motion, joined by ", and ": ``3 turns of up to 90°``, changes, sway and tilt.
 
     Changes and sway are stated if they concern more than a share `least` of the record.
     """
     why = []
-    if rest.turns >= MIN_TURNS:
-        why.append(f"{rest.turns} turns of up to {rest.largest_turn:.0f}°")
-    if rest.share > least and rest.activity > rest.limit:
+    if motion.turns >= MIN_TURNS:
+        why.append(f"{motion.turns} turns of up to {motion.largest_turn:.0f}°")
+    if motion.share > least and motion.activity > motion.limit:
         why.append(
-            f"{rest.column} changes by {rest.activity:.2g} {rest.unit} within a second, more than a sensor"
-            f" at rest ({rest.limit:.2g}), in {rest.share:.0%} of the record"
+            f"{motion.column} changes by {motion.activity:.2g} {motion.unit} within a second, more than a sensor"
+            f" at rest ({motion.limit:.2g}), in {motion.share:.0%} of the record"
         )
-    if rest.sway and rest.share > least:
-        why.append(f"it sways by {rest.sway:.2g}° rms, in gyroscopes and accelerometers alike")
-    if rest.tilt > MAX_TILT:
-        why.append(f"the direction of gravity turns by {rest.tilt:.0f}°")
-    return ", and ".join(why) or f"motion in {rest.share:.0%} of the record"
+    if motion.sway and motion.share > least:
+        why.append(f"it sways by {motion.sway:.2g}° rms, in gyroscopes and accelerometers alike")
+    if motion.tilt > MAX_TILT:
+        why.append(f"the direction of gravity turns by {motion.tilt:.0f}°")
+    return ", and ".join(why) or f"motion in {motion.share:.0%} of the record"
 
 
-def _quiet_text(rest: Rest) -> str:
+def _quiet_text(motion: Motion) -> str:
     """Text ``"longest quiet segment 10–60 s"``, or ``"no segment is quiet"``."""
-    if rest.quiet is None:
+    if motion.quiet is None:
         return "no segment is quiet"
-    start, end = rest.quiet
+    start, end = motion.quiet
     return f"longest quiet segment {start:.6g}–{end:.6g} s"
 
 

@@ -163,7 +163,7 @@ def _spread_blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> NDArr
 
 
 def _extremes(x: NDArray[Any]) -> tuple[float, float]:
-    """(smallest, largest) sample; NaN samples are ignored. Both are NaN if all are."""
+    """Tuple (smallest, largest) of the samples; NaN samples are ignored. Both are NaN if all samples are."""
     low, high = float(np.min(x)), float(np.max(x))
     if math.isnan(low) and (there := ~np.isnan(x)).any():
         # np.nanmin would return a signaling NaN.

@@ -53,7 +53,7 @@ class Finding:
         return self.found + remedy_text(self.remedy, words)
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict that JSON can hold: kind, severity, message, column, and each entry of `values`."""
+        """Dict for JSON: kind, severity, message, column, and each entry of `values`."""
         return {
             "kind": self.kind,
             "severity": self.severity,

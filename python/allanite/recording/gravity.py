@@ -16,7 +16,7 @@ GRAVITY = 9.80665
 #: Largest relative difference of a mean acceleration from gravity in the unit that is stated: poor accelerometers have
 #: scale errors and biases of 6 % (measured on ten recordings); twice that is allowed.
 MAX_STATED_DIFFERENCE = 0.15
-#: The same for an inferred unit: a scale error of 6 %.
+#: Largest relative difference of a mean acceleration from gravity in a unit that is inferred: a scale error of 6 %.
 MAX_INFERRED_DIFFERENCE = 0.06
 #: Units of acceleration that loggers use.
 UNITS = ("m/s^2", "g", "mg", "mm/s^2", "ug")

@@ -46,12 +46,12 @@ class LogColumn:
 
     @property
     def source(self) -> str:
-        """Least certain source among those of role, unit and scale; ``"guess"`` if none is known."""
+        """Least certain source among those of role, unit and scale: header, file, option or guess (if none is known)."""
         known = [self.sources[key] for key in ("role", "unit", "scale") if key in self.sources]
         return max(known, key=SOURCES.index, default="guess")
 
     def to_dict(self) -> dict[str, Any]:
-        """Attributes as a dictionary of values that JSON can hold."""
+        """Dict for JSON with all attributes; `source` has the key ``from``."""
         return {
             "name": self.name,
             "role": self.role,

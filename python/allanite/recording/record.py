@@ -40,7 +40,7 @@ class Record(Protocol):
 
     @property
     def audit(self) -> Sequence[Finding]:
-        """Findings about the samples."""
+        """Sequence of `Finding`: findings about the samples and time stamps."""
 
     @property
     def whole(self) -> bool:

@@ -208,7 +208,7 @@ class Recording(Record):
         return other
 
     def in_units(self, units: Mapping[str, str]) -> Recording:
-        """Recording whose columns get the units in `units` (column name to unit); samples are not converted."""
+        """Recording whose columns have the units in `units` (column name to unit); samples are not converted."""
         declared_units = [units.get(c, u) for c, u in zip(self.columns, self.units, strict=True)]
         return self._with(
             units=tuple(rate_unit(text, self.quantity).name for text in declared_units)
@@ -268,7 +268,7 @@ class Recording(Record):
 
     @property
     def audit(self) -> list[Finding]:
-        """Findings about the data; computed at the first access. Nothing is repaired."""
+        """List of `Finding` about the data; computed at the first access. Nothing is repaired."""
         if self._audit is None:
             from allanite.recording.audit import audit
 
@@ -341,7 +341,10 @@ class Recording(Record):
         return (self.column(i) for i in range(len(self.columns)))
 
     def trim(self, start_s: float | None = None, end_s: float | None = None) -> Recording:
-        """Recording of the samples from `start_s` to `end_s`, in seconds since the first sample."""
+        """Recording of the samples from `start_s` to `end_s`, s since the first sample; None is the start or end.
+
+        Raises `InputError` if the range holds no sample.
+        """
         first = 0 if start_s is None else max(sample_index(start_s, self.rate), 0)
         last = self.n if end_s is None else min(sample_index(end_s, self.rate), self.n)
         if last <= first:
@@ -358,12 +361,12 @@ class Recording(Record):
         return quiet_segment(self)
 
     def half(self, which: int) -> Recording:
-        """Recording of the first half (`which` = 0) or of the second half (1)."""
+        """Recording of the first n // 2 samples (`which` = 0) or of the other samples (1)."""
         middle = self.n // 2
         return self._rows(slice(0, middle) if which == 0 else slice(middle, None))
 
     def _rows(self, rows: slice) -> Recording:
-        """Recording of the rows in a slice, with the covariates and times of these rows."""
+        """Recording of the rows in a slice, with the covariates, times and epoch of these rows."""
         extra = {name: values[rows] for name, values in self.covariates.items()}
         first = rows.start or 0
         times, begin = None, first / self.rate
@@ -461,7 +464,7 @@ class Recording(Record):
         return al.psd(self)
 
     def describe(self) -> dict[str, Any]:
-        """JSON record: path, column, n, rate_hz, duration_s, unit, gaps, audit; log_unit if the log has another unit."""
+        """Dict for JSON: path, column, n, rate_hz, duration_s, unit, gaps, audit; log_unit if the log has another unit."""
         units = {column.unit for column in self.log_columns if column.name in self.columns}
         log_unit = units.pop() if len(units) == 1 else None
         own = {} if log_unit in (None, self.unit) else {"log_unit": log_unit}

@@ -137,7 +137,7 @@ def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool
 
 
 def longest_run(pieces: Iterable[tuple[int, NDArray[np.float64]]], n: int) -> tuple[int, int, int]:
-    """(start, length, equal): first index and length of the longest run of one value, and number of repeated samples.
+    """Tuple (start, length, equal): first index and length of the longest run of one value; number of repeated samples.
 
     A sample is repeated if it equals the previous one; NaN equals nothing. `pieces` are pairs (index of the first
     sample, samples) of a record of n samples. Each piece ends with the first sample of the following piece.

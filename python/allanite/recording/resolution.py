@@ -41,14 +41,14 @@ def _storage_error(levels: NDArray[np.float64], single: bool) -> float:
 
 
 def _distinct_levels(levels: NDArray[np.float64], noise: float) -> NDArray[np.float64]:
-    """Ascending values without those that differ from the previous one by rounding errors (4 `noise`) only."""
+    """Array of the ascending values without those at most 4 `noise` above the previous value."""
     return levels[np.concatenate(([True], np.diff(levels) > 4 * noise))]
 
 
 def is_fill(value: float, step: float) -> bool:
-    """True if a rare value is a usual mark of lost samples: 0, or a value like −999.
+    """True if a value is a usual mark of lost samples: 0, or a whole number beyond ±99 and beyond half of `step`.
 
-    `step` is its distance from the usual value.
+    `step` is the distance of the value from the usual value.
     """
     size = abs(value)
     return size == 0.0 or (size >= 99.0 and size.is_integer() and step > 0.5 * size)

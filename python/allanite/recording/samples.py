@@ -101,7 +101,7 @@ def distinct(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def covariate_of(name: str, values: ArrayLike, n: int) -> NDArray[np.float64]:
-    """Values of a covariate as doubles, shape (n,). Raises `InputError` for another shape."""
+    """Array of the values of a covariate as doubles, shape (n,). Raises `InputError` for another shape."""
     array = np.array(values, dtype=np.float64)
     if array.shape != (n,):
         raise InputError(f"covariate {name!r} has shape {array.shape}, the samples have {n} rows")
@@ -164,7 +164,7 @@ def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
 
 
 def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
-    """Samples at 1/k of the rate: means of k rates, sums of k increments, or every k-th angle."""
+    """Samples at 1/k of the rate, shape (n // k, …): means of k rates, sums of k increments, or every k-th angle."""
     m = len(samples) // k
     if quantity == "angle":
         return samples[: m * k : k]
@@ -175,7 +175,7 @@ def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
 
 
 def factors_to(unit: str, units: tuple[str, ...]) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """(factors, units): factor that converts each column to `unit`, shape (columns,), and the resulting unit of each.
+    """Tuple (factors, units): factor that converts each column to `unit`, shape (columns,), and the unit of each.
 
     Columns of another kind of sensor keep their unit, with factor 1.
 
@@ -195,7 +195,7 @@ def factors_to(unit: str, units: tuple[str, ...]) -> tuple[NDArray[np.float64], 
 
 
 def from_pint(samples: Any, unit: str | Sequence[str]) -> tuple[Any, str | Sequence[str]]:
-    """(numbers, unit) of a pint quantity: in its own unit if `unit` is ``"1"``, else converted to `unit`."""
+    """Tuple (numbers, unit) of a pint quantity: in its own unit if `unit` is ``"1"``, else converted to `unit`."""
     if unit == "1":
         return samples.magnitude, f"{samples.units:~C}".replace("**", "^")
     return samples.to(str(unit).replace("^", "**").replace("°", "deg")).magnitude, unit

@@ -21,13 +21,13 @@ TIME_UNITS = {
 # Spacing in the column's own numbers above which the next smaller unit is the likelier one: below
 # 2 it is seconds (faster than 0.5 Hz), 2…500 milliseconds (2…500 Hz), 500…2e5 microseconds.
 _SPACING_LIMITS = ((2.0, "s"), (500.0, "ms"), (2e5, "us"), (math.inf, "ns"))
-# Stamps of the present give their unit away: seconds since 1970 of the years 2000 to 2100. Nanoseconds since a telephone
-# was switched on, a week ago, are microseconds of 1991.
+# Seconds since 1970 of the years 2000 to 2100: numbers in this range show their unit. Nanoseconds since a telephone was
+# switched on a week ago would be microseconds of 1991.
 PRESENT = (9.4e8, 4.1e9)
 # Share of steps of two or more above which whole numbers are not rounded seconds.
 _MAX_LONG_STEPS = 0.1
-# Range of log rates, Hz: epochs with a rate outside are counters that happen to be as large.
-_RATES = (1e-2, 1e6)
+# Range of sampling rates of logs, Hz. Numbers as large as seconds since 1970 with a rate outside are counters.
+_EPOCH_RATES = (1e-2, 1e6)
 # Stamps of the years 1900 to 2100 in units of the calendar.
 _CALENDARS = (
     ("days, as Modified Julian Dates are", "d", (15_020.0, 88_069.0)),
@@ -44,7 +44,7 @@ _SAME_CADENCE = 0.005
 
 
 def stamp_numbers(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | None]:
-    """(stamps, unit): time stamps as integers or floats, shape (n,), and ``"ns"`` for date-times, else the given `unit`.
+    """Tuple (stamps, unit): integers or floats, shape (n,), and ``"ns"`` for date-times, else the given `unit`.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def stamp_numbers(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str 
 
 
 def _dates_or_floats(t: NDArray[Any]) -> NDArray[Any]:
-    """Date-times of Python, pandas or ISO texts as numpy datetime64[ns] in UTC; texts of numbers as floats.
+    """Array of datetime64[ns] in UTC from date-times of Python, pandas or ISO texts; of floats from texts of numbers.
 
     Raises `InputError` for other values.
     """
@@ -115,7 +115,7 @@ def _require_valid(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
 
 
 def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[str, str]:
-    """(unit, why) of time stamps, guessed from the stated rate, the epoch or the magnitude.
+    """Tuple (unit, why) of time stamps, guessed from the stated rate, the epoch or the magnitude.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
     for unit in ("s", "ms", "us", "ns"):
         second = TIME_UNITS[unit]
         present = PRESENT[0] < middle * second < PRESENT[1]
-        if present and _RATES[0] < 1 / (step * second) < _RATES[1]:
+        if present and _EPOCH_RATES[0] < 1 / (step * second) < _EPOCH_RATES[1]:
             return unit, "epoch"
     _require_unit_of_calendar(float(t[0]), float(t[-1]), step, rate)
     some = t[:10_000]

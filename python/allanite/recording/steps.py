@@ -29,7 +29,7 @@ MAX_SHORT_GAP = 32
 
 
 def usual_step(steps: NDArray[np.float64]) -> float:
-    """Usual step of time stamps: the median of the positive steps, or a fraction of it of which most steps are multiples.
+    """Usual step of time stamps: the median of the positive steps, or 1/2 to 1/5 of it if most steps are multiples.
 
     The median is the mode of nearly every log, and robust against jitter. If most samples are missing, the median is a
     multiple of the usual step. A fraction (1/2 to 1/5) of the median is taken if one step in eight is that short, and
@@ -158,7 +158,7 @@ class Steps:
         return float(self.counts.sum()) / span
 
     def _exclude_from_rate(self, rows: NDArray[np.int64]) -> None:
-        """Exclude the steps after these rows from the computation of the rate."""
+        """Set `counts` and `times` of the steps after these rows to 0, so that the rate ignores them."""
         self.counts[rows] = self.times[rows] = 0.0
 
     def _undo_wraps(self) -> None:
@@ -213,7 +213,7 @@ class Steps:
                 done = end
 
     def _disorder_around(self, i: int) -> tuple[int, int] | None:
-        """(first, end) of the shortest run of steps around step i over which time advances as on average, or None.
+        """Tuple (first, end) of the shortest run of steps around step i over which time advances as usual, or None.
 
         The run has at most 16 steps; `end` is exclusive.
         """
@@ -307,7 +307,7 @@ class Steps:
         )
 
     def _are_late_by_whole_samples(self, late: NDArray[np.int64]) -> bool:
-        """True if the steps after the rows `late` are multiples of the typical step and do not come from bursts."""
+        """True if the steps after the rows `late` are multiples of the usual step and do not come from bursts."""
         ratio = self.clean[late] / self.usual
         short = ratio[ratio < 20]
         if short.size and np.median(np.abs(short - np.rint(short))) > 0.1:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 #: Averaging time, s, and averages in a window of 20 s: swell and hands are slower than an average, faster than a window.
-AVERAGE, WINDOW = 0.2, 100
+AVERAGING_TIME, WINDOW_AVERAGES = 0.2, 100
 #: Smallest correlation of both directions over the whole record. Independent noise of ten windows or more stays below 0.5
 #: with probability 1 − 1e-6.
 MIN_CORRELATION = 0.5
@@ -36,12 +36,12 @@ def sway_of(
     rate : float
         Sampling rate, Hz.
     """
-    m = max(1, round(AVERAGE * rate))
+    m = max(1, round(AVERAGING_TIME * rate))
     count = len(rates) // m
-    windows = count // WINDOW
+    windows = count // WINDOW_AVERAGES
     if windows < MIN_WINDOWS:
         return None
-    kept = windows * WINDOW
+    kept = windows * WINDOW_AVERAGES
     omega = rates[: kept * m].reshape(kept, m, 3).mean(axis=1)
     seen = force[: kept * m].reshape(kept, m, 3).mean(axis=1)
     omega, seen = np.nan_to_num(omega), np.nan_to_num(seen)
@@ -65,16 +65,16 @@ def sway_of(
         return None
     if not ANGLE_RATIOS[0] < float(accel) / total < ANGLE_RATIOS[1]:
         return None
-    found: NDArray[np.float64] = np.degrees(np.sqrt(np.maximum(both, 0.0) / WINDOW))
+    found: NDArray[np.float64] = np.degrees(np.sqrt(np.maximum(both, 0.0) / WINDOW_AVERAGES))
     return found
 
 
 def _detrended(x: NDArray[np.float64], windows: int) -> NDArray[np.float64]:
-    """Samples of each window minus their least-squares parabola, shape (windows, averages, 3).
+    """Copy of the samples of each window minus their least-squares parabola, shape (windows, averages, 3).
 
     This removes drifts and integrated noise.
     """
-    basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, WINDOW), 3))[0]
-    parts = x.reshape(windows, WINDOW, 3)
+    basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, WINDOW_AVERAGES), 3))[0]
+    parts = x.reshape(windows, WINDOW_AVERAGES, 3)
     left: NDArray[np.float64] = parts - basis @ (basis.T @ parts)
     return left

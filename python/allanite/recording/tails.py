@@ -71,7 +71,7 @@ class Tail:
 
 
 def _exceeded_magnitude(inverse_freedom: float, probability: float) -> float:
-    """Magnitude that a value of Student's t law with scale 1 exceeds with this probability.
+    """Magnitude that a value of Student's t law with scale 1 exceeds with this two-sided probability.
 
     The degrees of freedom are 1/`inverse_freedom`; 0 is the normal law.
     """
@@ -82,7 +82,7 @@ def _exceeded_magnitude(inverse_freedom: float, probability: float) -> float:
 
 
 def _sorted_magnitudes(magnitudes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Magnitudes sorted in ascending order."""
+    """Array of the magnitudes sorted in ascending order."""
     return _kernels.in_order(np.ascontiguousarray(magnitudes))
 
 

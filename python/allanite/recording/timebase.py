@@ -106,12 +106,12 @@ class Stamps:
 
     @property
     def rows(self) -> tuple[int, int]:
-        """First row and end (exclusive) of the segment used."""
+        """Tuple (first row, end) of the segment used, `end` exclusive."""
         return self.pieces[self.piece] if self.pieces else (0, self.n)
 
     @property
     def inside(self) -> tuple[tuple[int, int], ...]:
-        """Gaps within the segment used, each (row after which samples are missing, number missing)."""
+        """Tuple of the gaps within the segment used, each (row after which samples are missing, number missing)."""
         first, end = self.rows
         return tuple((row, count) for row, count in self.gaps if first <= row < end - 1)
 
@@ -196,7 +196,7 @@ def read_stamps(
 def _interval_drift(
     steps: NDArray[np.float64], jitter: float, resolution: float
 ) -> tuple[float, int]:
-    """(drift, index): relative change of the interval over the record, and where it changes most.
+    """Tuple (drift, index): relative change of the interval over the record, and where it changes most.
 
     `drift` is the largest mean of 16 parts of `steps` over the smallest, less 1; 0 if within jitter. The index among
     the steps is −1 unless `drift` exceeds 2 %.
@@ -255,7 +255,10 @@ def _index_of_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) ->
 
 
 def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]:
-    """Rows of `array` in the segment used, with rows of NaN in place of missing samples (then as doubles)."""
+    """Rows of `array` in the segment used, with rows of NaN in place of missing samples.
+
+    The result is in double precision if samples are missing; otherwise it is the array or a view of it.
+    """
     first, end = stamps.rows
     if end - first < len(array):
         array = array[first:end]
@@ -268,7 +271,7 @@ def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]
 
 
 def uneven_times(time: ArrayLike, stamps: Stamps) -> NDArray[np.float64] | None:
-    """Time of each row since the first row used, s, for unevenly spaced stamps; else None.
+    """Time of each row since the first row used, s, shape (rows,), for unevenly spaced stamps; else None.
 
     Rows of missing samples have times between those of their neighbors. None if the jitter is at most 1 % of the
     interval, for more than 2^20 rows, and for stamps that run back.

@@ -127,7 +127,7 @@ def command(
 
 
 def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:
-    """List with the unit of each model, or None: --unit holds one unit for all models, or one per model."""
+    """List with one unit or None per model; --unit holds one unit for all models, or one per model."""
     from allanite.common.errors import InputError
 
     units = unit.split(",") if unit else [None]

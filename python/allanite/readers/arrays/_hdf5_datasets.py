@@ -18,7 +18,7 @@ Dataset = Any  # h5py.Dataset; h5py is imported in the child process only
 
 
 def datasets(file: Any) -> list[tuple[str, Dataset]]:
-    """List of (name, dataset) of all datasets in an open HDF5 file that hold numbers or columns of numbers.
+    """List of (name, dataset) of all datasets in an open HDF5 file with numbers, or with numeric fields.
 
     Raises
     ------

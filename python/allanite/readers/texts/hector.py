@@ -62,6 +62,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes 
 def offsets_of(path: Path) -> list[str]:
     """List of the dates (ISO 8601 texts) of the lines ``# offset MJD`` of a Hector series; empty for other files.
 
+    Only the first 8192 bytes of the file are read.
+
     Raises
     ------
     InputError

@@ -52,11 +52,11 @@ def recognizes(head: bytes) -> bool:
         for line in lines
         if (m := _LINE.match(line)) and m["name"].strip()
     ]
-    return len(found) >= 2 and 2 * sum(_matched(line) is not None for line in lines) > len(lines)
+    return len(found) >= 2 and 2 * sum(_line_match(line) is not None for line in lines) > len(lines)
 
 
-def _matched(line: str) -> re.Match[str] | None:
-    """Match of a line with three axes or a temperature; None for any other line."""
+def _line_match(line: str) -> re.Match[str] | None:
+    """Match object of a line with three axes or a temperature; None for any other line."""
     return _LINE.match(line) or _SINGLE.match(line)
 
 
@@ -77,7 +77,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         for number, whole in enumerate(stream, start=1):
             stamp = STAMP.match(whole)
-            match = _matched(whole[stamp.end() :] if stamp else whole)
+            match = _line_match(whole[stamp.end() :] if stamp else whole)
             if match is None:
                 continue
             begin = begin or match["name"]
