@@ -210,7 +210,7 @@ def accept(
 
     The model N+B+K, extended by the coefficients that the sheet states, is fitted. If it does not describe the record,
     missing effects are added first (`improve`), so that a vibration or a temperature does not count as noise of the
-    part.
+    part. The minimum of the Allan deviation is that of the samples themselves, including outliers and lines.
 
     Parameters
     ----------
