@@ -167,8 +167,11 @@ class _Axis:
             least[name] = low * conversion(other.fit.recording.unit, self.fit.recording.unit)
         names = tuple(p.name for p in effect.parameters if p.role != "derived")
         given = effect.with_values(**least, hold=names, limits={}, at_limit=())
-        rest = (e for e in self.fit.model if e is not self.effects.get(label))
-        model, threshold = Model((*rest, given)), self.fit.solution.log_likelihood - HALF_CHI2_95
+        remaining = (e for e in self.fit.model if e is not self.effects.get(label))
+        model, threshold = (
+            Model((*remaining, given)),
+            self.fit.solution.log_likelihood - HALF_CHI2_95,
+        )
         # With fixed shapes, logL is a lower bound. The full fit is needed only if the bound is a little too low.
         rough = solve(self.fit.data, model, like=self.fit.solution, polish=False)
         if not -MAX_POLISH_DELTA_LOGL < rough.log_likelihood - threshold < 0.0:

@@ -83,7 +83,7 @@ def shared_noise(
     octave are among those of the other octave.
     """
     of_lines: dict[CommonLine, list[_Pair]] = {}
-    rest: list[_Pair] = []
+    unexplained: list[_Pair] = []
     for spectrum in cross:
         for band in spectrum.significant:
             one = (spectrum.columns, band)
@@ -92,9 +92,9 @@ def shared_noise(
             if line is not None and made[line] >= MIN_EXPLAINED_COHERENCE * band.coherence:
                 of_lines.setdefault(line, []).append(one)
             else:
-                rest.append(one)
+                unexplained.append(one)
     octaves = _connected_groups(
-        rest, lambda a, b: _is_same_octave(a[1], b[1]) and not {*a[0]}.isdisjoint(b[0])
+        unexplained, lambda a, b: _is_same_octave(a[1], b[1]) and not {*a[0]}.isdisjoint(b[0])
     )
     groups = [
         [one for octave in group for one in octave]
@@ -145,8 +145,8 @@ def _connected_groups(items: Iterable[T], joins: Callable[[T, T], bool]) -> list
         together = [
             one for group, is_near in zip(groups, near, strict=True) if is_near for one in group
         ]
-        apart = [group for group, is_near in zip(groups, near, strict=True) if not is_near]
-        groups = [*apart, [*together, item]]
+        separate = [group for group, is_near in zip(groups, near, strict=True) if not is_near]
+        groups = [*separate, [*together, item]]
     return groups
 
 

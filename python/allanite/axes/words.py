@@ -46,11 +46,11 @@ def common_form_sentences(sensor: Sensor) -> list[str]:
     else:
         out = [f"{sensor.form.model} fits all axes{_clause_on_single_axes(sensor.form)}"]
         agree = [_agreement_text(n, sensor) for n in sensor.form.numbers if n.pooled.agree]
-        apart = [_difference_text(n, sensor) for n in sensor.form.numbers if not n.pooled.agree]
+        differing = [_difference_text(n, sensor) for n in sensor.form.numbers if not n.pooled.agree]
         if agree:
             out.append(f"the axes agree in {', '.join(agree)}")
-        if apart:
-            out.append(f"the axes differ in {', '.join(apart)}")
+        if differing:
+            out.append(f"the axes differ in {', '.join(differing)}")
     if sensor.cross and not any(cross.significant for cross in sensor.cross):
         out.append("the residuals of the axes are uncorrelated")
     return [with_readable_numbers(sentence) for sentence in out]
@@ -59,9 +59,9 @@ def common_form_sentences(sensor: Sensor) -> list[str]:
 def shared_effect_sentences(common: Common) -> list[str]:
     """List of texts: one sentence per line, event and noise that several axes share."""
     of_lines = {one.line: one for one in common.shared if one.line is not None}
-    rest = [one for one in common.shared if one.line is None]
+    without_line = [one for one in common.shared if one.line is None]
     lines = [of_lines.get(line, line) for line in common.lines]
-    return [with_readable_numbers(str(one)) for one in (*lines, *common.events, *rest)]
+    return [with_readable_numbers(str(one)) for one in (*lines, *common.events, *without_line)]
 
 
 def working_sentences(found: Characterization) -> list[str]:

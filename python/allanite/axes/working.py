@@ -190,15 +190,15 @@ def working_states(
     }
 
 
-def check_working(rest: Sequence[Recording], recordings: Sequence[Recording]) -> None:
-    """Raise `InputError` or `TooShortError` unless the working log can be compared with the log at `rest`.
+def check_working(quiet: Sequence[Recording], recordings: Sequence[Recording]) -> None:
+    """Raise `InputError` or `TooShortError` unless the working log can be compared with the log at rest, `quiet`.
 
     At least one column must be in both logs. Each common column needs the same kind of unit, the same rate within 1 %,
     and enough samples.
     """
     kinds = {
         name: (parse_unit(unit).kind, unit, one.rate)
-        for one in rest
+        for one in quiet
         for name, unit in zip(one.columns, one.units, strict=True)
     }
     found = [
@@ -232,18 +232,20 @@ def _working_state(fit: Fit, log: Recording) -> Working:
 
     Raises `InputError` if the model at rest has no white noise.
     """
-    rest = fit.recording
-    model = fit.model.steady((0.0, rest.duration))
+    recording = fit.recording
+    model = fit.model.steady((0.0, recording.duration))
     white = model.white
     if white is None:
-        raise InputError(f"{rest.columns[0]}: the model at rest, {model.name}, has no white noise")
-    f, S, count, variance = _spectrum(log.to(rest.unit))
+        raise InputError(
+            f"{recording.columns[0]}: the model at rest, {model.name}, has no white noise"
+        )
+    f, S, count, variance = _spectrum(log.to(recording.unit))
     nu = 2.0 * count / OVERLAP_VARIANCE_RATIO
-    quiet = model.psd(f, rest.rate)
+    quiet = model.psd(f, recording.rate)
     lines, smooth = _lines(f, S, nu, log.rate)
     begin = _end_of_motion(f, smooth, quiet, nu)
     unit = Model((white.with_values(**{white.coefficient: 1.0}), *model.modifiers))
-    each = unit.psd(f, rest.rate)
+    each = unit.psd(f, recording.rate)
     top = min(max(MAX_MOTION_FREQUENCY, 2.0 * begin), log.rate / 4.0)
     near = (f >= begin) & (f <= max(top, begin + 2.0 * (f[1] - f[0])))
     # All densities have the same relative error.
@@ -284,7 +286,7 @@ def _working_state(fit: Fit, log: Recording) -> Working:
         bands=_merge_adjacent(bands, width),
         motion=(float(begin), motion) if moving.any() else (0.0, 0.0),
         rate=log.rate,
-        unit=rest.unit,
+        unit=recording.unit,
     )
 
 

@@ -229,8 +229,8 @@ class Watch:
             self._angle = angle
         before = self.alarm
         joined = np.concatenate([self._pending, x])
-        judged = self._pending.size // SEGMENT * SEGMENT
-        for end in range(judged + SEGMENT, joined.size + 1, SEGMENT):
+        tested = self._pending.size // SEGMENT * SEGMENT
+        for end in range(tested + SEGMENT, joined.size + 1, SEGMENT):
             for bets in self._bets:
                 if end % bets.segment == 0:
                     bets.take(joined[end - bets.segment : end])

@@ -234,8 +234,8 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
         before = min(most, round(LEVEL_HORIZONS * mission.coasting[-1]))
     gamma, left_out = _step_variogram(terms, rate, m, mission.steps + before)
     places = np.arange(mission.steps)
-    apart = np.abs(np.subtract.outer(places, places))
-    found = -((flat @ gamma[apart]) * flat).sum(axis=1)
+    lags = np.abs(np.subtract.outer(places, places))
+    found = -((flat @ gamma[lags]) * flat).sum(axis=1)
     if before:
         share = -loose / before
         summed = np.concatenate([[0.0], np.cumsum(gamma)])

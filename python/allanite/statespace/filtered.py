@@ -44,11 +44,13 @@ def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float
     back = 2.0 * np.eye(size) - turn
     whole, noise, out = turn @ whole @ back, turn @ noise @ turn.T, out @ back
     first = np.flatnonzero(np.pad(levels, (0, order)))
-    rest = np.setdiff1d(np.arange(size), first)
+    stationary = np.setdiff1d(np.arange(size), first)
     P0 = np.zeros((size, size))
-    P0[np.ix_(rest, rest)] = _stationary(whole[np.ix_(rest, rest)], noise[np.ix_(rest, rest)])
+    P0[np.ix_(stationary, stationary)] = _stationary(
+        whole[np.ix_(stationary, stationary)], noise[np.ix_(stationary, stationary)]
+    )
     seen = bool(response.at_zero)
-    order_of = np.concatenate([first, rest]) if seen else rest
+    order_of = np.concatenate([first, stationary]) if seen else stationary
     pick = np.ix_(order_of, order_of)
     return Section(
         whole[pick],

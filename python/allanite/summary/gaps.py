@@ -62,16 +62,16 @@ def _fill_by_mirror_images(x: Array, bad: NDArray[np.bool_], starts: Places, end
     at = np.flatnonzero(bad)
     share = (at - starts[run] + 0.5) / sizes[run]
     images = [2 * starts[run] - 1 - at, 2 * ends[run] - 1 - at]
-    rest = []
+    deviations = []
     for image, base, there in zip(images, (before, behind), count, strict=True):
         inside = (image >= 0) & (image < x.size) & (there[run] > 0)
         value = np.where(inside, x[image.clip(0, x.size - 1)], np.nan)
-        rest.append(value - base[run])
-    weights = np.where(np.isnan(rest), 0.0, np.sqrt([1.0 - share, share]))
+        deviations.append(value - base[run])
+    weights = np.where(np.isnan(deviations), 0.0, np.sqrt([1.0 - share, share]))
     size = np.sqrt((weights**2).sum(axis=0))
     weights /= np.where(size > 0.0, size, 1.0)
     filled = before[run] + share * (behind - before)[run]
-    filled += (weights * np.nan_to_num(rest)).sum(axis=0)
+    filled += (weights * np.nan_to_num(deviations)).sum(axis=0)
     out = x.copy()
     out[at] = filled
     return out

@@ -119,11 +119,11 @@ class Level:
         self.head.extend(x.copy() for x in pieces)
         if self.stop - self.start > MAX_KEPT_SAMPLES:
             first = -(-(self.start + MARGIN) // TILE)
-            rest = _joined(self.head)[first * TILE - MARGIN - self.start :]
+            remaining = _joined(self.head)[first * TILE - MARGIN - self.start :]
             self.tiles, self.tail = (first, first), []
             # A copy: a view would keep all samples in memory.
             self.head = [_joined(self.head)[: first * TILE + MARGIN - self.start].copy()]
-            self._finish_tail(first, rest)
+            self._finish_tail(first, remaining)
 
     def _finish_tail(self, tile: int, x: Array) -> None:
         """Process all tiles from index `tile` on that the tail and the samples `x` complete, in place. Returns None.
@@ -143,8 +143,8 @@ class Level:
         for first, run in runs:
             count = (run.size - 2 * MARGIN) // TILE
             halves.append(self.halve_tiles(first, run[: count * TILE + 2 * MARGIN]))
-            rest = run[count * TILE :]
-        self.tiles, self.tail = (self.tiles[0], end), [rest.copy()]
+            remaining = run[count * TILE :]
+        self.tiles, self.tail = (self.tiles[0], end), [remaining.copy()]
         if self.deeper is None and halves:
             start = tile * TILE // 2
             self.deeper = Level(self.depth + 1, start, start, self.spectral, threads=self.threads)

@@ -32,9 +32,9 @@ class Sum:
         total = self.high + value
         back = total - self.high
         lost = (self.high - (total - back)) + (value - back)
-        rest = self.low + (lost + low)
-        self.high = total + rest
-        self.low = rest - (self.high - total)
+        low_part = self.low + (lost + low)
+        self.high = total + low_part
+        self.low = low_part - (self.high - total)
 
     @property
     def value(self) -> Array:
