@@ -56,17 +56,20 @@ def column_title(entry: Entry) -> str:
     return f"{file} · {recording.columns[0]}"
 
 
-def column_section(entry: Entry, document: dict[str, Any], place: str = "") -> list[Block]:
+def column_section(
+    entry: Entry, document: dict[str, Any], place: str = "", *, with_curve: bool = True
+) -> list[Block]:
     """List of `Block`: all blocks of one column of a report.
 
-    `place` is the path of its `document` in the document of the whole report.
+    `place` is the path of its `document` in the document of the whole report. `with_curve` is False if the first page
+    shows the curve of this column.
     """
     at = f"{place}." if place else ""
     tone, words = tone_and_verdict(entry.study, entry.first)
     return [
         Paragraph(words, tone),
         *_record_section(entry, document, at),
-        *_curve_section(entry),
+        *([Heading("Allan deviation and spectrum"), curve_picture(entry)] if with_curve else []),
         *_model_section(entry, document["fit"], f"{at}fit"),
         *_first_model_section(entry, document, at),
         *_steps_section(entry, document, at),
@@ -125,8 +128,8 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
     return out
 
 
-def _curve_section(entry: Entry) -> list[Block]:
-    """List of `Block`: section with the Allan deviation and the spectrum of the last model."""
+def curve_picture(entry: Entry) -> Picture:
+    """`Picture` of the Allan deviation and the spectrum with the last model."""
     fit = entry.study.fit
     caption = (
         f"Allan deviation and two-sided density with the last model, {fit.model.name}, and its effects. The strips below "
@@ -135,10 +138,7 @@ def _curve_section(entry: Entry) -> list[Block]:
     )
     if fit.data.missing is not None:
         caption += f" {COMPLETED}"
-    return [
-        Heading("Allan deviation and spectrum"),
-        Picture(_without_title(plot_fit(fit)), caption, "curve", 6.0),
-    ]
+    return Picture(_without_title(plot_fit(fit)), caption, "curve", 6.0)
 
 
 def _model_section(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:

@@ -55,7 +55,11 @@ def column_blocks(entries: Sequence[Entry], places: Sequence[str]) -> list[list[
     def blocks(entry: Entry, place: str) -> list[Block]:
         """List of `Block`: all blocks of one column, with the table of its deviation at the end."""
         document = entry.to_shown_dict()
-        return [*column_section(entry, document, place), *curve_table(document, place)]
+        return [
+            # The first page shows the curve of a single column.
+            *column_section(entry, document, place, with_curve=len(entries) > 1),
+            *curve_table(document, place),
+        ]
 
     tasks = [partial(blocks, *one) for one in zip(entries, places, strict=True)]
     return results_or_raise(side_by_side(tasks))

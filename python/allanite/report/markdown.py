@@ -53,7 +53,7 @@ def write_figures(report: Report, folder: Path) -> None:
     new = not folder.exists()
     folder.mkdir(exist_ok=True)
     try:
-        for name, blocks in _columns(report):
+        for name, blocks in [("", summary(report)), *_columns(report)]:
             for block in blocks:
                 if isinstance(block, Picture):
                     content = render(block.figure, "svg", "light", (block.width, block.height))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def overview(found: Characterization) -> list[Block]:
-    """List of `Block` on all axes: a table per sensor, the common model, shared effects, a figure, and remarks."""
+    """List of `Block` on all axes: a table per sensor, the common model, shared effects, and remarks."""
     out: list[Block] = [Heading("All axes", 2)]
     for sensor in found.common.sensors:
         studies = {name: found.studies[name] for name in sensor.columns}
@@ -35,12 +35,15 @@ def overview(found: Characterization) -> list[Block]:
     if seen:
         out.append(Heading("Effects found on several axes"))
         out.append(Bullets(seen))
-    figure = replace(found.plot(), title="", subtitle="")
-    caption = "Measured Allan deviation of every axis with 95 % intervals, and the last model of each axis."
-    if any(study.fit.data.missing is not None for study in found.studies.values()):
-        caption += f" {COMPLETED}"
-    out.append(Picture(figure, caption, "axes", 5.4))
     doubts = tuple(sentence(text) for text in remarks(found))
     if doubts:
         out.append(Bullets(doubts, "bad"))
     return out
+
+
+def axes_picture(found: Characterization) -> Picture:
+    """`Picture` of the Allan deviation of every axis with its last model, for the first page."""
+    caption = "Measured Allan deviation of every axis with 95 % intervals, and the last model of each axis."
+    if any(study.fit.data.missing is not None for study in found.studies.values()):
+        caption += f" {COMPLETED}"
+    return Picture(replace(found.plot(), title="", subtitle=""), caption, "axes", 5.4)

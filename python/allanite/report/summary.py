@@ -12,7 +12,9 @@ from allanite.common.parameters import Estimate
 from allanite.common.printing import to_sheet_unit
 from allanite.effects import standard
 from allanite.plots.words import unit_text
-from allanite.report.blocks import Block, Bullets, Cell, Heading, Table
+from allanite.report.blocks import Block, Bullets, Cell, Heading, Picture, Table
+from allanite.report.content import curve_picture
+from allanite.report.overview import axes_picture
 from allanite.report.words import sentence
 
 if TYPE_CHECKING:
@@ -28,7 +30,10 @@ COEFFICIENTS = ("N", "B", "K")
 
 
 def summary(report: Report) -> list[Block]:
-    """List of `Block` of the first page: sensor, serial number, date, duration, verdicts, filter values, next step."""
+    """List of `Block` of the first page.
+
+    It has the sensor, serial number, date, temperature, duration, verdicts, filter values, one figure, and the next step.
+    """
     first = report.entries[0].recording
     rows: list[tuple[Cell, ...]] = [
         (name, report.options.get(name, "not stated")) for name in GIVEN
@@ -45,9 +50,17 @@ def summary(report: Report) -> list[Block]:
         Table((), tuple(rows)),
         Heading("Verdict and filter values"),
         Table(head, body),
+        _picture(report),
         Heading("Next step"),
         Bullets(_next_steps(report)),
     ]
+
+
+def _picture(report: Report) -> Picture:
+    """`Picture` of the first page: all axes, or the curve of a single column."""
+    if len(report.entries) == 1 or report.axes is None:
+        return curve_picture(report.entries[0])
+    return axes_picture(report.axes)
 
 
 def temperature_text(recording: Recording) -> str:
