@@ -12,10 +12,23 @@ READY = "body[data-busy=false][data-drawn] #verdict b"
 BROWSERS = {"chromium": ("chromium", "chromium-browser"), "firefox": ("firefox-esr", "firefox")}
 
 
+#: How to install the Python packages of the browser tests.
+INSTALL = "pip install --group test"
+
+
+def axe():
+    """The rules of axe-core; the test is skipped without them."""
+    found = pytest.importorskip(
+        "axe_playwright_python.sync_playwright", reason=f"no axe-playwright-python: {INSTALL}"
+    )
+    return found.Axe()
+
+
 @contextmanager
 def launched(name):
     """Context with a browser of the distribution; the test is skipped without it."""
-    sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
+    found = pytest.importorskip("playwright.sync_api", reason=f"no playwright: {INSTALL}")
+    sync_playwright = found.sync_playwright
     path = next((found for one in BROWSERS[name] if (found := shutil.which(one))), None)
     if path is None:
         pytest.skip(f"no {name} (apt-get install {BROWSERS[name][0]})")

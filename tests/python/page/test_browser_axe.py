@@ -5,7 +5,7 @@ import json
 import pytest
 
 from allanite.page import explore, open_page
-from page_browser import READY, give
+from page_browser import READY, axe, give
 from six_axes import six_axes
 
 pytestmark = [pytest.mark.browser, pytest.mark.long]
@@ -32,12 +32,12 @@ def tab(context, request):
 @pytest.fixture
 def serious():
     """What axe calls serious or critical on a tab, as texts."""
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    rules = axe()
 
     def found(tab, *where):
         return [
             json.dumps([*where, v["id"], [n["html"][:140] for n in v["nodes"]][:3]])
-            for v in axe.run(tab).response["violations"]
+            for v in rules.run(tab).response["violations"]
             if v["impact"] in ("serious", "critical")
         ]
 

@@ -48,6 +48,11 @@ def test_the_curve_is_seen_before_the_model_and_the_canvas_is_never_empty(contex
         tab.goto(page.url)
         tab.wait_for_selector(POINTS)
         tab.wait_for_selector("#work-name >> text=Fitting")
+        # The words of the progress are not cut off.
+        progress = tab.locator("#work-name")
+        assert progress.evaluate(
+            "e => e.scrollWidth <= e.clientWidth && e.scrollHeight <= e.clientHeight"
+        )
         assert tab.locator(POINTS).count() > 5
         assert tab.locator("#plot .errorbar").count() > 5
         assert "Allan deviation (°/s)" in tab.locator("#plot .ytitle").text_content()

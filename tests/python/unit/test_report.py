@@ -4,7 +4,6 @@ import base64
 import hashlib
 import json
 import re
-import subprocess
 from functools import reduce
 from html.parser import HTMLParser
 from pathlib import Path
@@ -18,6 +17,7 @@ from allanite.common.numbers import value_and_interval_text, with_readable_numbe
 from allanite.plots.svg_painter import _path, inline
 from allanite.report import make_report
 from allanite.report.words import COMPLETED, data_sheet_value, texts_to_uncertainty
+from page_browser import BROWSERS, launched
 
 pytestmark = pytest.mark.slow
 
@@ -322,21 +322,17 @@ def test_the_first_page_says_what_who_and_what_next(log, run, tmp_path):
 
 @pytest.mark.long
 @pytest.mark.browser
-def test_page_in_a_browser(report, tmp_path):
-    """Chromium draws the interactive figures, and the plain page without a script."""
-    import shutil
-
-    chromium = shutil.which("chromium")
-    if chromium is None:
-        pytest.skip("no chromium")
+@pytest.mark.parametrize("name", BROWSERS)
+def test_page_in_a_browser(report, tmp_path, name):
+    """The interactive figures are drawn, and nothing is asked of another computer."""
     pytest.importorskip("plotly")
-    target = report.save(tmp_path / "r.html", interactive=True)
-    done = subprocess.run(
-        [chromium, "--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=8000",
-         f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", target.as_uri()],
-        capture_output=True, text=True, timeout=120, check=True,
-    )  # fmt: skip
-    assert done.stdout.count('class="main-svg"') >= 5
+    target, asked = report.save(tmp_path / "r.html", interactive=True), []
+    with launched(name) as browser:
+        tab = browser.new_page()
+        tab.on("request", lambda request: asked.append(request.url))
+        tab.goto(target.as_uri())
+        tab.wait_for_function("() => document.querySelectorAll('.main-svg').length >= 5")
+    assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
 
 
 COLUMNS = {
