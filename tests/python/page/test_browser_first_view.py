@@ -89,7 +89,7 @@ def test_each_axis_says_what_is_done_with_it_while_all_are_improved(context):
         tab.wait_for_function(
             f"() => {{ const w = {words}; return w.includes('Adequate') && w.includes('Waiting'); }}"
         )
-        tab.wait_for_selector("body[data-busy=false]")
+        tab.wait_for_selector("body[data-busy=false]", timeout=300_000)
         assert set(tab.evaluate(words)) <= {"Adequate", "Fails"}
     finally:
         page.close()
