@@ -69,7 +69,7 @@ def column_section(
     return [
         Paragraph(words, tone),
         *_record_section(entry, document, at),
-        *([Heading("Allan deviation and spectrum"), curve_picture(entry)] if with_curve else []),
+        *(_curve_section(entry) if with_curve else []),
         *_model_section(entry, document["fit"], f"{at}fit"),
         *_first_model_section(entry, document, at),
         *_steps_section(entry, document, at),
@@ -126,6 +126,11 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
     caption = "Samples over time: minimum, maximum and mean of short segments."
     out.append(Picture(_without_title(plot_recording(recording)), caption, "samples", 2.6))
     return out
+
+
+def _curve_section(entry: Entry) -> list[Block]:
+    """List of `Block`: section with the Allan deviation and the spectrum of the last model."""
+    return [Heading("Allan deviation and spectrum"), curve_picture(entry)]
 
 
 def curve_picture(entry: Entry) -> Picture:
