@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -62,6 +62,8 @@ MAX_JOINT_LINES = 3
 #: Tolerance of a shape of a slow function, as a fraction of the distance between its neighbors on the grid.
 #: Chosen by judgment; not measured.
 SHAPE_TOLERANCE = 1e-3
+#: Distance of the points, in tolerances, at which a shape that has a value is tested for the minimum.
+STEP_TOLERANCES = 4.0
 
 
 def grid_models(model: Model, place: int, data: Data) -> list[Model]:
@@ -244,21 +246,43 @@ def polish_line(
             ([m], np.flatnonzero(np.isin(j, own)))
             for m, own in zip(multiples, windows, strict=True)
         ]
+
+    def gains_at(tried: NDArray[np.float64]) -> NDArray[np.float64]:
+        """ΔlogL of the line at each frequency."""
+        total = np.zeros(tried.size)
+        for some, own in parts:
+            total += comb_gains(tried, some, j[own], values[own], variance[own], data)
+        return total
+
     # The highest harmonic determines the step.
     fine = step / (8.0 * max(multiples))
-    grid = start + np.arange(-2.0 * step, 2.0 * step + 0.5 * fine, fine)
-    inside = (grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)
-    center = start
-    for finer in (1.0, 1.0 / 8.0, 1.0 / 64.0, 1.0 / 512.0):
-        if finer < 1.0:
-            grid = center + finer * fine * np.arange(-8.0, 9.0)
-            inside = np.ones(grid.size, dtype=bool)
+    spacing = fine / 8.0
+    here, center, best = _peak(start + spacing * np.arange(-1.0, 2.0), gains_at)
+    if center == start:
+        grid = start + np.arange(-2.0 * step, 2.0 * step + 0.5 * fine, fine)
+        inside = (grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)
         tried = np.append(grid[inside], start)
-        gains = np.zeros(tried.size)
-        for some, own in parts:
-            gains += comb_gains(tried, some, j[own], values[own], variance[own], data)
-        center = float(tried[int(np.argmax(gains))])
-    return start if gains.max() - gains[-1] < MIN_SHAPE_DELTA_LOGL else center
+        center = float(tried[int(np.argmax(gains_at(tried)))])
+        _, center, best = _peak(center + spacing * np.arange(-8.0, 9.0), gains_at)
+    return start if best - here < MIN_SHAPE_DELTA_LOGL else center
+
+
+def _peak(
+    tried: NDArray[np.float64], gains_at: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+) -> tuple[float, float, float]:
+    """Gain at the middle of equally spaced frequencies; frequency and gain of the maximum, by a parabola at the best one.
+
+    Without a maximum inside, frequency and gain of the middle.
+    """
+    gains = gains_at(tried)
+    middle = tried.size // 2
+    k = int(np.argmax(gains))
+    if not 0 < k < tried.size - 1:
+        return float(gains[middle]), float(tried[middle]), float(gains[middle])
+    bend, slope = 2.0 * gains[k] - gains[k - 1] - gains[k + 1], 0.5 * (gains[k + 1] - gains[k - 1])
+    shift = float(slope / bend) if bend > 0.0 else 0.0
+    at = float(tried[k] + shift * (tried[1] - tried[0]))
+    return float(gains[middle]), at, float(gains[k] + 0.5 * slope * shift)
 
 
 def _spanned(
@@ -281,6 +305,16 @@ def _spanned(
                         **{name: effect.limits.clipped(name, v) for name, v in values.items()}
                     )
     return effect
+
+
+def _is_at_minimum(loss: Callable[[float], float], at: float, step: float) -> bool:
+    """True if the parabola through a loss at three points, `step` apart, has its minimum at the middle one.
+
+    The minimum may be lower than the loss at the middle by at most `MIN_SHAPE_DELTA_LOGL`.
+    """
+    low, middle, high = (loss(at + side * step) for side in (-1.0, 0.0, 1.0))
+    bend, slope = low + high - 2.0 * middle, 0.5 * (high - low)
+    return abs(slope) <= bend and 0.5 * slope**2 < MIN_SHAPE_DELTA_LOGL * bend
 
 
 def _optimize_slow(
@@ -326,7 +360,9 @@ def _optimize_slow(
             known = float(points[int(np.argmax(gains))].values[name])
         at = int(np.searchsorted(grid, known))
         low, high = float(grid[max(0, at - 1)]), float(grid[min(grid.size - 1, at + 1)])
-        if high > low:
+        step = STEP_TOLERANCES * SHAPE_TOLERANCE * (high - low)
+        inside = low + step <= known <= high - step
+        if high > low and not (inside and _is_at_minimum(loss, known, step)):
             found = minimize_scalar(
                 loss,
                 bounds=(low, high),
