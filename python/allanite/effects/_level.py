@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar, Self
 
 import numpy as np
@@ -87,7 +88,7 @@ class Level(Modifier):
 
         Without `span` the variance is unchanged.
         """
-        return (White(white if span is None else white * float(self.mean_power(*span))),)
+        return (White(white if span is None else white * _mean_power(self, span)),)
 
     @classmethod
     def switched(cls, times: tuple[float, ...], factors: tuple[float, ...]) -> Self | None:
@@ -123,3 +124,9 @@ class Level(Modifier):
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
         """A copy with level changes at other `times`, s, and other `factors` after each; by default the effect itself."""
         return self
+
+
+@lru_cache(maxsize=64)
+def _mean_power(level: Level, span: tuple[float, float]) -> float:
+    """Mean squared factor of a level change over a record; cached, because every column of white noise needs it."""
+    return float(level.mean_power(*span))

@@ -19,7 +19,7 @@ from allanite.fit.shapes.scan import polished_designs, scan_added_effect, simple
 from allanite.fit.shapes.shape import grid_models
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from allanite.fit.likelihood.data import Data
     from allanite.fit.result import Fit
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 #: Assumed maximum ΔlogL that the optimization of shapes adds to the best grid point. Candidates that would need more are
 #: dropped. Chosen by judgment; not measured.
 MAX_POLISH_DELTA_LOGL = 25.0
+
+#: Grid points of a slow function of time, their ΔlogL, and their directions.
+Scan = tuple[list[Deterministic], NDArray[np.float64], NDArray[np.float64]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +122,7 @@ def fit_replacement(
         own = solution.model
         return solution if own.effects[-1].shows(own, data.rate, data.duration) else None
     if cls.screened == "slow":
-        best = best_slow(base, data, lambda blank: isinstance(blank, cls)).get(cls.kind)
+        best = best_of_kinds(slow_scans(base, data, lambda b: isinstance(b, cls))).get(cls.kind)
         if best is None or base.log_likelihood + best[0] < least:
             return None
         return solve(data, base.model + best[1], like=base, rounds=3, polish=False)
@@ -128,7 +131,7 @@ def fit_replacement(
 
 def slow_scans(
     base: Solution, data: Data, wanted: Callable[[Deterministic], bool]
-) -> Iterator[tuple[list[Deterministic], NDArray[np.float64], NDArray[np.float64]]]:
+) -> Iterator[Scan]:
     """Iterator over (grid points, their ΔlogL, their directions) of each slow function of time that `wanted` accepts.
 
     A grid point is the function with values, added to the fitted model. Directions are normalized
@@ -144,15 +147,13 @@ def slow_scans(
             yield points, gains, directions
 
 
-def best_slow(
-    base: Solution, data: Data, wanted: Callable[[Deterministic], bool]
-) -> dict[str, tuple[float, Deterministic]]:
-    """Dict from kind to (ΔlogL, effect): best grid point of each kind of slow function added to a model.
+def best_of_kinds(scans: Iterable[Scan]) -> dict[str, tuple[float, Deterministic]]:
+    """Dict from kind to (ΔlogL, effect): best grid point of each kind of slow function, from `slow_scans`.
 
     Kinds without a positive ΔlogL are omitted.
     """
     best: dict[str, tuple[float, Deterministic]] = {}
-    for points, gains, _ in slow_scans(base, data, wanted):
+    for points, gains, _ in scans:
         top = int(np.argmax(gains))
         kind = points[top].kind
         if gains[top] > best.get(kind, (0.0, None))[0]:

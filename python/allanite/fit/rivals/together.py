@@ -12,7 +12,8 @@ from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, 
 from allanite.fit.engine import solve
 from allanite.fit.rivals.alternatives import (
     MAX_POLISH_DELTA_LOGL,
-    best_slow,
+    Scan,
+    best_of_kinds,
     fit_replacement,
     is_removable,
     slow_scans,
@@ -180,13 +181,13 @@ class _PairSearch:
         """List of (ln evidence at shapes from a grid, model) of candidate pairs."""
         if is_broad(self.out) or isinstance(self.out, Modifier):
             return self._filtered()
-        found = self._functions()
-        slow = sorted(self._slow(self.base).values(), key=lambda each: -each[0])[
-            :MAX_FIRST_FUNCTIONS
-        ]
+        scans = list(self._scans(self.base))
+        slow = sorted(best_of_kinds(scans).values(), key=lambda each: -each[0])
+        found = self._functions(scans)
+        del scans  # directions of all grid points
         starts = [
             solve(self.data, self.base.model + e, like=self.base, rounds=3, polish=False)
-            for _, e in slow
+            for _, e in slow[:MAX_FIRST_FUNCTIONS]
         ]
         processes = [
             s
@@ -195,7 +196,7 @@ class _PairSearch:
         ]
         for one in processes:
             first = one.model.effects[-1]
-            for gain, other in self._slow(one).values():
+            for gain, other in best_of_kinds(self._scans(one)).values():
                 if self._has_rival(first, other):
                     cost = other.numbers * parameter_cost(2.0 * gain)
                     found.append((evidence(one) + gain - cost, one.model + other))
@@ -247,16 +248,16 @@ class _PairSearch:
             and cls.may_be(self.out)
         ]
 
-    def _slow(self, base: Solution) -> dict[str, tuple[float, Deterministic]]:
-        """Dict from kind to (ΔlogL, effect): best grid point of each kind of slow function added to a base fit."""
-        return best_slow(base, self.data, self._may_be_paired)
+    def _scans(self, base: Solution) -> Iterator[Scan]:
+        """Iterator over the scans of all slow functions that may be part of a pair, added to a base fit."""
+        return slow_scans(base, self.data, self._may_be_paired)
 
     def _may_be_paired(self, blank: Deterministic) -> bool:
         """True if a slow function may be part of a pair: another kind than the removed effect, and no refined form."""
         # Refined forms are considered only as extensions of the plain form.
         return blank.kind != self.out.kind and not blank.refined
 
-    def _functions(self) -> list[tuple[float, Model]]:
+    def _functions(self, scans: list[Scan]) -> list[tuple[float, Model]]:
         """List of (ln evidence, model) of the best pairs of slow functions.
 
         All combinations of grid points of two kinds are compared by their joint ΔlogL; the best pairs are then fitted.
@@ -264,7 +265,6 @@ class _PairSearch:
         base = self.base
         j = filter_ordinates(self.data)
         target = base.ordinates[j] / np.sqrt(base.noise(self.data).variance(j))
-        scans = slow_scans(base, self.data, self._may_be_paired)
         blocks = [(points, unit, unit @ target) for points, _, unit in scans]
         found = []
         for (ones, u, z), (others, v, w) in combinations(blocks, 2):
