@@ -66,6 +66,8 @@ class Fit:
     ('deg/s/s^½', 'rate random walk')
     >>> better.alternatives(0), better.together(0), better.simulate_check(n=3, seed=1).simulated_chi2.shape
     ((), (), (3,))
+    >>> better.solution_without(1).model.name, better.forget_check()
+    ('N', None)
     >>> better.compare_methods()["N"].name, better.summary() == str(better), better.body()["model"]
     ('N', True, 'N+K')
     >>> better.simulate(duration=60, seed=1).n, better.state_space().states
@@ -101,7 +103,7 @@ class Fit:
 
     @property
     def degeneracies(self) -> list[str]:
-        """List of a sentence for each pair of parameters, or each effect, that this record cannot distinguish."""
+        """List of a sentence for each correlation time or pair of parameters that this record cannot determine."""
         return degeneracies(self.correlations, self.model, self.data)
 
     @property
@@ -234,7 +236,7 @@ class Fit:
         return self._searched(together, place)
 
     def solution_without(self, *places: int) -> Solution:
-        """Solution without the effects at these indices, the shapes of the other effects kept; computed once."""
+        """Solution without the effects at the indices `places`, the shapes of the other effects kept; computed once."""
         from allanite.fit.engine import solve
 
         if places not in self._without:
