@@ -8,8 +8,8 @@ import numpy as np
 
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.curves import TAU
+from allanite.plots.scaling import deviation_axis, in_figure_units, sample_axis
 from allanite.plots.spec import Band, Figure, Line, Mark, Panel, Points
-from allanite.plots.words import in_unit
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -49,7 +49,7 @@ def plot_thermal(
         widths=(1.0, 1.0),
         kind="thermal",
     )
-    return figure.saved(path, theme)
+    return in_figure_units(figure).saved(path, theme)
 
 
 def _law_panel(axis: AxisLaw, row: int) -> Panel:
@@ -67,11 +67,10 @@ def _law_panel(axis: AxisLaw, row: int) -> Panel:
     marks.append(Line(curve.temperature, curve.bias, "model", "law"))
     shown = np.concatenate([bias, curve.low, curve.high])
     margin = 0.05 * float(np.ptp(shown)) or 1.0
+    y = linear_axis("", float(shown.min()) - margin, float(shown.max()) + margin)
     return Panel(
         linear_axis("temperature (°C)", *axis.range),
-        linear_axis(
-            in_unit("bias", axis.unit), float(shown.min()) - margin, float(shown.max()) + margin
-        ),
+        sample_axis(axis.unit, y, "bias"),
         tuple(marks),
         row=row,
         column=0,
@@ -86,5 +85,5 @@ def _deviation_panel(axis: AxisLaw, row: int) -> Panel:
         Line(r.tau, r.before, "before", "before correction", dash="dash"),
         Line(r.tau, r.after, "measured", "after correction"),
     )
-    y = log_axis(in_unit("Allan deviation", axis.unit), r.before, r.after)
+    y = deviation_axis(axis.unit, log_axis("", r.before, r.after))
     return Panel(log_axis(TAU, r.tau), y, marks, row=row, column=1, title="")

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.curves import TAU
+from allanite.plots.scaling import deviation_axis, in_figure_units
 from allanite.plots.spec import Figure, Line, Mark, Panel, Points
 from allanite.plots.themes import COMPONENTS
-from allanite.plots.words import in_unit
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -43,7 +43,7 @@ def plot_combination(
     marks.append(Line(found.tau, found.combined, "model", "combined", width=2.2))
     if found.measured is not None:
         marks.append(Points(found.tau, found.measured, "measured", "combined samples"))
-    y = log_axis(in_unit("Allan deviation", found.unit), found.single, found.combined)
+    y = deviation_axis(found.unit, log_axis("", found.single, found.combined))
     low, high = float(found.best_weights.min()), float(found.best_weights.max())
     room = 0.1 * max(high - low, 0.2)
     panels = (
@@ -62,4 +62,4 @@ def plot_combination(
         heights=(2.4, 1.0),
         kind="combination",
     )
-    return figure.saved(path, theme)
+    return in_figure_units(figure).saved(path, theme)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from allanite.common.errors import InputError
 from allanite.common.units import conversion
 
 #: 97.5 % quantile of the normal distribution: half width of a 95 % interval in standard errors.
@@ -101,9 +102,16 @@ class Estimate(float):
             The unit has another dimension.
         """
         if unit == self.unit:
-            # Some units cannot be converted: per unit of a column, or with a fitted power.
+            # Some units cannot be converted, such as those with a fitted power.
             return self
-        factor = conversion(self.unit, unit)
+        try:
+            factor = conversion(self.unit, unit)
+        except InputError:
+            # The unit of a logged column may be unknown: mrad/s/Temp.
+            (own, _, column), (other, _, same) = (u.rpartition("/") for u in (self.unit, unit))
+            if not own or column != same:
+                raise
+            factor = conversion(own, other)
         return Estimate(
             self.value * factor,
             None if self.std_error is None else self.std_error * factor,

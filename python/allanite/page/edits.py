@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
-from allanite.effects import standard
+from allanite.plots.units import figure_unit, in_sheet_unit, requested_units
 
 if TYPE_CHECKING:
     from allanite.effects import Model, Parameter
@@ -15,37 +15,32 @@ if TYPE_CHECKING:
 
 #: Choice of data-sheet units: °/√h, °/h, …
 SHEET = "data sheet"
-#: Coefficient whose data-sheet unit is that of an Allan deviation.
-DEVIATION = "B"
+
+
+def chosen_units(sample_unit: str, chosen: str | None) -> dict[str, str]:
+    """Dict from the kind of a sensor to its displayed unit; empty for the units of data sheets.
+
+    Without a unit `chosen` for this kind, it is that of the samples.
+    """
+    if chosen == SHEET:
+        return {}
+    kind = parse_unit(sample_unit).kind
+    fits = chosen is not None and parse_unit(chosen).kind == kind
+    return {kind: chosen if fits and chosen else sample_unit}
 
 
 def deviation_unit(sample_unit: str, chosen: str | None) -> str:
-    """Name of the unit in which an Allan deviation is displayed.
-
-    It is the sample unit, the unit `chosen` by the viewer if it is of the same kind of sensor, or
-    the data-sheet unit.
-    """
-    kind = parse_unit(sample_unit).kind
-    if chosen == SHEET:
-        return standard()[DEVIATION].parameter(DEVIATION).sheet.get(kind, sample_unit)
-    if chosen is None or parse_unit(chosen).kind != kind:
-        return sample_unit
-    return chosen
+    """Name of the unit in which an Allan deviation of samples in `sample_unit` is displayed."""
+    with requested_units(chosen_units(sample_unit, chosen)):
+        return figure_unit(sample_unit)
 
 
 def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: str | None) -> str:
-    """Name of the unit in which a value is displayed: its own, one with the chosen sample unit, or that of data sheets.
-
-    A parameter without a unit of data sheets gets that of the standard coefficient with the same power of seconds: an
-    amplitude or σ is in °/h like B, and the driving noise of a Gauss-Markov process is in °/h/√h like K.
-    """
+    """Name of the unit in which a value is displayed: its own, one with the chosen sample unit, or that of data sheets."""
     if chosen is None or not value.unit.startswith(sample_unit) or sample_unit == "1":
         return value.unit
     if chosen == SHEET:
-        kind = parse_unit(sample_unit).kind
-        declared = (p for name, e in standard().items() for p in (e.parameter(name),))
-        alike = (p.sheet for p in declared if p.unit == parameter.unit)
-        return (parameter.sheet or next(alike, {})).get(kind, value.unit)
+        return in_sheet_unit(value, parameter).unit
     shown = chosen + value.unit[len(sample_unit) :]
     try:
         value.to(shown)

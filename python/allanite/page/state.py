@@ -23,7 +23,7 @@ from allanite.page.shown.figures import colors_of
 from allanite.page.shown.offers import offers, sentence
 from allanite.page.source import Reading
 from allanite.page.words import WORDS
-from allanite.plots.words import unit_text
+from allanite.plots.words import effect_text, unit_text
 from allanite.readers import sensor_kind
 from allanite.report.words import count_text
 
@@ -193,7 +193,7 @@ def _axis_records(tab: Tab, work: Work) -> list[dict[str, Any]]:
                 else _error_text(step_row(step)),
                 "missing": None
                 if check is None or not check.significant
-                else check.fit.display_name(check.significant[0].effect),
+                else effect_text(check.fit, check.significant[0].effect),
             }
         )
     return out

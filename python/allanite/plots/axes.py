@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from allanite.common.numbers import number
 from allanite.plots.spec import Axis
 
 #: Translation of minus and digits to superscripts.
@@ -71,7 +72,7 @@ def linear_axis(label: str, low: float, high: float, ticks: int = 5, reverse: bo
     size = 10.0 ** math.floor(math.log10(raw))
     step = next(m * size for m in (1, 2, 5, 10) if m * size >= raw * 0.999)
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    places = tuple((k * step, f"{k * step:.6g}") for k in range(first, last + 1))
+    places = tuple((k * step, number(k * step, 6)) for k in range(first, last + 1))
     return Axis(label, low, high, False, places, reverse=reverse)
 
 

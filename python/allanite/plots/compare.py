@@ -9,9 +9,9 @@ import numpy as np
 from allanite.common.units import conversion, parse_unit
 from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
+from allanite.plots.scaling import deviation_axis, in_figure_units
 from allanite.plots.spec import Axis, Figure, Line, Mark, Panel, Points
 from allanite.plots.themes import LOGS
-from allanite.plots.words import allan_label, unit_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -55,7 +55,7 @@ def plot_compare(
     )
     names = " · ".join(named[:3]) + (" · …" if len(named) > 3 else "")
     figure = Figure(title, names, panels, (1.0,) * len(panels), kind="compare")
-    return figure.saved(path, theme)
+    return in_figure_units(figure).saved(path, theme)
 
 
 def _panel(items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title: str) -> Panel:
@@ -68,8 +68,7 @@ def _panel(items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title
         color = LOGS[i % len(LOGS)]
         values = np.asarray(curve.deviation) * factor
         shown.append(values)
-        converted = "" if factor == 1.0 else f", from {unit_text(curve.unit)}"
-        label = f"{curve.name} ({curve.kind}{converted})"
+        label = f"{curve.name} ({curve.kind})"
         if curve.low is None or curve.high is None:
             dash = "dash" if curve.kind == "model" else "dot"
             marks.append(Line(curve.tau, values, color, label, 2.0, dash))
@@ -78,5 +77,5 @@ def _panel(items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title
         shown += [low, np.minimum(high, 4.0 * values)]
         marks.append(Line(curve.tau, values, color, width=1.0))
         marks.append(Points(curve.tau, values, color, label, low, high))
-    y = log_axis(allan_label(unit), *shown)
+    y = deviation_axis(unit, log_axis("", *shown))
     return Panel(x, y, tuple(marks), row, title=title, show_x=last)

@@ -18,9 +18,10 @@ from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.peaks import has_all_ordinates, is_narrow
 from allanite.fit.solution import Process
 from allanite.plots.axes import log_axis, score_axis
+from allanite.plots.scaling import density_axis, deviation_axis
 from allanite.plots.spec import Axis, Band, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS
-from allanite.plots.words import allan_label, bracket, density_unit, effect_text, values_text
+from allanite.plots.words import effect_text, values_text
 from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
@@ -34,6 +35,10 @@ Ordinates = NDArray[np.int64]
 #: Label of the axis of averaging times, and legend of single ordinates.
 TAU = "averaging time τ (s)"
 SINGLE = "single frequencies (full resolution)"
+SCATTER = "expected scatter (95 %) if the model is true"
+TOGETHER = "expected scatter for all τ together (95 %)"
+#: Opacity of the expected scatter. The wider band for all τ together is paler.
+SCATTER_OPACITY = 0.26
 #: Residuals, in standard deviations, at which a strip has guide lines: 95 % limit of one point, and about the 99 % limit of
 #: the largest residual of a whole curve.
 GUIDES = (2.0, 3.5)
@@ -201,12 +206,8 @@ def allan_panels(fit: Fit, column: int = 0, spans: Sequence[Span] = ()) -> tuple
     marks: list[Mark] = [*spans]
     band = fit.band
     marks += [
-        Band(
-            band.tau, band.low_everywhere, band.high_everywhere, "model", "95 %, at all τ together"
-        ),
-        Band(
-            band.tau, band.low, band.high, "model", "expected scatter (95 %) if the model is true"
-        ),
+        Band(band.tau, band.low_everywhere, band.high_everywhere, "model", TOGETHER, 0.12),
+        Band(band.tau, band.low, band.high, "model", SCATTER, SCATTER_OPACITY),
     ]
     tau, total, drawn = _model_curves(fit)
     for part, values in zip(component_styles(fit), drawn, strict=True):
@@ -216,13 +217,8 @@ def allan_panels(fit: Fit, column: int = 0, spans: Sequence[Span] = ()) -> tuple
     x = log_axis(TAU, curve.tau)
     # Effects may lie decades below, so only the curve determines the limits.
     sure = curve.edf >= 2.0
-    y = log_axis(
-        allan_label(fit.recording.unit),
-        curve.measured,
-        curve.model,
-        high[sure],
-        0.5 * curve.measured,
-    )
+    shown = (curve.measured, curve.model, high[sure], 0.5 * curve.measured)
+    y = deviation_axis(fit.recording.unit, log_axis("", *shown))
     panel = Panel(x, y, tuple(marks), 0, column, title="Allan deviation", show_x=False)
     return panel, _strip(x, curve.tau, curve.z, column, spans)
 
@@ -325,7 +321,8 @@ def spectrum_panels(
             model / high,
             model / low,
             "model",
-            "expected scatter (95 %) if the model is true",
+            SCATTER,
+            SCATTER_OPACITY,
         )
     )
     at, place, near = _line_frequencies(fit, frequency, (bottom[first], top[last]))
@@ -366,10 +363,9 @@ def spectrum_panels(
         )
     )
     x = log_axis("frequency f (Hz)", frequency)
-    label = bracket("density", density_unit(fit.recording.unit))
     sure = count >= min(MIN_DOF, count.max())
     y = log_axis(
-        label,
+        "",
         measured,
         drawn,
         (measured * high)[sure],
@@ -379,6 +375,7 @@ def spectrum_panels(
         *_drawn_densities(marks),
         *(np.array([line.y.max()]) for line in singles),
     )
+    y = density_axis(fit.recording.unit, y)
     panel = Panel(
         x, y, tuple(marks), 0, column, title="Power spectral density, two-sided", show_x=False
     )

@@ -13,8 +13,9 @@ from allanite.plots.curves import (
     spectrum_spans,
     tau_spans,
 )
+from allanite.plots.scaling import in_figure_units
 from allanite.plots.spec import Figure, Span
-from allanite.plots.words import effect_text, recording_text, values_text
+from allanite.plots.words import effect_text, p_text, recording_text, values_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,7 +69,7 @@ def _figure(
 ) -> Figure:
     """`Figure` of a fit with shaded ranges of τ and frequency and with single ordinates at `lines` (Hz)."""
     panels = (*allan_panels(fit, 0, tau), *spectrum_panels(fit, 1, frequency, lines))
-    return Figure(
+    figure = Figure(
         f"{recording_text(fit.recording)} · model {fit.model.name}",
         goodness_of_fit_text(fit),
         panels,
@@ -76,12 +77,13 @@ def _figure(
         widths=(1.0, 1.0),
         kind="fit",
     )
+    return in_figure_units(figure)
 
 
 def goodness_of_fit_text(fit: Fit) -> str:
     """Text: χ² per degree of freedom, p-value, and rms residual of the Allan deviation with its expected scatter."""
     misfit, error = fit.misfit, fit.error
-    text = f"χ²/dof {number(misfit.reduced)} (p = {number(max(misfit.p_value, 1e-300), 2)})"
+    text = f"χ²/dof {number(misfit.reduced)} ({p_text(misfit.p_value)})"
     if error.adev_rms_percent is not None and error.chance_rms_percent is not None:
         text += (
             f" · Allan deviation: residual {number(error.adev_rms_percent, 2)} % rms"

@@ -235,7 +235,7 @@ def _in_one_column(figure: Figure) -> Figure:
 def _without_table(figure: Figure) -> Figure:
     """Copy of a figure without its table; panels below the first row have only the unit as y label."""
     panels = tuple(
-        replace(p, y=replace(p.y, label=f"({p.y.label.rpartition(' (')[2]}"))
+        replace(p, y=replace(p.y, label=p.y.label.rpartition(" (")[2].removesuffix(")")))
         if p.row > 0 and " (" in p.y.label
         else p
         for p in figure.panels
@@ -351,7 +351,7 @@ def _legend_symbol(mark: Mark, look: Theme) -> Any:
     from matplotlib.patches import Patch
 
     if isinstance(mark, Band | Span):
-        alpha = 0.2 if isinstance(mark, Band) else 0.25
+        alpha = mark.opacity if isinstance(mark, Band) else 0.25
         return Patch(facecolor=look.color(mark.color), alpha=alpha, linewidth=0)
     if isinstance(mark, Points):
         return Line2D([], [], linestyle="none", **_marker(mark, look))
@@ -448,7 +448,7 @@ def _draw_mark(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) ->
                 mark.low,
                 mark.high,
                 color=look.color(mark.color),
-                alpha=0.2,
+                alpha=mark.opacity,
                 linewidth=0,
                 zorder=AREA,
             )

@@ -198,7 +198,7 @@ def _add_mark(
         case Band():
             x, y = _outline(mark)
             shape = {"mode": "lines", "line": {"width": 0}, "fill": "toself", "hoverinfo": "skip"}
-            fill = {"fillcolor": _rgba(look.color(mark.color), 0.2)}
+            fill = {"fillcolor": _rgba(look.color(mark.color), mark.opacity)}
             data.append(_trace(x, y, mark.label, axes) | shape | fill)
         case Span():
             box = {"x0": mark.low, "x1": mark.high, "y0": 0, "y1": 1, "layer": "below"}

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.numbers import time_scale
 from allanite.plots.axes import linear_axis
+from allanite.plots.scaling import in_figure_units, sample_axis
 from allanite.plots.spec import Band, Figure, Line, Mark, Panel
-from allanite.plots.words import in_unit, recording_text
+from allanite.plots.words import recording_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,7 +59,7 @@ def plot_recording(
         heights=(1.0,) * len(panels),
         kind="recording",
     )
-    return figure.saved(path, theme)
+    return in_figure_units(figure).saved(path, theme)
 
 
 def samples_panel(
@@ -82,11 +83,13 @@ def samples_panel(
     else:
         marks.append(Line(time, mean, "c1", "samples", width=1.1))
     margin = 0.05 * float(np.nanmax(high) - np.nanmin(low))
+    words = column.columns[0] if named else "samples"
     y = linear_axis(
-        in_unit(column.columns[0] if named else "samples", column.unit),
+        "",
         float(np.nanmin(low)) - margin,
         float(np.nanmax(high)) + margin,
     )
+    y = sample_axis(column.unit, y, words)
     x = linear_axis(f"time ({name})", 0.0, column.duration / size, 8)
     return Panel(x, y, tuple(marks), row, show_x=last)
 

@@ -84,13 +84,14 @@ class Points:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Band:
-    """Area between `low` and `high` over x, shape (k,)."""
+    """The area between `low` and `high` over x, shape (k,), with an opacity from 0 to 1."""
 
     x: Array
     low: Array
     high: Array
     color: str
     label: str = ""
+    opacity: float = 0.2
 
     __repr__ = brief
 
@@ -191,10 +192,24 @@ def label_of(mark: Mark) -> str:
 
 
 @dataclass(frozen=True, slots=True)
+class Quantity:
+    """What an axis shows: `words` of its label, the `unit` of the samples, and the `power` of that unit.
+
+    The power is 1 for samples and deviations and 2 for densities; `samples` is True for samples.
+    """
+
+    words: str
+    unit: str
+    power: int = 1
+    samples: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Axis:
     """Axis of a panel: label with unit, limits, and ticks.
 
     `ticks` are tuples (value, text); minor ticks have no text. `reverse` puts the low end at the top (or right).
+    `quantity` is None if the axis has no unit of samples.
     """
 
     label: str
@@ -204,6 +219,7 @@ class Axis:
     ticks: tuple[tuple[float, str], ...] = ()
     minor: tuple[float, ...] = ()
     reverse: bool = False
+    quantity: Quantity | None = None
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):

@@ -12,17 +12,19 @@ from allanite.common.numbers import number
 from allanite.effects import Periodic
 from allanite.plots.axes import linear_axis, log_axis, step_axis
 from allanite.plots.curves import SINGLE, TAU, interval, spectrum_panels
+from allanite.plots.scaling import deviation_axis, in_figure_units
 from allanite.plots.spec import Band, Bars, Figure, Line, Mark, Panel, Points, Rule
-from allanite.plots.words import allan_label, effect_text, recording_text, values_text
+from allanite.plots.words import effect_text, recording_text, values_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from allanite.effects import Model
     from allanite.study import Rung, Study
 
-#: Maximum number of letters of a title, and maximum number of text lines of all steps together.
-TITLE, LINES = 92, 31
+#: Maximum number of letters of a title, of a model in the legend, and of text lines for the names of all steps.
+TITLE, LEGEND, LINES = 92, 32, 31
 
 
 def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
@@ -61,10 +63,15 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     )
     title = f"{recording_text(study.recording)} · from {fits[0].model.name} to "
     last = fits[-1].model
-    title += last.name if len(title) + len(last.name) <= TITLE else f"{len(last)} effects"
+    title += _model_text(last, TITLE - len(title))
     heights, widths = (1.0, 1.0), (1.0, 1.0, 1.0, 3.2)
     figure = Figure(title, _ending(study), panels, heights, widths, kind="study")
-    return figure.saved(path, theme)
+    return in_figure_units(figure).saved(path, theme)
+
+
+def _model_text(model: Model, letters: int = LEGEND) -> str:
+    """Name of a model, or the number of its effects if the name is longer than `letters`."""
+    return model.name if len(model.name) <= letters else f"{len(model)} effects"
 
 
 def _step_texts(ladder: Sequence[Rung]) -> tuple[str, ...]:
@@ -129,7 +136,9 @@ def _deviation_panel(study: Study, column: int) -> Panel:
     first, last = study.ladder[0].fit, study.fit
     curve = last.curve
     low, high = interval(curve.measured, curve.edf)
-    before, after = f"first model: {first.model.name}", f"last model: {last.model.name}"
+    before, after = (
+        f"{w} model: {_model_text(f.model)}" for w, f in (("first", first), ("last", last))
+    )
     marks: list[Mark] = [
         Band(
             curve.tau,
@@ -145,13 +154,14 @@ def _deviation_panel(study: Study, column: int) -> Panel:
     marks.append(Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high))
     sure = curve.edf >= 2.0
     y = log_axis(
-        allan_label(study.recording.unit),
+        "",
         curve.measured,
         curve.model,
         first.curve.model,
         high[sure],
         low[sure],
     )
+    y = deviation_axis(study.recording.unit, y)
     return Panel(log_axis(TAU, curve.tau), y, tuple(marks), column=column, title="Allan deviation")
 
 

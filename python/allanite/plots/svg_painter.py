@@ -237,7 +237,8 @@ def _mark(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
         case Points():
             return _points(mark, x, y)
         case Band():
-            return f'<path class="k-{mark.color}" fill="currentColor" fill-opacity=".2" d="{_area(mark, x, y)}"/>'
+            fill = f'fill="currentColor" fill-opacity="{mark.opacity:g}"'
+            return f'<path class="k-{mark.color}" {fill} d="{_area(mark, x, y)}"/>'
         case Span():
             return _span(mark, x, width, height)
         case Rule():
@@ -411,7 +412,9 @@ def _legend(figure: Figure, width: float) -> tuple[str, float]:
 def _legend_symbol(mark: Mark) -> str:
     """Text of the SVG elements of a mark's symbol in the legend."""
     if isinstance(mark, Band | Span):
-        return f'<rect class="k-{mark.color}" y="-5" width="18" height="10" fill="currentColor" fill-opacity=".3"/>'
+        opacity = mark.opacity if isinstance(mark, Band) else 0.25
+        fill = f'fill="currentColor" fill-opacity="{opacity:g}"'
+        return f'<rect class="k-{mark.color}" y="-5" width="18" height="10" {fill}/>'
     if isinstance(mark, Points):
         dot = _stroke(mark.color, "M9 0h0", 7, more=' stroke-linecap="round"')
         return dot + (

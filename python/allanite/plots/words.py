@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import duration_text, number
 from allanite.common.parameters import Estimate
-from allanite.common.printing import to_sheet_unit
+from allanite.plots.units import in_sheet_unit
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -57,7 +57,7 @@ def density_unit(unit: str) -> str:
 
 
 def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int = 2) -> str:
-    """Text of the `most` most important values of an effect with units: ``T 30.1 s, σ 0.0074 rad/s``."""
+    """The most important values of an effect with units, e.g. ``T = 30.1 s, σ = 12 °/h``."""
     found: list[str] = []
     for name in effect.shown():
         value = values.get(name)
@@ -69,15 +69,20 @@ def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int
             continue
         declared = effect.parameter(name)
         symbol = declared.symbol or name
-        value = to_sheet_unit(value, declared.sheet)
+        value = in_sheet_unit(value, declared)
         unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
         # An upper limit of a time or a frequency is not meaningful.
         size = value.unit not in ("s", "Hz")
         if size and not value.detected and value.interval is not None:
             found.append(f"{symbol} < {number(value.interval[1], 2)}{unit}")
         else:
-            found.append(f"{symbol} {number(value.value)}{unit}")
+            found.append(f"{symbol} = {number(value.value)}{unit}")
     return ", ".join(found)
+
+
+def p_text(p: float, figures: int = 2) -> str:
+    """Text of a p-value, e.g. ``p = 0.12`` or ``p < 10⁻⁹⁹``."""
+    return f"p = {number(p, figures)}" if p > 1e-99 else "p < 10⁻⁹⁹"
 
 
 def effect_text(fit: Any, effect: Any) -> str:

@@ -153,13 +153,17 @@ def test_a_unit_chosen_for_one_kind_of_sensor_leaves_the_others_in_their_own():
     act(client, tab, checked=False, do="unit", unit="deg/h")
     other = act(client, tab, checked=False, do="column", column=1)
     assert other["chips"][0]["values"][0]["unit"].startswith("m/s")
-    assert client.get(f"tabs/{tab}/view/allan").status_code == 200
+    view = client.get(f"tabs/{tab}/view/allan").json()
+    assert view["layout"]["yaxis"]["title"]["text"] == "Allan deviation (m/s²)"
     back = act(client, tab, checked=False, do="column", column=0)
     assert back["chips"][0]["values"][0]["unit"].startswith("°/h")
-    # Nor has a level per root of a power of the frequency another unit, nor what is per a column.
+    # The figure has the unit of the values beside it.
+    view = client.get(f"tabs/{tab}/view/allan").json()
+    assert view["layout"]["yaxis"]["title"]["text"] == "Allan deviation (°/h)"
+    # A level per root of a power of the frequency keeps its unit. A change with a column has the chosen one.
     odd = act(client, tab, checked=False, do="model", model="N+PL+COV(column=oven,lag=1!)")
     assert [c["values"][i]["unit"][:4] for c, i in zip(odd["chips"], (0, 1, 0), strict=True)] == [
-        "°/h·", "rad/", "rad/"
+        "°/h·", "rad/", "°/h/"
     ]  # fmt: skip
     act(client, tab, checked=False, do="unit", unit=None)
 

@@ -192,6 +192,23 @@ def test_a_line_that_drifts_is_followed_in_the_map():
     assert np.max(np.abs(found - (18.0 + 4.0 * middle))) < height + column
 
 
+def test_the_spectrum_shows_where_the_model_fails_over_time():
+    rng = np.random.default_rng(1)
+    n, rate = 36_000, 60.0
+    frequency = 18.0 + 4.0 * np.arange(n) / n
+    x = white(rng, n, rate, 0.01) + 0.15 * np.sin(2 * np.pi * np.cumsum(frequency) / rate)
+    client = client_of(Sessions([Source("band", recording=Recording(x, rate, unit="deg/s"))]))
+    tab, state = opened(client)
+    assert state["view"] == "psd"
+    got = client.get(f"tabs/{tab}/view/psd", params={"theme": "light"}).json()
+    (heat,) = (trace for trace in got["data"] if trace["type"] == "heatmap")
+    brightest = np.array(heat["z"], dtype=float).argmax(axis=0)
+    middle = 0.5 * (np.array(heat["y"][1:]) + np.array(heat["y"][:-1]))
+    # The line rises from 18 to 22 Hz.
+    assert middle[brightest[0]] < 19.0
+    assert middle[brightest[-1]] > 21.0
+
+
 def test_the_card_of_a_drifting_line_names_the_frequencies_that_the_line_has():
     rng = np.random.default_rng(5)
     t = np.arange(N) / RATE

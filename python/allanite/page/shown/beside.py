@@ -9,8 +9,8 @@ from allanite.fit.prediction import compare
 from allanite.page.shown.cards import chips, step_row
 from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.curves import TAU, interval
+from allanite.plots.scaling import deviation_axis
 from allanite.plots.spec import Figure, Line, Mark, Panel, Points, Rule
-from allanite.plots.words import allan_label
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -39,8 +39,8 @@ def two_models(ladder: Ladder, other: Step) -> Figure:
         Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high),
     )
     x = log_axis(TAU, curve.tau)
-    label = allan_label(one.recording.unit)
-    y = log_axis(label, curve.measured, curve.model, there.model, high[sure])
+    y = log_axis("", curve.measured, curve.model, there.model, high[sure])
+    y = deviation_axis(one.recording.unit, y)
     guides: tuple[Mark, ...] = tuple(
         Rule(at, "y", "guide", "solid" if at == 0.0 else "dash") for at in (-GUIDE, 0.0, GUIDE)
     )

@@ -14,7 +14,7 @@ from allanite.fit.curve import MIN_FAILING_SCORE
 from allanite.fit.table import is_wider, undecided_sentence
 from allanite.page.edits import factor_of, shown_unit
 from allanite.plots.curves import component_styles
-from allanite.plots.words import effect_text, unit_text
+from allanite.plots.words import effect_text, p_text, unit_text
 from allanite.report.words import texts_to_uncertainty
 from allanite.study import misfit_left
 from allanite.suggestion.explanation import name_with_lines
@@ -211,8 +211,8 @@ def cards(check: Check, unit: str | None = None) -> list[dict[str, Any]]:
 def _card(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, Any]:
     """Dict of a suggestion for the page; `place` is its index in `Check.suggestions`."""
     rivals = [cls.title for k in s.rivals if (cls := find(k)) is not None]
-    chance = "p < 10⁻⁹⁹" if s.log10_p < -99 else f"p = {number(s.p_value, 1)}"
-    name, acts = fit.display_name(s.effect), _ranges_of_action(fit, s)
+    chance = p_text(s.p_value, 1)
+    name, acts = effect_text(fit, s.effect), _ranges_of_action(fit, s)
     ends = _line_range(fit, s.effect) or acts["frequency"]
     return {
         "number": place,
@@ -220,7 +220,7 @@ def _card(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, An
         "name": name,
         "significant": s.significant,
         "values": _values_text(fit, s, unit),
-        "sentence": s.explanation.removeprefix(name).partition(": ")[2],
+        "sentence": s.explanation.partition(": ")[2],
         "physics": s.effect.physics,
         "confirm": s.check_by,
         "rivals": rivals,

@@ -11,6 +11,7 @@ from allanite.common.errors import InputError
 from allanite.deviation import estimator_named
 from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
+from allanite.plots.scaling import deviation_axis
 from allanite.plots.spec import Figure, Line, Mark, Panel, Points
 from allanite.plots.words import in_unit
 
@@ -73,6 +74,8 @@ def deviation_figure(
     title = estimator_named(kind).title
     title = title[0].upper() + title[1:]
     y = log_axis(in_unit(title, found.deviation_unit), *shown)
+    if found.deviation_unit == log.unit:
+        y = deviation_axis(log.unit, y, title)
     panel = Panel(log_axis(TAU, tau), y, tuple(marks), title=title)
     return Figure(title, f"{tau.size} averaging times", (panel,), kind="deviation")
 

@@ -14,6 +14,7 @@ from allanite.common.units import parse_unit
 from allanite.comparison import limit_line
 from allanite.effects import Deterministic, Periodic
 from allanite.fit.likelihood.peaks import has_all_ordinates
+from allanite.page.edits import chosen_units
 from allanite.page.shown.beside import two_models
 from allanite.page.shown.deviations import deviation_figure
 from allanite.page.shown.jobs import average_figure, thermal_figure
@@ -31,10 +32,12 @@ from allanite.plots.curves import (
     tau_spans,
 )
 from allanite.plots.deviation import plot_deviation
+from allanite.plots.scaling import deviation_axis, in_figure_units
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS, LOGS
 from allanite.plots.time import close_up, plot_time
-from allanite.plots.words import effect_text, unit_text
+from allanite.plots.units import requested_units
+from allanite.plots.words import effect_text, p_text, unit_text, values_text
 from allanite.report.words import count_text
 
 if TYPE_CHECKING:
@@ -47,6 +50,7 @@ if TYPE_CHECKING:
     from allanite.page.tab import Tab
     from allanite.recording import Recording
     from allanite.statespace.filtering import Innovations
+    from allanite.suggestion import Check
 
 #: Maximum number of points for single ordinates in a zoomed range.
 MAX_ZOOMED = 1500
@@ -60,11 +64,15 @@ def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> 
     """`Figure` of a view, with the colors that effects have on this page."""
     if name not in VIEWS:
         raise InputError(f"Unknown view {name[:40]!r}: one of {', '.join(VIEWS)}")
-    figure: Figure = VIEWS[name](tab, options or {})
-    fit = fit_of(tab)
-    if fit is None:
-        return figure
-    colors = colors_of(tab.work, fit)
+    with requested_units(chosen_units(tab.log.unit, tab.unit)):
+        figure: Figure = in_figure_units(VIEWS[name](tab, options or {}))
+        fit = fit_of(tab)
+        return figure if fit is None else _with_effect_colors(figure, tab.work, fit)
+
+
+def _with_effect_colors(figure: Figure, work: Work, fit: Fit) -> Figure:
+    """Copy of a figure with the lines and rules of effects in the colors that the effects have on this page."""
+    colors = colors_of(work, fit)
     roles = {part.label: colors[part.place] for part in component_styles(fit)}
 
     def with_effect_color(mark: Mark) -> Mark:
@@ -102,7 +110,9 @@ def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
         return other
     if fit is None:
         # Before the first fit only the measured curve is available.
-        return plot_deviation(tab.log.oadev())
+        figure = plot_deviation(tab.log.oadev())
+        (panel,) = figure.panels
+        return replace(figure, panels=(replace(panel, y=deviation_axis(tab.log.unit, panel.y)),))
     panels = allan_panels(fit, 0, tau_spans(fit))
     return Figure("Allan deviation", f"model {fit.model.name}", panels, (3.0, 1.0), kind="fit")
 
@@ -115,13 +125,27 @@ def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     panels = spectrum_panels(fit, 0, spans, missing_lines(check))
     if options.get("from") and options.get("to"):
         panels = (_zoomed_panel(fit, panels[0], options), panels[1])
+    widths: tuple[float, ...] = (1.0,)
+    close = None if check is None else _close_up(check)
+    if close is not None:
+        # The spectrum is a mean over time. Whether a line or band drifts is visible beside it.
+        title = f"{number(close.y.low, 3)}–{number(close.y.high, 3)} Hz over time"
+        panels = (*panels, replace(close, column=1, rows=2, title=title))
+        widths = (1.6, 1.0)
     return Figure(
         "Power spectral density, two-sided",
         f"model {fit.model.name}",
         panels,
         (3.0, 1.0),
+        widths,
         kind="fit",
     )
+
+
+@lru_cache(maxsize=4)
+def _close_up(check: Check) -> Panel | None:
+    """`Panel` with the narrow range in which a check's model fails most, over time; None without such a range. Cached."""
+    return close_up(check)
 
 
 def _zoomed_panel(fit: Fit, panel: Panel, options: Mapping[str, str]) -> Panel:
@@ -144,7 +168,7 @@ def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
         return figure
     calm = "the noise is constant over the record: no cell differs significantly"
     figure = replace(figure, subtitle="\n".join([*(said or [calm]), figure.subtitle]))
-    close = close_up(check)
+    close = _close_up(check)
     if close is None:
         return figure
     octaves = replace(figure.panels[0], x=close.x, show_x=False)
@@ -176,8 +200,17 @@ def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
     ]
     drift = None
     if fit is not None and known and has_all_ordinates(fit.data):
-        drift = fit.data.signal(known), ", ".join(effect_text(fit, e) for e in known)
-    return samples_figure(tab.log, options, worst, moments, shifted, drift)
+        names = ", ".join(effect_text(fit, e) for e in known)
+        drift = fit.data.signal(known), f"explained by {names}"
+    figure = samples_figure(tab.log, options, worst, moments, shifted, drift)
+    first = check.significant[0] if check is not None and check.significant else None
+    if fit is None or first is None or not first.effect.follows:
+        return figure
+    said = (
+        f"{effect_text(fit, first.effect)} explains {number(first.removes_percent, 2)} % of the misfit:"
+        f" {values_text(first.effect, first.estimates)}"
+    )
+    return replace(figure, subtitle=f"{said}\n{figure.subtitle}")
 
 
 def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
@@ -385,7 +418,7 @@ def _nis_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     states = f"{found.space.states} state" + ("s" if found.space.states != 1 else "")
     told = (
         f"{first}{count_text(found.n)} innovations, {states}: mean NIS {found.mean_nis:.4g},"
-        f" {100 * found.coverage:.3g} % below the 95 % point, whiteness p {number(found.whiteness, 2)}"
+        f" {100 * found.coverage:.3g} % below the 95 % point, whiteness {p_text(found.whiteness)}"
     )
     verdict = _consistency_sentence(
         by_tau.tau, by_tau.nis, by_tau.low, by_tau.high, found.whiteness
@@ -412,7 +445,7 @@ def _consistency_sentence(
     if count <= chance_outside(points) and whiteness < MIN_WHITENESS:
         return (
             f"the errors are as large as the filter expects ({outside}), but they are correlated:"
-            f" p = {number(whiteness, 2)}"
+            f" {p_text(whiteness)}"
         )
     if count <= chance_outside(points):
         return f"the filter is consistent with the record: {outside}"

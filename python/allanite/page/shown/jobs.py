@@ -10,6 +10,7 @@ from allanite.calibration.thermal import thermal
 from allanite.combination.combine import combine
 from allanite.common.errors import InputError
 from allanite.common.units import parse_unit
+from allanite.plots.units import figure_unit
 from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:
@@ -38,6 +39,12 @@ def calibrated(recording: Recording) -> ThermalCalibration:
 
 
 @lru_cache(maxsize=4)
+def _calibrated_in(recording: Recording, unit: str) -> ThermalCalibration:
+    """`ThermalCalibration` of a recording converted to a unit; cached."""
+    return calibrated(recording if unit == recording.unit else recording.to(unit))
+
+
+@lru_cache(maxsize=4)
 def _combination_of_units(units: tuple[Recording, ...]) -> Combination:
     """`Combination` of several units of one axis; cached."""
     return combine(units)
@@ -45,11 +52,12 @@ def _combination_of_units(units: tuple[Recording, ...]) -> Combination:
 
 def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     """`Figure` of the temperature law of the current axis, and of its Allan deviation before and after the correction."""
-    found = calibrated(tab.log)
+    found = _calibrated_in(tab.log, figure_unit(tab.log.unit, samples=True))
     (axis,) = found.axes
     figure = found.plot()
     return replace(
-        figure, subtitle=f"{axis.headline.removeprefix(f'{axis.name}: ')}\n{figure.subtitle}"
+        figure,
+        subtitle=f"{axis.headline.removeprefix(f'{axis.name}: ')}\n{figure.subtitle}",
     )
 
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
+from allanite.common.units import conversion
 from allanite.fit.solution import Process
-from allanite.page.edits import shown_unit
+from allanite.page.edits import deviation_unit, shown_unit
 from allanite.page.shown.figures import colors_of
 from allanite.plots.words import unit_text
 
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
 
 
 def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> None:
-    """Set the hover text of each trace in `data`, with units."""
+    """Set the hover text of each trace in `data`; `unit` is that of the values."""
+    shown = "" if unit == "1" else unit_text(unit)
     across = {
         "allan": "τ = %{x:.3~g} s",
         "psd": "%{x:.3~g} Hz",
@@ -33,7 +35,7 @@ def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> 
             continue
         strip = str(trace.get("yaxis")) not in ("y", "y1") and name in ("allan", "psd")
         what = "residual" if strip else (trace.get("name") or "value").split(":")[0]
-        tail = " σ" if strip else ("" if name in ("nis", "error", "psd") else f" {unit}")
+        tail = " σ" if strip else ("" if name in ("nis", "error", "psd") else f" {shown}")
         height = "%{y:.2f}" if strip else "%{y:.4~g}"
         trace["hovertemplate"] = (
             f"<b>{what[:1].upper()}{what[1:]}</b><br>{across}<br>{height}{tail}<extra></extra>"
@@ -45,20 +47,20 @@ def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> 
 
 
 def _hover_texts(fit: Fit, unit: str) -> list[str]:
-    """List of the hover texts (HTML) of the measured points: value, interval, model, and difference."""
+    """List of the hover texts (HTML) of the measured points, in `unit`: value, interval, model, and difference."""
     from allanite.plots.curves import interval
 
-    curve = fit.curve
-    low, high = interval(curve.measured, curve.edf)
+    curve, factor = fit.curve, conversion(fit.recording.unit, unit)
+    measured, model = factor * curve.measured, factor * curve.model
+    low, high = interval(measured, curve.edf)
+    text = "" if unit == "1" else unit_text(unit)
     out = []
-    for t, a, b, c, d, z in zip(
-        curve.tau, curve.measured, low, high, curve.model, curve.z, strict=True
-    ):
+    for t, a, b, c, d, z in zip(curve.tau, measured, low, high, model, curve.z, strict=True):
         off = 100.0 * (d / a - 1.0)
         way = "high" if off > 0 else "low"
         beyond = f", {abs(z):.1f} σ" if np.isfinite(z) else ""
         out.append(
-            f"<b>Measured {number(float(a))} {unit}</b><br>τ = {number(float(t), 3)} s<br>"
+            f"<b>Measured {number(float(a))} {text}</b><br>τ = {number(float(t), 3)} s<br>"
             f"95 % interval {number(float(b))} … {number(float(c))}<br>"
             f"model {number(float(d))}: {abs(off):.2g} % too {way}{beyond}"
         )
@@ -72,6 +74,7 @@ def readings(
     (left, right), (bottom, top) = axes["xaxis"]["range"], axes["yaxis"]["range"]
     traces, labels = [], []
     curve = fit.curve
+    factor = conversion(fit.recording.unit, deviation_unit(fit.recording.unit, unit))
     for effect, values, role in zip(
         fit.model.effects, fit.estimates, colors_of(work, fit), strict=True
     ):
@@ -85,7 +88,7 @@ def readings(
             continue
         sure = curve.edf >= min(10.0, float(curve.edf.max()))
         tau = line.read_at or float(curve.tau[sure][np.argmin(curve.measured[sure])])
-        height = line.level * value.value
+        height = factor * line.level * value.value
         x, y = np.log10(tau), np.log10(height)
         shown = value.to(shown_unit(effect.parameter(line.name), value, fit.recording.unit, unit))
         text = f"{line.name} {number(shown.value, 3)} {unit_text(shown.unit)}"
@@ -131,8 +134,8 @@ def readings(
     return traces, labels
 
 
-def live(fit: Fit) -> dict[str, Any]:
-    """Dict from which the browser computes misfit and curve while a line is dragged, without requests."""
+def live(fit: Fit, unit: str) -> dict[str, Any]:
+    """Dict from which the browser computes misfit and curve (in `unit`) while a line is dragged, without requests."""
     solution, curve = fit.solution, fit.curve
     return {
         "count": solution.count,
@@ -147,7 +150,7 @@ def live(fit: Fit) -> dict[str, Any]:
         # Nothing is fitted while a line is dragged.
         "dof": len(fit.data.bins.groups),
         "before": fit.misfit.reduced,
-        "measured": curve.measured,
+        "measured": conversion(fit.recording.unit, unit) * curve.measured,
         "edf": curve.edf,
         "tau": curve.tau,
     }

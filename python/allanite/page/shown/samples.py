@@ -84,7 +84,7 @@ def samples_figure(
         )
     each = part.n / SEGMENTS
     what = "all drawn" if single else f"mean, minimum and maximum of {each:.0f} samples each"
-    heights = (3.0, *(1.0 for _ in kept))
+    heights = (2.0, *(1.0 for _ in kept))
     told = f"{count_text(part.n)} samples, {what}"
     return Figure("Samples", told, tuple(panels), heights, kind="samples")
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError
 from allanite.common.units import conversion, parse_unit
+from allanite.page.edits import chosen_units, deviation_unit
 from allanite.page.shown import overlays
 from allanite.page.shown.figures import figure_of, fit_of
 from allanite.page.shown.offers import sentence
@@ -14,6 +15,7 @@ from allanite.plots.curves import SINGLE, component_styles
 from allanite.plots.plotly_painter import html_text
 from allanite.plots.spec import Line, Span
 from allanite.plots.themes import theme_of
+from allanite.plots.units import requested_units
 from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:
@@ -48,6 +50,12 @@ def view(
     InputError
         The view or theme is unknown, or there is nothing to show.
     """
+    with requested_units(chosen_units(tab.log.unit, tab.unit)):
+        return _view(tab, name, theme, options)
+
+
+def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) -> dict[str, Any]:
+    """Dict of a view in the units that the viewer chose."""
     look = theme_of(theme)
     figure = figure_of(tab, name, options)
     painted = figure.to_plotly(theme)
@@ -74,16 +82,17 @@ def view(
     # The page shows the title above the plot.
     if len([p for p in figure.panels if p.row == 0]) == 1:
         layout["annotations"] = [a for a in layout["annotations"] if not _is_title(a, figure)]
-    overlays.hover(data, shown, name, unit_text(tab.log.unit))
+    unit = deviation_unit(tab.log.unit, tab.unit)
+    overlays.hover(data, shown, name, _value_unit(figure) or unit)
     fitted = figure.kind == "fit"
     if shown is not None and fitted:
         _mark_components(data, shown)
-        found["live"] = overlays.live(shown)
+        found["live"] = overlays.live(shown, unit)
     if shown is not None and fitted and name == "allan":
         points, labels = overlays.readings(shown, tab.work, tab.unit, look, layout)
         data += points
         layout["annotations"] += labels
-        found["units"] = _units(tab.log.unit)
+        found["units"] = _units(unit)
     for trace in data:
         if trace.get("type") == "heatmap":
             title = trace["colorbar"]["title"]
@@ -111,7 +120,9 @@ def _arrange(layout: dict[str, Any], name: str, kind: str, look: Any) -> None:
         "yanchor": "bottom",
         "font": {"size": 12},
     }
-    layout["margin"] = {"l": 76, "r": 16, "t": 44 if layout["showlegend"] else 10, "b": 48}
+    titled = any(a["yref"] == "paper" for a in layout["annotations"])
+    top = 44 if layout["showlegend"] else 28 if titled else 10
+    layout["margin"] = {"l": 76, "r": 16, "t": top, "b": 48}
     layout["paper_bgcolor"] = "rgba(0,0,0,0)"
     layout["plot_bgcolor"] = "rgba(0,0,0,0)"
     layout["font"] = {**layout["font"], "size": 13}
@@ -123,8 +134,14 @@ def _arrange(layout: dict[str, Any], name: str, kind: str, look: Any) -> None:
     }
 
 
+def _value_unit(figure: Figure) -> str:
+    """Unit of the values of the first panel; empty if its axis has none."""
+    quantity = figure.panels[0].y.quantity
+    return "" if quantity is None else quantity.unit
+
+
 def _units(unit: str) -> list[dict[str, Any]]:
-    """List of the units of the cursor: dicts with the text and the factor from the unit of the log."""
+    """List of the units of the cursor: dicts with the text and the factor from the unit of the figure."""
     kind = parse_unit(unit).kind
     others = [u for u in UNITS if u != unit and parse_unit(u).kind == kind]
     out = [{"text": unit_text(unit) if unit != "1" else "", "factor": 1.0}]

@@ -8,7 +8,9 @@ const PEAK = 0.371;
 const panes = () => [{ node: $("plot"), view: shown.view }, { node: $("plot2"), view: second.view }];
 // Quantity of the x or y axes of a view: "tau", "frequency" or "time"; null for another one, or for several.
 function quantity(view, letter) {
-  const titles = Object.keys(view.layout).filter(k => k.startsWith(`${letter}axis`)).map(k => view.layout[k].title?.text).filter(Boolean);
+  // The map beside a spectrum has a time axis of its own.
+  const own = new Set(view.data.filter(trace => trace.type !== "heatmap").map(trace => (trace[`${letter}axis`] || letter).replace(letter, `${letter}axis`)));
+  const titles = Object.keys(view.layout).filter(k => k.startsWith(`${letter}axis`) && (!own.size || own.has(k))).map(k => view.layout[k].title?.text).filter(Boolean);
   const found = new Set(titles.map(t => /τ/.test(t) ? "tau" : /^Frequency/.test(t) ? "frequency" : /^Time \(/.test(t) ? "time" : null));
   return found.size === 1 && letter + [...found][0] !== "ytau" ? [...found][0] : null;
 }

@@ -4,6 +4,8 @@ import { $, S, capital, short } from "./core.js";
 const plot = () => $("plot"), NARROW = 560, LOW = 320;
 // Height of the figure in px for each color bar, from which on the title of the color bar fits beside it.
 const BAR = 260;
+// True if there is no space for the titles of the color bars of a view.
+const low = (view, node) => node.clientWidth <= NARROW || node.clientHeight < view.data.filter(trace => trace.colorbar).length * BAR;
 const options = { displaylogo: false, displayModeBar: false, doubleClick: false, responsive: false, scrollZoom: false };
 let small = null;
 export const shown = { view: null, base: [], held: false, later: null };
@@ -11,7 +13,7 @@ export const shown = { view: null, base: [], held: false, later: null };
 export async function show(view) {
   if (shown.held) { shown.later = view; return; }  // a line is being dragged
   shown.view = view;
-  small = plot().clientWidth <= NARROW;
+  small = `${plot().clientWidth <= NARROW} ${low(view, plot())}`;
   shown.base = (await paint(plot(), view)).shapes || [];
   listen();
 }
@@ -19,8 +21,9 @@ export async function show(view) {
 export async function paint(node, view) {
   const layout = structuredClone(view.layout);
   narrow(layout, view, node);
-  const bars = view.data.filter(trace => trace.colorbar).length, low = node.clientWidth <= NARROW || node.clientHeight < bars * BAR;
-  await Plotly.react(node, low ? view.data.map(untitled) : view.data, layout, options);
+  let data = low(view, node) ? view.data.map(untitled) : view.data;
+  if (node.clientWidth <= NARROW && view.name === "psd") data = beneath(layout, data);
+  await Plotly.react(node, data, layout, options);
   // Elements above may have changed their height; correct the size now instead of waiting for the observer.
   const { width, height } = node._fullLayout;
   if (width !== node.clientWidth || height !== node.clientHeight) await Plotly.relayout(node, { autosize: true });
@@ -46,6 +49,15 @@ function narrow(layout, view, node) {
 }
 // A trace without the title of its color bar, which the text below the figure names.
 const untitled = trace => trace.colorbar ? { ...trace, colorbar: { ...trace.colorbar, title: { text: "" } } } : trace;
+// Places the map of the failing range over time below the spectrum. Returns the traces with its color bar.
+function beneath(layout, data) {
+  if (!layout.yaxis3) return data;
+  const domains = { yaxis: [0.58, 1], yaxis2: [0.42, 0.55], yaxis3: [0, 0.24] };
+  for (const [key, domain] of Object.entries(domains)) { layout[key].domain = domain; layout[key.replace("y", "x")].domain = [0, 1]; }
+  layout.yaxis2.title.text = "σ"; layout.yaxis3.title.text = "Hz"; layout.yaxis.title.font = { size: 11 };
+  for (const a of layout.annotations) if (a.yref === "paper") Object.assign(a, { x: 0, y: a.x > 0.2 ? 0.25 : 1 });
+  return data.map(trace => trace.colorbar ? { ...trace, colorbar: { ...trace.colorbar, y: 0.12, len: 0.24, thickness: 10 } } : trace);
+}
 // Keeps every second, third … label of an axis, so that at most `most` remain.
 function thin(axis, most) {
   const step = Math.ceil((axis.tickvals || []).length / most), kept = (_, i) => i % step === 0;
@@ -73,8 +85,8 @@ export function clear() {
 }
 export function fit() {
   if (!shown.view || !plot().data) return;
-  const now = plot().clientWidth <= NARROW;
-  // Redraw completely, because a legend would keep its old height.
+  const now = `${plot().clientWidth <= NARROW} ${low(shown.view, plot())}`;
+  // Redraw completely, because a legend would keep its old height, and a color bar its title.
   if (small !== null && small !== now) { const view = shown.view; clear(); show(view); } else Plotly.Plots.resize(plot());
   small = now;
 }

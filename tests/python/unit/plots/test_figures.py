@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.common.units import conversion
 from allanite.comparison import Curves, Drawn
 from allanite.criticism import criticise
 from allanite.fit.likelihood.whitened import whiten
@@ -60,9 +61,12 @@ def test_study_shows_the_ladder_and_both_ends(study):
     ]
     # Both models, the single frequencies around the line, and the line itself at A² T / 2.
     (line,) = [e for e in study.fit.model if e.kind == "sinusoid"]
+    figure_scale = conversion(study.recording.unit, "deg/h")
     (stem,) = [m for m in density.find(Line) if m.x.size == 2]
     assert stem.x[0] == stem.x[1] == line.frequency
-    assert stem.y[1] == pytest.approx(line.amplitude**2 * study.fit.data.duration / 2)
+    assert stem.y[1] == pytest.approx(
+        figure_scale**2 * line.amplitude**2 * study.fit.data.duration / 2
+    )
     (single,) = [m for m in density.find(Line) if m.color == "raw"]
     assert single.x[np.argmax(single.y)] == pytest.approx(line.frequency, rel=1e-3)
     assert {"model", "c1", "raw"} == {m.color for m in density.find(Line)}
@@ -157,10 +161,10 @@ def curves():
 def test_comparison_is_in_one_unit_a_panel():
     figure = plot_compare(curves())
     rates, accelerations = figure.panels
-    assert rates.y.label == "Allan deviation (°/s)"
-    assert accelerations.y.label == "Allan deviation (mg)"
+    assert rates.y.label == "Allan deviation (°/h)"
+    assert accelerations.y.label == "Allan deviation (µg)"
     lines = {m.label: m for m in rates.find(Line) if m.label}
-    np.testing.assert_allclose(lines["model b (model, from rad/s)"].y, 180 / np.pi)
+    np.testing.assert_allclose(lines["model b (model)"].y, 3600 * 180 / np.pi)
     assert lines["sheet (datasheet)"].dash == "dot"
     assert [p.label for p in rates.find(Points)] == ["log a (recording)"]
 

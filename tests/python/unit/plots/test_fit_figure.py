@@ -23,17 +23,18 @@ def test_fit_shows_measured_model_band_and_every_effect(fits):
     allan = figure.panels[0]
     (measured,) = marks(allan, Points, "measured")
     np.testing.assert_array_equal(measured.x, fit.curve.tau)
-    np.testing.assert_array_equal(measured.y, fit.curve.measured)
+    scale = 3600.0 * 180.0 / np.pi  # from rad/s to °/h
+    np.testing.assert_allclose(measured.y, scale * fit.curve.measured)
     assert np.all(measured.low < measured.y)
     assert np.all(measured.y < measured.high)
     (model,) = marks(allan, Line, "model")
     at_curve = np.searchsorted(model.x, fit.curve.tau)
     np.testing.assert_allclose(model.x[at_curve], fit.curve.tau)
-    np.testing.assert_allclose(model.y[at_curve], fit.curve.model)
+    np.testing.assert_allclose(model.y[at_curve], scale * fit.curve.model)
     # Lines of any shape are smooth: up to 32 averaging times a decade.
     assert model.x.size > 2 * fit.curve.tau.size
     everywhere, band = allan.find(Band)
-    np.testing.assert_array_equal(band.low, fit.band.low)
+    np.testing.assert_allclose(band.low, scale * fit.band.low)
     assert np.all(everywhere.low < band.low)
     assert np.all(everywhere.high > band.high)
     effects = [m for m in allan.find(Line) if m.color in COMPONENTS]
@@ -63,8 +64,9 @@ def test_spectrum_is_two_sided_in_units_per_hertz(fits):
     spectrum = plot_fit(fits[0]).panels[2]
     (points,) = marks(spectrum, Points, "measured")
     # About 15 000 ordinates above 10 Hz: the mean is known to √(2/15 000) ≈ 1.2 %; 4 of these.
-    assert np.mean(points.y[points.x > 10.0]) == pytest.approx(2e-4, rel=0.05)
-    assert "(rad/s)²/Hz" in spectrum.y.label
+    scale = 3600.0 * 180.0 / np.pi  # from rad/s to °/h
+    assert np.mean(points.y[points.x > 10.0]) == pytest.approx(2e-4 * scale**2, rel=0.05)
+    assert "(°/h)²/Hz" in spectrum.y.label
     assert points.x[-1] == pytest.approx(fits[0].recording.rate / 2, rel=0.1)
 
 
@@ -111,7 +113,7 @@ def test_a_band_narrower_than_a_bin_is_drawn_on_single_ordinates():
     np.testing.assert_allclose(floor.y + band.y, model.y, rtol=1e-9)
     # Two-sided density at the center of a narrow band: rms² / (2π f damping), here a hundred times the floor.
     own = {name: fit[f"RES.{name}"].value for name in ("rms", "frequency", "damping")}
-    top = own["rms"] ** 2 / (2 * np.pi * own["frequency"] * own["damping"])
+    top = (3600.0 * own["rms"]) ** 2 / (2 * np.pi * own["frequency"] * own["damping"])
     # A record of L correlation times 1/(2π f damping) resolves the center to 1/L, and an ordinate is at most π/2L
     # half-widths away from it.
     lengths = n / rate * 2 * np.pi * own["frequency"] * own["damping"]
@@ -138,7 +140,7 @@ def test_legend_gives_the_values_that_say_most():
     lag = {"correlation_time": estimate(30.0, "s"), "q_c": estimate(0.002, "rad/s/s^½")}
     assert (
         values_text(al.GaussMarkov, lag | {"sigma": estimate(0.0077, "rad/s")})
-        == "σ 0.0077 rad/s, T 30 s"
+        == "σ = 1590 °/h, T = 30 s"
     )
     nothing = estimate(0.0, "rad/s/s^½", (0.0, 0.001), detected=False)
     limit = lag | {"q_c": nothing, "sigma": estimate(0.0, "rad/s")}
@@ -147,7 +149,7 @@ def test_legend_gives_the_values_that_say_most():
         "frequency": estimate(3.0, "Hz", (2.9, 3.1), detected=False),
         "amplitude": estimate(0.1, "deg/s", (0.0, 0.2), detected=False),
     }
-    assert values_text(al.Sinusoid, line) == "f 3 Hz, a < 0.2 °/s"
+    assert values_text(al.Sinusoid, line) == "f = 3 Hz, a < 720 °/h"
 
 
 def test_a_covariate_is_named_by_its_column():

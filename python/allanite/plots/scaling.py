@@ -1,0 +1,69 @@
+"""Conversion of figures to the units in which they are shown."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from allanite.common.units import conversion
+from allanite.plots.axes import linear_axis, log_axis
+from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Quantity, Rule
+from allanite.plots.units import figure_unit
+from allanite.plots.words import allan_label, bracket, density_unit, in_unit
+
+
+def deviation_axis(unit: str, axis: Axis, words: str = "Allan deviation") -> Axis:
+    """Copy of a logarithmic axis for deviations in `unit`, with its label."""
+    label = allan_label(unit) if words == "Allan deviation" else in_unit(words, unit)
+    return replace(axis, label=label, quantity=Quantity(words, unit))
+
+
+def density_axis(unit: str, axis: Axis) -> Axis:
+    """Copy of a logarithmic axis for power spectral densities of samples in `unit`, with its label."""
+    label = bracket("density", density_unit(unit))
+    return replace(axis, label=label, quantity=Quantity("density", unit, power=2))
+
+
+def sample_axis(unit: str, axis: Axis, words: str) -> Axis:
+    """Copy of a linear axis for samples in `unit`, with its label."""
+    quantity = Quantity(words, unit, samples=True)
+    return replace(axis, label=in_unit(words, unit), quantity=quantity)
+
+
+def in_figure_units(figure: Figure) -> Figure:
+    """Copy of a figure whose deviations, densities and samples have the units of figures."""
+    return replace(figure, panels=tuple(map(_in_figure_unit, figure.panels)))
+
+
+def _in_figure_unit(panel: Panel) -> Panel:
+    """Copy of a panel in the unit of figures; the panel itself if its y axis states no quantity or has that unit."""
+    axis, quantity = panel.y, panel.y.quantity
+    if quantity is None:
+        return panel
+    unit = figure_unit(quantity.unit, samples=quantity.samples)
+    factor = conversion(quantity.unit, unit) ** quantity.power
+    if unit == quantity.unit:
+        return panel
+    low, high = factor * axis.low, factor * axis.high
+    scaled = log_axis("", [low, high], margin=1.0) if axis.log else linear_axis("", low, high)
+    if quantity.power == 2:
+        scaled = density_axis(unit, scaled)
+    elif quantity.samples:
+        scaled = sample_axis(unit, scaled, quantity.words)
+    else:
+        scaled = deviation_axis(unit, scaled, quantity.words)
+    return replace(panel, y=scaled, marks=tuple(_scaled(mark, factor) for mark in panel.marks))
+
+
+def _scaled(mark: Mark, factor: float) -> Mark:
+    """Copy of a mark with its y values multiplied by a factor; marks without y values unchanged."""
+    match mark:
+        case Line():
+            return replace(mark, y=factor * mark.y)
+        case Points():
+            ends = [None if v is None else factor * v for v in (mark.low, mark.high)]
+            return replace(mark, y=factor * mark.y, low=ends[0], high=ends[1])
+        case Band():
+            return replace(mark, low=factor * mark.low, high=factor * mark.high)
+        case Rule(axis="y"):
+            return replace(mark, value=factor * mark.value)
+    return mark
