@@ -101,6 +101,12 @@ def test_tabs_of_jobs_appear_where_they_apply(name):
         tab.locator("[data-tab=thermal]").click()
         tab.wait_for_selector("body[data-drawn*=' thermal ']")
         assert tab.locator("#headline").inner_text().startswith("Linear")
+        # On a phone the two panels are below each other.
+        tab.set_viewport_size({"width": 390, "height": 844})
+        tab.wait_for_function(
+            "(l => l.xaxis._offset === l.xaxis2._offset)(document.getElementById('plot')._fullLayout)"
+        )
+        tab.set_viewport_size({"width": 1280, "height": 720})
         assert tab.get_by_role("button", name="ArduPilot").is_visible()
         tab.locator("[data-tab=compare]").click()
         tab.get_by_role("button", name="+ unit2.npz").click()

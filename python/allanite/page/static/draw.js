@@ -46,6 +46,12 @@ function narrow(layout, view, node) {
   for (const [key, axis] of Object.entries(layout)) if (/^[xy]axis/.test(key) && axis.title) axis.title.standoff = 4;
   const across = Object.keys(layout).filter(k => k.startsWith("xaxis") && layout[k].domain[0] > 0.2);
   if (across.length && view.name === "error") stack(layout);
+  if (across.length && view.name === "thermal") pile(layout);
+}
+// Places panels with different x axes below each other.
+function pile(layout) {
+  const xs = Object.keys(layout).filter(k => k.startsWith("xaxis")).sort(), n = xs.length;
+  xs.forEach((key, i) => { layout[key].domain = [0, 1]; layout[key.replace("x", "y")].domain = [1 - (i + 1) / n + (i < n - 1 ? 0.2 : 0), 1 - i / n]; });
 }
 // A trace without the title of its color bar, which the text below the figure names.
 const untitled = trace => trace.colorbar ? { ...trace, colorbar: { ...trace.colorbar, title: { text: "" } } } : trace;
