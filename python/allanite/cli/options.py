@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.recording.findings import Finding
 
+#: Default of --model for commands that do not look at the quantity of the log.
 DEFAULT_MODEL = SENSOR_START
 #: Minimum number of samples of a recording, for every command. Chosen by judgment; not measured.
 MIN_SAMPLES = 16

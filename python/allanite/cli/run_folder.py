@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.study import Study
 
+#: Files of an axis, and the file with the models of all axes.
 MODEL, TABLE, MODELS = "model.json", "table.txt", "models.json"
 #: File with the digest of the samples and options of an axis. A run continues from a saved model only if they are equal.
 INPUT = "input.sha256"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+#: Name of a remedy → option; ``{}`` stands for the suggested value.
 WORDS = {
     "rate": "--rate HZ",
     "this_rate": "--rate {}!",

@@ -140,10 +140,11 @@ def columns_of(data: NDArray[Any]) -> tuple[NDArray[Any], ...]:
 # Function of a table with the first rows of all columns that returns the indices of the columns to read.
 Picker = Callable[["Table"], Sequence[int]]
 
+#: A name followed by a unit in brackets. The unit may hold one pair of parentheses: deg/(s·h).
 _WITH_UNIT = re.compile(
     r"^\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$"
 )
-#: Characters of a header cell above which it is not searched for a unit. The search takes time with the square of them.
+#: Maximum length of a header cell that is searched for a unit, characters. The time of the search grows with its square.
 LONGEST_HEADER = 1000
 #: Text in brackets that distinguishes columns and is no unit: an index, a register (x8004), an axis, a state of the data.
 _NOT_A_UNIT = re.compile(
@@ -192,6 +193,7 @@ _TIME_WORD = re.compile(
 _TIME_WORD_AT_END = re.compile(
     r"(?:^|_)(s|ms|us|µs|ns|min|mins|minutes?|h|hrs?|hours?|d|days?|m?jd|yr|years?)$"
 )
+#: Names of times in days and in years.
 _DAYS = re.compile(r"^(doy|day_?of_?year|julian_(day|date))$")
 _YEARS = re.compile(
     r"^((dec(imal)?_?|frac(tional)?_?)?year(_?(dec(imal)?|frac))?|decyear|yyyy\w*)$"

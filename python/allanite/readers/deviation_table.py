@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Table
 
+#: Names of columns of averaging times and of deviations.
 _TAU = re.compile(
     r"^(?:taus?\d*|τ|averaging[ _]?(?:time|interval)|(?:avg|cluster)[ _]?time|m[ _]?tau)$",
     re.IGNORECASE,

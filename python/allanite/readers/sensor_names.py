@@ -10,6 +10,7 @@ from allanite.readers.unit_kinds import INTEGRAL, PHASE, RATE, TIME_ONLY, kind_o
 
 Role = str  # "sensor", "time", "temperature", "other"
 
+#: Names of columns of times, in lower case.
 _TIME = re.compile(
     r"^(t|time|times|timestamps?|time_?stamps?|stamp|sec|secs|seconds|epoch|date_?time|m?jd|julian_(day|date)|uptime|"
     r"(seconds|sec|s|time|millis|ms|micros|us|nanos|ns)_?elapsed|elapsed(_?(time|s|sec|seconds|ms|us))?|"
@@ -20,14 +21,17 @@ _TIME = re.compile(
     r"(sample|unix|utc|system|sensor|host|ros|boot|local|gps|device)_?time(stamp)?(_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))?|"
     r"(t|time|timestamp|stamp)_?(in_)?(s|secs?|seconds?|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?|min|h|hours?|d|days?))$"
 )
+#: Names of temperatures, in lower case.
 _TEMPERATURE = re.compile(
     r"(^|[^a-z])temp(erature)?s?([^a-z]|$)|^(imu|gyro|acc|die|board)?_?temp(erature)?(_?(deg)?[cfk])?\d*$"
 )
+#: Names of other quantities that navigation systems log, in lower case.
 _OTHER = re.compile(
     r"(^|[^a-z])(mag|magn|magnet\w*|baro\w*|press\w*|humid\w*|volt\w*|vbat|batt\w*|alt\w*|lat|lon\w*|"
     r"date|week|gps_?week|wn|roll|pitch|yaw|grav\w*|"
     r"quat\w*|orientation|q[0-3wxyz]|heading)([^a-z]|$)|^(mag|m|b)_?[xyz]$|^unnamed: \d+$"
 )
+#: Names of gyroscopes.
 _GYRO = re.compile(
     r"gyr|ang.*(vel|rate)|^pqr|omega|rot\w*_?rate|^[gw]_?[xyz]$|^gy_?[xyz]$|^rate_?[xyz]?$|(^|[^a-z])gyr"
 )
@@ -38,6 +42,7 @@ _COVARIANCE = re.compile(
     r"(^|_)(cov(ariances?)?|variances?|sigma|std(dev|ev)?|stderr|accuracy|uncertainty)\d*(_|$)"
 )
 _STAMP = re.compile(r"(^|_)time_?stamp(_|$)")
+#: Reason why a column is no axis of a sensor, and the pattern of its name.
 _NOT_AXIS = (
     ("a magnitude", re.compile(r"(^|_)(abs(olute)?|magnitude|norm|total|resultant|modulus|vector_sum|rss)(_|$)")),
     (
@@ -66,6 +71,7 @@ _NOT_AXIS = (
 _MAGNETIC = re.compile(r"(^|_)(mag|magn|magnet\w*)(_|$)|^(mag|b)_?[xyz]$")
 #: The last word of the name of an axis.
 _AXIS = re.compile(r"(^|_|[a-z])([xyz]|[0-9])(_|$)")
+#: Names of durations, which are no phase of a clock.
 _DURATION = re.compile(
     r"(^|_)(dt|delay|latency|rtt|interval|period|duration|exposure|lag|delta_?t(ime)?|jitter)(_|$)"
 )

@@ -55,6 +55,7 @@ def _remedy(found: str) -> str:
     return ""
 
 
+#: A line that states the sampling rate: "// Update Rate: 100.0Hz", "fs = 2 kHz".
 _RATE = re.compile(
     r"^[#%/!;\"\s]*(?:fs|f_s|odr|(?:update|sample|sampling|output|data|imu)[ _]*(?:data[ _]*)?(?:rate|freq\w*))"
     r"[\"\s]*(?:[\[(]\s*hz\s*[\])])?[\"\s]*[:=,;\t ]{1,2}\s*([0-9]+(?:\.[0-9]*)?)\s*(?:(k)?hz)?[\"\s,;]*$",
@@ -85,6 +86,7 @@ UNITS_OF_HEADERS: dict[tuple[str, ...], tuple[str | None, ...]] = {
 }
 #: Entries in a line of units that mean "no unit".
 _NO_UNIT = ("", "-", "na", "n/a", "none", "no units", "unitless")
+#: A cell that holds only a unit in brackets.
 _UNIT = re.compile(r"^[\[(]([^\[\]()]*)[\])]$")
 
 

@@ -15,18 +15,21 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+#: Seconds of a day and of a week.
 DAY, WEEK = 86_400.0, 604_800.0
 #: Maximum value in a column of whole seconds: the year 2255, in seconds since 1970.
 MAX_SECONDS = 9e9
 
+# Names of columns of whole seconds and of their fraction. Both have the same stem: stamp.sec and stamp.nanosec.
 _SECONDS = re.compile(r"^(?P<stem>.*?)(?:s|secs?|seconds?)$")
 _FRACTION = re.compile(
     r"^(?P<stem>.*?)(?:(?P<ns>n(?:ano)?(?:s|secs?|seconds?))|(?P<us>(?:u|µ|micro)(?:s|secs?|seconds?))"
     r"|(?P<ms>m(?:illi)?(?:s|secs?|seconds?)))$"
 )
-#: Unit → number of units per second.
+#: Unit of the fraction → number of units per second.
 _UNITS_PER_SECOND = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 
+# Names of the columns of a GPS time, and of days (MJD) with seconds of the day.
 _WEEK = re.compile(r"^(gps_?)?(week|wn|wk)(_?(no|nr|num|number))?$")
 _SECONDS_OF_WEEK = re.compile(
     r"^(gps_?)?(i_?tow|tow|sow|(milli)?(sec|secs|second|seconds|time|ms)_of_(the_)?(gps_)?week|week_?(sec|second)s?"
@@ -37,8 +40,10 @@ _SECONDS_OF_DAY = re.compile(
     r"^(utc_?)?(sod|tod|(milli)?(sec|secs|second|seconds|time|ms)_of_(the_)?day|day_?(sec|second)s?|secs?|seconds?|time|s)"
     r"(_(s|sec|ms))?$"
 )
+# Names of the columns of a calendar date.
 _YEAR, _DAY_OF_YEAR = re.compile(r"^(year|yyyy|yr)$"), re.compile(r"^(doy|day_?of_?year|ddd|day)$")
 _MONTH, _DAY_OF_MONTH = re.compile(r"^(month|mm|mon)$"), re.compile(r"^(day|dd|day_of_month)$")
+# Hours, minutes and seconds: pattern of the name, seconds per unit, and limit of the values.
 _TIME_OF_DAY = (
     (re.compile(r"^(hours?|hh?|hr)$"), 3600.0, 24.0),
     (re.compile(r"^(minutes?|min|mi|mm)$"), 60.0, 60.0),

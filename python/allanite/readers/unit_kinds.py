@@ -18,6 +18,7 @@ TIME_ONLY = "time"
 #: Any other text.
 FOREIGN = "foreign"
 
+#: Units of time in which phases of clocks are logged.
 _PHASE_UNITS = ("s", "ms", "us", "ns", "ps")
 #: Spellings of units of time, in lower case without a plural s.
 _TIME_UNITS = {

@@ -23,6 +23,7 @@ SUFFIXES = {
     "mrad_s": "mrad/s", "mps2": "m/s^2", "mpss": "m/s^2", "ms2": "m/s^2", "m_s2": "m/s^2",
     "m_per_s2": "m/s^2", "m_s_2": "m/s^2", "mm_s2": "mm/s^2", "g": "g", "mg": "mg", "ug": "ug",
 }  # fmt: skip
+#: A suffix of `SUFFIXES` at the end of a name, after an underscore.
 _SUFFIX = re.compile(rf"_({'|'.join(sorted(SUFFIXES, key=len, reverse=True))})$")
 #: The phase of a clock with its unit: clock_bias_s, offset_ns.
 _PHASE = re.compile(

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 #   TAPR TICC, TICC.ino: "# timestamp (seconds)", then "1.123456789012 chA" a line
 #   a column of times alone, with or without a name
 _TIME = r"(?P<seconds>\d{1,10})[.,](?P<fraction>\d{3,12})"
+#: Patterns of a line with the time of an edge; the last one is a time alone.
 _LINE_PATTERNS = (
     re.compile(rf"source \d+ - assert {_TIME}, sequence: (?P<number>\d+)"),
     re.compile(rf"^{_TIME}#(?P<number>\d+)$"),
@@ -36,7 +37,8 @@ _LINE_PATTERNS = (
 MIN_EDGES = 8
 #: Maximum relative difference between the interval of the edges and a round period. Clocks with a pulse are more accurate.
 MAX_PERIOD_ERROR = 1e-3
-PICOSECOND = 10**12
+#: Picoseconds per second.
+PICOSECONDS_PER_SECOND = 10**12
 
 
 def recognizes(head: bytes) -> bool:
@@ -52,7 +54,7 @@ def recognizes(head: bytes) -> bool:
     if len(found) < MIN_EDGES or len(found) < len(lines) - 1:
         return False
     times = [_picoseconds(m) for m in found]
-    steps = np.diff([float(t - times[0]) for t in times]) / PICOSECOND
+    steps = np.diff([float(t - times[0]) for t in times]) / PICOSECONDS_PER_SECOND
     period = _round_period(float(np.median(steps)))
     return (
         period is not None
@@ -79,7 +81,7 @@ def _line_pattern(lines: list[str]) -> re.Pattern[str] | None:
 
 def _picoseconds(found: re.Match[str]) -> int:
     """Time of an edge in ps, from a matched line."""
-    return int(found["seconds"]) * PICOSECOND + int(found["fraction"].ljust(12, "0"))
+    return int(found["seconds"]) * PICOSECONDS_PER_SECOND + int(found["fraction"].ljust(12, "0"))
 
 
 def _round_period(step: float) -> float | None:
@@ -146,13 +148,13 @@ def _phase_and_period(
         raise InputError(f"only {times.size} edge{of}: a phase needs at least two edges")
     # Python integers are exact. Doubles resolve seconds since 1970 only to 0.2 µs.
     since = times - times[0]
-    step = float(np.median(np.diff(since).astype(np.float64))) / PICOSECOND
+    step = float(np.median(np.diff(since).astype(np.float64))) / PICOSECONDS_PER_SECOND
     period = _round_period(step)
     if period is None:
         raise InputError(
             f"the edges{of} are {step:.6g} s apart, which is not a round period: not the pulse of a clock"
         )
-    whole = round(period * PICOSECOND)
+    whole = round(period * PICOSECONDS_PER_SECOND)
     # Periods are counted step by step, so that a clock with a frequency offset does not gain a period over a long record.
     steps = np.rint(np.diff(since).astype(np.float64) / whole).astype(np.int64)
     double = np.flatnonzero(steps < 1)
@@ -163,7 +165,9 @@ def _phase_and_period(
         )
     number = np.concatenate(([0], np.cumsum(steps)))
     phase = np.full(int(number[-1]) + 1, np.nan)
-    phase[number] = (since - number.astype(object) * whole).astype(np.float64) / PICOSECOND
+    phase[number] = (since - number.astype(object) * whole).astype(
+        np.float64
+    ) / PICOSECONDS_PER_SECOND
     return phase, period
 
 

@@ -22,7 +22,9 @@ _HEADER = re.compile(rb"^(?:\xef\xbb\xbf)?%time,field")
 _RECEIVED, _STAMP = "time", "field.header.stamp"
 # Units of sensor_msgs/Imu and sensor_msgs/Temperature (REP 103).
 _UNITS = {"angular_velocity": "rad/s", "linear_acceleration": "m/s^2", "temperature": "degC"}
+# Name of a vector in the message → name of the sensor in columns.
 _NAMES = {"angular_velocity": "gyro", "linear_acceleration": "acc"}
+# A component of a vector: path, name of the vector, axis.
 _VECTOR = re.compile(r"^(.*?)([^.]+)\.([xyz])$")
 
 

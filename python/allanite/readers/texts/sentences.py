@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
+#: Beginning of a sentence of an IMU.
 _FIRST = re.compile(
     rb"^[ \t]*(?:\$VN(?:IMU|MAR|YMR|QMR|GYR|ACC),"
     rb"|[#%](?:RAWIMUS?X?|CORRIMUDATAS?|IMURATECORRIMUS?)A,)",
@@ -52,6 +53,7 @@ VECTORNAV: dict[str, list[tuple[str, str]]] = {
 #: Beginnings of the fields that become columns. Heading, magnetometer and pressure are not analyzed.
 _KEPT = ("Accel", "Gyro", "Temp")
 
+#: A foot in m, a degree and an arc second in rad, a milli-g in m/s².
 _FOOT, _DEGREE, _ARCSECOND, _MG = 0.3048, math.pi / 180, math.pi / 648000, 9.80665e-3
 #: NovAtel's number of an IMU → size of a count in rad and m/s (OEM7 manual, raw IMU scale factors).
 INCREMENTS = {
@@ -69,6 +71,7 @@ RATES = {
     **dict.fromkeys((41, 62), (0.008 / 65536 * _DEGREE, 0.2 / 65536 * _MG)),
     61: (0.0151515 / 65536 * _DEGREE, 0.4 / 65536 * _MG),
 }
+#: Names of the columns of NovAtel sentences.
 _AXES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 #: A row that begins with a word, followed by numbers. Comments begin with %, # or /.
 _ROW = re.compile(r"^\"?(?P<tag>[A-Za-z][A-Za-z_]{1,23}\d?)\"?[;,\t]\s*-?[\d.]")
 _SEPARATOR = r"[;,\t]"
+# The first cell of a row with its separator.
 _CELL = re.compile(rf"^[^;,\t]*{_SEPARATOR}")
 #: Minimum number of rows, and of changes of the word between rows, with which the format is recognized. Chosen by
 #: judgment; not measured.

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
+#: Types of messages.
 IMU, TEMPERATURE = "sensor_msgs/msg/Imu", "sensor_msgs/msg/Temperature"
 #: Column → field, axis and unit of sensor_msgs/Imu (units as in REP 103).
 AXES = {
