@@ -57,7 +57,7 @@ def density_unit(unit: str) -> str:
 
 
 def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int = 2) -> str:
-    """The most important values of an effect with units, e.g. ``T = 30.1 s, σ = 12 °/h``."""
+    """Text of the `most` most important values of an effect with units: ``T = 30.1 s, σ = 12 °/h``."""
     found: list[str] = []
     for name in effect.shown():
         value = values.get(name)
