@@ -111,7 +111,7 @@ def _fit(
     free = effective_freedom(model, data) if has_changing_power(model) else data.bins.count
     if not polish:
         settled = max(settled, len(model) - 1)
-    part = whole = RandomPart(data, data.bins.power(data.ordinates), free)
+    part = whole = RandomPart(data, data.power, free)
     functions, residual = _Functions(), _ResidualOrdinates((), data.ordinates)
     if like is not None and model.deterministic:
         residual = _ResidualOrdinates(like.removed_functions, like.ordinates)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Moving
+from allanite.effects import Modifier, Moving
 from allanite.fit.likelihood.expected import at_each_time
 from allanite.fit.likelihood.whitened import expected_level
 
@@ -47,10 +47,21 @@ def effective_freedom(model: Model, data: Data) -> NDArray[np.float64]:
 
     The reduction depends on the share of white noise in the bin. The share is the median power of all ordinates over
     the power nearby. It comes from the record alone, so that models with the same level change get the same degrees of
-    freedom.
+    freedom. The array is computed once for each set of level changes and moving bands.
     """
+    changing = tuple(
+        effect
+        for effect in model
+        if isinstance(effect, Moving)
+        or (isinstance(effect, Modifier) and (effect.passing or effect.band is not None))
+    )
+    return data.of_bins.get(changing, lambda: _computed_freedom(model, data))
+
+
+def _computed_freedom(model: Model, data: Data) -> NDArray[np.float64]:
+    """The array that `effective_freedom` returns, without the cache."""
     bins = data.bins
-    power = np.maximum(bins.power(data.ordinates), 1e-300)
+    power = np.maximum(data.power, 1e-300)
     order = np.argsort(power)
     white = power[order][np.searchsorted(np.cumsum(bins.count[order]), 0.5 * bins.count.sum())]
     reach = min(BINS_TO_EACH_SIDE, (power.size - 1) // 2)

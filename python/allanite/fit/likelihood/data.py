@@ -81,8 +81,9 @@ class Data:
     functions: ArrayCache = field(default_factory=lambda: series_cache(0), repr=False)
     #: Cache: lowest ordinates of regressors by effect and shapes.
     lowest: ArrayCache = field(default_factory=lambda: ArrayCache(CACHE_BYTES_LOWEST), repr=False)
-    #: Cache: model columns multiplied by `mixing`, by effect and the modifiers that act on the effect.
-    mixed: ArrayCache = field(default_factory=lambda: ArrayCache(CACHE_BYTES_LOWEST), repr=False)
+    #: Cache of arrays of bins: the power; degrees of freedom by level changes and moving bands; model columns multiplied by
+    #: `mixing` by effect and the modifiers that act on the effect.
+    of_bins: ArrayCache = field(default_factory=lambda: ArrayCache(CACHE_BYTES_LOWEST), repr=False)
 
     __repr__ = brief
 
@@ -95,6 +96,11 @@ class Data:
     def time(self) -> NDArray[np.float64]:
         """Array of the time of each sample, s since the first sample of the recording, shape (n,)."""
         return times_of(self.n, self.rate, self.start)
+
+    @property
+    def power(self) -> NDArray[np.float64]:
+        """Mean square of the ordinates of each bin, shape (bins,); cached."""
+        return self.of_bins.get("power", lambda: self.bins.power(self.ordinates))
 
     @property
     def present_samples(self) -> NDArray[np.float64]:
@@ -259,7 +265,7 @@ class Data:
         """Clear the caches, to free memory or because the samples were replaced."""
         self.functions.forget()
         self.lowest.forget()
-        self.mixed.forget()
+        self.of_bins.forget()
 
     def rows(self, effect: Deterministic) -> NDArray[np.float64]:
         """Array of the cosine ordinates of every regressor of an effect, shape (regressors, n); cached."""
@@ -378,5 +384,5 @@ def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
         mixing=None,
         functions=series_cache(data.n),
         lowest=ArrayCache(CACHE_BYTES_LOWEST),
-        mixed=ArrayCache(CACHE_BYTES_LOWEST),
+        of_bins=ArrayCache(CACHE_BYTES_LOWEST),
     )

@@ -120,7 +120,7 @@ def _column_with_modifiers(
         """Array of the bin power without mixing by missing samples."""
         return _complete_column(opened, acting, data.rate, data.span, data.n, data.ends_missing)
 
-    return own() if mixing is None else data.mixed.get((opened, acting), lambda: mixing @ own())
+    return own() if mixing is None else data.of_bins.get((opened, acting), lambda: mixing @ own())
 
 
 @cleared_by_free_buffers

@@ -218,7 +218,7 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
         bins=bins,
         gain=gain,
         mixing=None if few else mixing,
-        mixed=ArrayCache(CACHE_BYTES_LOWEST),
+        of_bins=ArrayCache(CACHE_BYTES_LOWEST),
     )
 
 
