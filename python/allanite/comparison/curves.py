@@ -9,6 +9,8 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError
+from allanite.common.numbers import number
+from allanite.common.printing import printed
 from allanite.common.showing import brief
 from allanite.common.units import conversion, parse_unit
 from allanite.common.validation import positive_rate
@@ -97,7 +99,7 @@ class Drawn:
 class Curves:
     """Allan deviations of several logs and models. As text: a table with the ratio of each curve to the first.
 
-    The table shows each curve in the unit of the first curve of the same kind of sensor.
+    The table shows each curve in the unit of figures: °/h for gyroscopes, µg for accelerometers.
 
     Examples
     --------
@@ -122,12 +124,12 @@ class Curves:
         }
 
     def __str__(self) -> str:
-        curves = [_in_first_unit(curve, self.curves) for curve in self.curves]
+        curves = [_in_figure_unit(curve) for curve in self.curves]
         first = curves[0]
         same = [parse_unit(c.unit).kind == parse_unit(first.unit).kind for c in curves]
         head = ["tau s"]
         for i, curve in enumerate(curves):
-            head.append(f"[{i + 1}] {curve.unit}")
+            head.append(f"[{i + 1}] {printed(curve.unit)}")
             if i and same[i]:
                 head.append(f"[{i + 1}]/[1]")
         rows = [head]
@@ -136,7 +138,7 @@ class Curves:
             reference = first.near(tau)
             for i, curve in enumerate(curves):
                 point = curve.near(tau)
-                row.append("–" if point is None else f"{point.deviation[0]:.4g}")
+                row.append("–" if point is None else number(float(point.deviation[0]), 4))
                 if i and same[i]:
                     row.append(_ratio_text(point, reference))
             rows.append(row)
@@ -152,10 +154,11 @@ class Curves:
         return plot_compare(self, path)
 
 
-def _in_first_unit(curve: Drawn, curves: Sequence[Drawn]) -> Drawn:
-    """`Drawn`: curve converted to the unit of the first curve in `curves` of the same kind of sensor."""
-    kind = parse_unit(curve.unit).kind
-    unit = next(one.unit for one in curves if parse_unit(one.unit).kind == kind)
+def _in_figure_unit(curve: Drawn) -> Drawn:
+    """`Drawn`: curve converted to the unit in which figures show deviations of its kind of sensor."""
+    from allanite.plots.units import figure_unit
+
+    unit = figure_unit(curve.unit)
     if unit == curve.unit:
         return curve
     factor = conversion(curve.unit, unit)

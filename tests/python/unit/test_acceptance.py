@@ -193,8 +193,8 @@ def test_compare_prints_one_unit(tmp_path, capsys):
     code, out, err = run(capsys, "compare", part(tmp_path, 0.2), sheet)
     assert code == 0, err
     head = next(line for line in out.splitlines() if "tau s" in line)
-    assert "[1] deg/s" in head
-    assert "[2] deg/s" in head
+    assert "[1] °/h" in head
+    assert "[2] °/h" in head
     assert "rad/s" not in head
     table = out.partition("tau s")[2].splitlines()[1:]
     one, other, ratio = map(float, table[0].split()[1:4])

@@ -69,7 +69,7 @@ def test_every_face_of_a_fit_says_it(tmp_path, samples, header, column, unit):
     assert shown in str(fit)
     told = fit.to_dict()["effects"][1]["parameters"]["coefficient"]
     assert told["unit"] == f"m/s^2/{unit}"
-    assert any(f"m/s²/{unit}" in label_of(m) for m in plot_fit(fit).legend())
+    assert any(f"mg/{unit}" in label_of(m) for m in plot_fit(fit).legend())
 
 
 def test_the_quadratic_coefficient_is_per_square(tmp_path, samples):

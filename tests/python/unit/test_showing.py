@@ -131,10 +131,10 @@ def test_samples_of_a_figure_are_those_of_the_recording():
     figure = plot_recording(al.Recording(x, rate=100, unit="g", columns=["a", "b"]))
     band, other = (panel.find(Band)[0] for panel in figure.panels)
     assert band.x.size == 600
-    assert np.nanmax(band.high) == 40.0
+    assert np.nanmax(band.high) == pytest.approx(40_000.0)  # mg
     assert band.x[np.nanargmax(band.high)] == pytest.approx(543.21 / 60, rel=2e-3)
     assert np.isnan(band.high).sum() == pytest.approx(60, abs=1)
-    assert other.low.min() == x[:, 1].min()
+    assert other.low.min() == pytest.approx(1000.0 * x[:, 1].min())
     short = plot_recording(al.Recording(np.arange(5), rate=1))
     np.testing.assert_array_equal(short.panels[0].find(Line)[0].y, np.arange(5.0))
 
