@@ -89,7 +89,7 @@ class TurnOn:
 def turn_on_biases(
     first: Sequence[Recording], others: Sequence[Sequence[Recording]]
 ) -> dict[str, TurnOn]:
-    """Dict from the name of each column that at least one other log has to its `TurnOn`.
+    """Dict from the name of each column of `first` that at least one other log has to its `TurnOn`, in the unit of `first`.
 
     Parameters
     ----------

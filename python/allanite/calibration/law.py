@@ -256,7 +256,10 @@ class AxisLaw:
 
     @property
     def limit(self) -> float | None:
-        """Largest absolute value in the 95 % interval of the linear form's coefficient, unit/°C; None without one."""
+        """Largest absolute value in the 95 % interval of the linear form's coefficient, unit/°C.
+
+        None if the linear form was not tried or has no interval.
+        """
         linear = next((one for one in self.tried if one.form.name == "linear"), None)
         if linear is None:
             return None

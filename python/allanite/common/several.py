@@ -81,7 +81,10 @@ class Several(Mapping[str, T], Generic[T]):
 
 
 def warn_of_several_columns(columns: Sized, instead: str) -> None:
-    """Raise a `DeprecationWarning`: a function for one column got several `columns`. `instead` is the call to use."""
+    """Warn (`DeprecationWarning`) that a function for one column got several `columns`; `instead` is the call to use.
+
+    The caller has tested that there are several.
+    """
     warnings.warn(
         f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",
         DeprecationWarning,

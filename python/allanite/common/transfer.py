@@ -61,9 +61,9 @@ def read_value(file: IO[bytes]) -> Any:
 
 
 def _array_bytes(file: IO[bytes], size: int) -> Any:
-    """First `size` bytes of a file, which contain the arrays: a uint8 array, or above 4 MiB a memory map.
+    """First `size` bytes of a file, which contain the arrays: a uint8 array, or above 4 MiB an `mmap.mmap` object.
 
-    Changes of the memory map stay in this process.
+    Changes of the map stay in this process.
     """
     if size > MAPPED:
         return mmap.mmap(file.fileno(), size, access=mmap.ACCESS_COPY)

@@ -25,7 +25,7 @@ def degrees_of_freedom(
 
     edf = M / (1 + 2 Σ_{j=1}^{M−1} (1 − j/M) ρ_j²) with the exact autocorrelation ρ of the differences, which Greenhall &
     Riley (2003) approximate. Their formula models white FM by a continuous-time process (m = 1: 782 of 999 terms). This
-    function gives the exact 2M/3 of sampled white noise.
+    function uses sampled noise: 2M/3 for white FM and many terms. For long records the sum is interpolated between lags.
 
     Parameters
     ----------

@@ -92,7 +92,7 @@ class Term:
         return _kernels.Ordinates(j, n).variance([self.at_ordinates(n)])
 
     def variogram(self, count: int) -> Array:
-        """Array of the variogram ½ E(x(k+h) − x(k))² at lags h = 0 … count − 1, shape (count,)."""
+        """Array of the variogram r(0) − r(h) = ½ E[(x(k+h) − x(k))²], U², at lags h = 0 … count − 1, shape (count,)."""
         raise NotImplementedError
 
     @property

@@ -25,7 +25,7 @@ MIN_EDF = 10.0
 #: Minimum |z| at which the Allan curve contradicts the model. The largest |z| of a true model exceeds it in about 0.2 % of
 #: records, since neighboring τ share most samples.
 MIN_FAILING_SCORE = 4.0
-#: Maximum Allan error, in expected scatters, of a model that the Allan curve does not contradict. None of 3200 fits of the
+#: Maximum Allan error, in expected scatters, of a model that the Allan curve does not contradict. None of 2800 fits of the
 #: true models N, N+B, N+K and N+B+K (2000 and 10 000 samples) exceeds it; neighboring τ may all miss a model by less than
 #: `MIN_FAILING_SCORE`.
 MAX_ADEQUATE_ERROR_SCATTERS = 3.0

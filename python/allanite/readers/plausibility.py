@@ -114,7 +114,10 @@ def unit_doubts(recording: Recording) -> list[Finding]:
 
 
 def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
-    """List with a `_Doubt` for each triad of accelerometers whose mean is gravity in another unit than stated."""
+    """List with a `_Doubt` for each triad of accelerometers whose mean is gravity, but not in the stated unit.
+
+    A triad without a unit counts, too. Empty for samples that are not rates.
+    """
     if recording.quantity != "rate" or recording.samples.ndim == 1:
         return []
     unitless = any(finding.kind == "no_unit" for finding in recording.told)

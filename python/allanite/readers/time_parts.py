@@ -231,7 +231,7 @@ def _calendar(
 def _seconds_and_fraction(
     names: Sequence[str], columns: Sequence[NDArray[Any] | None]
 ) -> TimeParts | None:
-    """`TimeParts` of two columns such as ``stamp.sec`` and ``stamp.nanosec``; None without any."""
+    """`TimeParts` of two columns such as ``stamp.sec`` and ``stamp.nanosec``; None without whole values in range."""
     keys = [name.strip().lower() for name in names]
     rests: dict[str, tuple[int, float]] = {}
     for at, key in enumerate(keys):

@@ -485,9 +485,10 @@ def _check_dominated(c: _Column) -> Iterator[Finding]:
 
 
 def _check_static(c: _Column) -> Iterator[Finding]:
-    """Iterator over a `Finding` about segments with over three times the typical activity, such as handling.
+    """Iterator over at most one `Finding` about segments with over three times the usual activity, such as handling.
 
-    Empty for fewer than 4096 samples.
+    The activity of a block is the typical step between its samples, so slow motion does not count. The finding names the
+    first run of such blocks and counts the others. Empty for fewer than 4096 samples, or if the usual activity is 0.
     """
     if c.n < 16 * 256:  # fewer blocks have no usual activity
         return

@@ -198,7 +198,7 @@ def _added_effect_texts(study: Any) -> list[str]:
 
 
 def _effect_text(fit: Any, effect: Any) -> str:
-    """Text of the name of an effect with its values in a fit; only its title if the fit lacks this kind."""
+    """Name of an effect with the values of the last effect of its kind in a fit, as text; its title if the fit has none."""
     kinds = [e.kind for e in fit.model.effects]
     if effect.kind not in kinds:
         return str(effect.title)

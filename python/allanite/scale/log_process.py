@@ -379,7 +379,7 @@ def _warm_up(memory: int) -> None:
 
 
 def _limit_memory(memory: int) -> None:
-    """Limit the address space to `memory` bytes beyond the present use (Linux), and disable core files (POSIX)."""
+    """Limit the address space to the present use, `OVERHEAD` and `memory` bytes (Linux); disable core files (POSIX)."""
     try:
         import resource
     except ModuleNotFoundError:  # not on Windows

@@ -186,9 +186,10 @@ def _units(unit: str | None, names: list[str], source: str) -> list[str]:
 
 
 def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
-    """Tuple (list of the names of all columns, empty without a header; numbers of a table, shape (points, columns)).
+    """Tuple (list of the names of all columns; numbers of a table, shape (points, columns)).
 
-    Raises `InputError`, with the row, unless the file is a table of at least two columns and `MIN_ROWS` rows.
+    The list is empty unless a header has a name for each column. Raises `InputError` for a row that does not fit, with
+    its number, and unless the table has at least two columns and `MIN_ROWS` to `MAX_ROWS` rows.
     """
     header: list[str] = []
     rows: list[list[float]] = []

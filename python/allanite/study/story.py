@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
     """Tuple of the steps that users read: they add the effects of the last model one after the other to the first model.
 
-    Each step adds the effect that raises logL most among those that do not raise the Allan error, or else among those
-    that raise no error beyond its scatter. If there is none, all remaining effects are added at once. Samples are
-    excluded first. An initial effect that the last model lacks is dropped as soon as the evidence is higher without it.
     A search that never dropped an added effect, and never raised an error beyond its scatter, is returned unchanged.
+    Otherwise each step adds the effect that raises logL most among those that do not raise the Allan error, or else among
+    those that raise no error beyond its scatter. If there is none, all remaining effects are added at once. Samples are
+    excluded first. An initial effect that the last model lacks is dropped as soon as the evidence is higher without it.
     """
     if _is_direct(ladder):
         return tuple(ladder)

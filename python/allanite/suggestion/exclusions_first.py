@@ -40,10 +40,11 @@ def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
 
 
 def _disturbance_leads(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if the significant disturbance goes before all others: no other significant event in time explains its segment.
+    """True if the significant disturbance `out` is to be excluded before another effect is added.
 
-    A stuck value always does; an insignificant one, or one without times, never. A change of level by one factor
-    explains a segment unless octaves still differ there after this change.
+    This holds if no other significant event in time explains its segment. An event explains the segment if, in the model
+    with this event, separate levels of the octaves there hardly raise logL. Always True for a stuck value; never for an
+    insignificant disturbance or one without times.
     """
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:

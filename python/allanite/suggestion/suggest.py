@@ -362,8 +362,9 @@ def _suggestion(
 ) -> Suggestion:
     """Suggestion of a candidate: its ΔlogL, its p-value corrected for all `searches`, and its fit.
 
-    `surplus` is the ΔlogL that a discrepancy of the model without the effect explains. It counts if the model with the
-    effect needs no discrepancy. `scatter` is the overdispersion by which the ΔlogL is divided.
+    `surplus` is the ΔlogL that a discrepancy of the model without the effect explains. It is added to the ΔlogL if the
+    model with the effect needs no discrepancy. `scatter` is the overdispersion: it raises the p-value, except that of
+    levels, outliers and excluded segments, and leaves the ΔlogL as it is.
     """
     from scipy.special import log_ndtr
 

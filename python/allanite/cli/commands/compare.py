@@ -93,7 +93,7 @@ def command(
 
 
 def _is_table(item: str) -> bool:
-    """True if the item is a text file with a table of Allan deviations."""
+    """True if the item is an existing .csv, .txt, .dat or .tsv file with a table of Allan deviations."""
     from pathlib import Path
 
     from allanite.common.files import is_file

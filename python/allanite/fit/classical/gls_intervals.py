@@ -109,8 +109,9 @@ class _TestInversion:
     def below(self, t: float, bounded: bool = True) -> float:
         """Probability of an estimate smaller than the one found, if t is true.
 
-        With `bounded`, effects that are fitted as 0 for this t are fixed at 0. If they are not 0, the estimate is too
-        large; this makes an upper limit conservative, but a lower limit too high.
+        With `bounded`, effects that are fitted as 0 for this t are fixed at 0. If such an effect is present, the estimate
+        is too large: an upper limit is then conservative, and a lower limit is too high. 1 if all effects are fitted as
+        0. Stores the fitted coefficients in `trial`.
         """
         columns, trial = self.mixtures.columns, self._fitted(t)
         if not trial.any():

@@ -163,7 +163,7 @@ def comb_gains(
 def comb_window(
     frequency: float, multiples: Sequence[float], data: Data, half: int = LINE_WINDOW
 ) -> NDArray[np.int64]:
-    """Sorted array of the ordinates within `half` ordinates of a line and its harmonics."""
+    """Sorted array, without duplicates, of the ordinates within `half` ordinates of the `multiples` of a frequency, Hz."""
     return np.unique(np.concatenate([window(m * frequency, data, half) for m in multiples]))
 
 

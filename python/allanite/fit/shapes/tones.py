@@ -37,11 +37,14 @@ def effective_trials(band: Band) -> int:
 
     Shorter windows have more positions but proportionally fewer independent frequencies.
     """
-    return 2 * POSITIONS_PER_LENGTH * len(_lengths(band.series.size))
+    return 2 * POSITIONS_PER_LENGTH * len(_burst_lengths(band.series.size))
 
 
-def _lengths(size: int) -> NDArray[np.int64]:
-    """Array of the window lengths that are tried, longest first, in values of the series."""
+def _burst_lengths(size: int) -> NDArray[np.int64]:
+    """Array of the lengths of the windows for bursts in a series of `size` values, longest first.
+
+    They fall by `LENGTH_RATIO` from `MAX_BURST_FRACTION` of the series to about `MIN_BURST_VALUES` values.
+    """
     count = (
         int(np.log(max(MAX_BURST_FRACTION * size / MIN_BURST_VALUES, 1.0)) / np.log(LENGTH_RATIO))
         + 1
@@ -57,7 +60,7 @@ def search_burst(band: Band) -> tuple[float, float, float, float]:
 
     k = band.series.size
     best = (0.0, 0.0, 1.0, -np.inf)
-    for length in _lengths(k):
+    for length in _burst_lengths(k):
         stop_if_unwanted()
         step = max(1, int(length) // POSITIONS_PER_LENGTH)
         rows = np.lib.stride_tricks.sliding_window_view(band.series, length)[::step]

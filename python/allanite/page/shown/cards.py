@@ -42,9 +42,10 @@ def chips(
     colors: Sequence[str] = (),
     found: Undecided | None = None,
 ) -> list[dict[str, Any]]:
-    """List of one dict per effect of the model: name, color role, values with units and intervals.
+    """List of one dict per effect of the model: place, kind, names, physics, color role and label, values with intervals.
 
-    `unit` is the sample unit of the displayed values, `SHEET`, or None for that of the recording. `colors` are the roles
+    The color role and the label are None for an effect that figures do not draw. `unit` is the sample unit of the
+    displayed values; `SHEET` stands for units of data sheets, None for the unit of the recording. `colors` are the roles
     of the effects, in the order of the model. `found` holds the models that explain the record equally well; intervals
     that are wider over all these models are added.
     """
@@ -79,7 +80,10 @@ def chips(
 
 
 def failures(study: Study) -> list[dict[str, Any]]:
-    """List of dicts of what the model does not explain: sentence, view that shows it, and range in that view."""
+    """List of dicts (text, view, place) of what speaks against the model; view and place are None if no view shows it.
+
+    These are the failures of the check, or, if the check is adequate and the study is not, the doubts of the study.
+    """
     if study.adequate:
         return []
     check = study.check

@@ -205,7 +205,10 @@ def _novatel_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Tabl
 def _scale_and_units(
     rows: list[Any], raw: bool, rate: float
 ) -> tuple[NDArray[np.float64] | None, tuple[str | None, ...]]:
-    """Tuple (factors from logged numbers to rad/s and m/s², shape (6,); units). None if the scale is unknown."""
+    """Tuple (factors from logged numbers to rad/s and m/s², shape (6,); the six units as texts).
+
+    If the scale is unknown, the factors are None, and so is each of the six units.
+    """
     units: tuple[str | None, ...] = ("rad/s",) * 3 + ("m/s^2",) * 3
     if not raw:
         return np.full(6, rate), units

@@ -241,8 +241,8 @@ class _Sections:
             return None
         cells = self._cells(within, step)
 
-        def gains(rest: Array, band: Stochastic, strength: float) -> Array:
-            """Array of the logL of each section with `band`, of squared coefficient `strength`, as the searched band.
+        def log_likelihoods(rest: Array, band: Stochastic, strength: float) -> Array:
+            """Array of the logL of each section if `band`, with squared coefficient `strength`, replaces the searched band.
 
             `rest` is the expected power of the remaining model in each cell.
             """
@@ -252,9 +252,9 @@ class _Sections:
 
         rest = self._rest((effect,), cells)
         levels = [level * self.own.theta for level in STRENGTHS]
-        known = np.max([gains(rest, effect, level) for level in levels], axis=0)
+        known = np.max([log_likelihoods(rest, effect, level) for level in levels], axis=0)
         rest = self._rest(replaced, cells)
-        rows = np.stack([gains(rest, band, theta) - known for band in bands], axis=1)
+        rows = np.stack([log_likelihoods(rest, band, theta) - known for band in bands], axis=1)
         best: _Course | None = None
         for parts in STRAIGHT_PARTS:
             # Half of the places suffice for the corners: one is at most a quarter of a half-width away.

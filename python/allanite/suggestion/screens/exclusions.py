@@ -172,10 +172,10 @@ def screen_outliers(
 
 
 def _outlier_limit(distance: NDArray[np.float64], n: int, step: float) -> float:
-    """Standardized distance above the median beyond which a sample is an outlier.
+    """Standardized distance above the median beyond which a sample is an outlier, at least the limit of normal noise.
 
-    `step` is the rounding step in the same unit. Each side of the median is treated separately, so that the long tail
-    of a skewed distribution is no outlier.
+    `step` is the rounding step in the same unit. For samples below the median, call it with −`distance`: with a limit for
+    each side, the long tail of a skewed distribution is no outlier.
     """
     from scipy.special import ndtri_exp
 
@@ -403,7 +403,12 @@ def _delta_logl_of_louder_octaves(
 def _octave_levels(
     bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
 ) -> Iterator[tuple[float, bool]]:
-    """Iterator over (ΔlogL of a separate level between two fractions of the record, True if louder there)."""
+    """Iterator, by band, over (ΔlogL of a separate power level from `first` to `last`, True if it is louder there).
+
+    `first` and `last` are fractions of the record.
+
+    Bands with too few values to resolve the segment are skipped.
+    """
     for _, _, power, freedom in bands:
         start, end = (round(part * power.size) for part in (first, last))
         if 0 < end - start < power.size:

@@ -246,8 +246,8 @@ def _with_richer_form(
 def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
     """Pair (model, maximum) with polished shapes, and with other filter designs if the model has a discrepancy.
 
-    Present shapes and designs may stand for what is missing: a cutoff, or more sections of a filter, for a rise towards
-    the Nyquist frequency.
+    A design with fewer parameters may lose `MAX_SIMPLER_LOSS` of logL for each parameter less. Reason: the present shapes
+    and designs were fitted without the last effect, and may imitate it.
     """
     found = polish(model, free_places(model), best, part, roughly=True)
     if best.scale is None:
