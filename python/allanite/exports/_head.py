@@ -115,8 +115,8 @@ def _short_log_sentences(axes: Sequence[Axis]) -> list[str]:
             of.setdefault((", ".join(hidden), axis.span[1]), []).append(axis.name)
     return [
         f"Record too short for {hidden} of {', '.join(names)}: a record of {duration:.3g} s shows tau up to"
-        f" {0.1 * duration:.3g} s, and {hidden} {'were' if ', ' in hidden else 'was'} not detected there. The slow noise"
-        " in this file comes from upper limits."
+        f" {0.1 * duration:.3g} s, and {hidden} {'were' if ', ' in hidden else 'was'} not detected there. This file"
+        f" counts {hidden} with values derived from upper limits."
         for (hidden, duration), names in of.items()
     ]
 

@@ -157,7 +157,8 @@ class Inspection:
                 ("" if c.used else "–") + (c.name or "(no name)"),
                 c.role + (f" {c.rate:.5g} Hz" if c.rate and c.role == "time" else ""),
                 (c.unit or "?" * (c.role == "sensor"))
-                + (f" × {number(c.scale)}" if c.scale != 1.0 else ""),
+                + (f" × {number(c.scale)}" if c.scale != 1.0 else "")
+                + (" (guess)" if c.role == "time" and c.sources.get("unit") == "guess" else ""),
                 c.source,
                 *_texts_of_values(c),
             )
@@ -397,7 +398,13 @@ def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -
             doubts.append("1 value is missing" if missing == 1 else f"{missing} values are missing")
         if known.role == "time" and not (joined and known.used):
             try:
-                rate = read_stamps(x, time_unit_of(known.name, known.unit)).rate
+                stamps = read_stamps(x, time_unit_of(known.name, known.unit))
+                rate = stamps.rate
+                if known.unit is None:
+                    source = "header" if stamps.why == "given" else "guess"
+                    known = replace(
+                        known, unit=stamps.unit, sources={**known.sources, "unit": source}
+                    )
             except InputError as error:
                 doubts.append(str(error))
         first = tuple(float(v) for v in x[:SHOWN_ROWS])

@@ -41,7 +41,9 @@ def test_every_effect_and_deviation_is_in_the_lists(monkeypatch):
 def test_every_reader_declares_a_format():
     readers = {_own(m, "read"): m for m in _modules("readers") if _own(m, "read")}
     loose = set(readers) - {one.read for one in FORMATS} - {text.read, al.read}
-    assert not loose, f"declare FORMAT at the end of {[r.__module__ for r in loose]}"
+    assert not loose, (
+        f"declare FORMAT in {[r.__module__ for r in loose]}, in a folder: arrays, clocks, texts or topics"
+    )
 
 
 def test_every_export_has_a_name_a_consumer_and_a_place_on_the_page():

@@ -60,7 +60,7 @@ def test_places_of_the_architecture_exist():
     named = set(re.findall(r"`((?:\w+/)+[\w.]*|\w+\.(?:py|rs))`", table))
     assert len(named) > 15
     places = [root, root / "python" / "allanite", root / "rust" / "deviation"]
-    places += [root / "python" / "allanite" / room for room in ("readers", "export")]
+    places += [root / "python" / "allanite" / room for room in ("readers", "exports")]
     assert [name for name in named if not any((p / name).exists() for p in places)] == []
 
 

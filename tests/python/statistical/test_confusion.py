@@ -33,6 +33,7 @@ OFF_DIAGONAL = {
 
 
 def test_every_effect_has_a_record():
+    """Flicker PM is never searched, since clocks start with it."""
     assert set(HIDDEN) == {effect.kind for effect in al.CATALOGUE} - {"flicker_phase"}
     assert set(OFF_DIAGONAL) < set(HIDDEN)
 

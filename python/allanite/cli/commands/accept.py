@@ -77,10 +77,11 @@ def command(
 
     Coefficients, such as N, B and K, come from a model of the log. The model is built as in allanite improve, so lines,
     outliers and a logged temperature do not count as noise. in_run_bias_stability is the minimum of the Allan deviation
-    of the samples themselves. Lines, outliers and temperature do raise this minimum.
+    of the samples themselves: the value at the averaging time where the fitted model is lowest. Lines, outliers and
+    temperature do raise this minimum.
 
-    Prints a table with one row per figure. Exit codes: 0 every figure meets the sheet; 1 at least one does not meet;
-    3 none fails, but at least one is undecided.
+    Prints a table for each axis, with one row per figure. Exit codes, of the worst axis: 0 every figure meets the sheet;
+    1 at least one does not meet; 3 none fails, but at least one is undecided.
     """
     from pathlib import Path
 

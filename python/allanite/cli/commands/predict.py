@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     required=True,
     metavar="MODEL",
     help="Model file, or a sum of effects with values. With LOG, values may be missing: all values are then"
-    " fitted, except those held with !, as in GM(T=30!).",
+    " fitted, except those held with !, as in GM(T=30!). Effects without LOG need --rate, and --unit if no value has a"
+    " unit.",
 )
 @click.option(
     "--aided",
@@ -63,7 +64,8 @@ def command(
 
     With LOG, a record at rest (a file, or - for standard input), the growth is also measured on segments of the log. With
     models of gyroscopes and accelerometers, a budget of horizontal velocity and position follows, with gravity and the
-    Schuler oscillation.
+    Schuler oscillation. A gyroscope alone gives velocity and position by tilt: the error of its angle since the fix times
+    gravity, integrated.
     """
     from allanite.cli.output import dumps
     from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
