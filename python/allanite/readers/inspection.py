@@ -75,6 +75,8 @@ class Column:
         Source of the name, the role, the unit, the scale and the rate.
     reason : str
         Why the column is not used.
+    guessed_unit : str
+        Unit of time stamps that was guessed from their size; empty if it is stated.
     """
 
     name: str
@@ -90,6 +92,7 @@ class Column:
     source: str = "file"
     sources: Mapping[str, str] = field(default_factory=dict)
     reason: str = ""
+    guessed_unit: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON with all attributes; `source` has the key ``from``."""
@@ -158,7 +161,7 @@ class Inspection:
                 c.role + (f" {c.rate:.5g} Hz" if c.rate and c.role == "time" else ""),
                 (c.unit or "?" * (c.role == "sensor"))
                 + (f" × {number(c.scale)}" if c.scale != 1.0 else "")
-                + (" (guess)" if c.role == "time" and c.sources.get("unit") == "guess" else ""),
+                + (f"{c.guessed_unit} (guess)" if c.guessed_unit else ""),
                 c.source,
                 *_texts_of_values(c),
             )
@@ -375,6 +378,7 @@ def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -
     doubts: list[str] = []
     rate, low, high = known.rate, np.nan, np.nan
     first: tuple[float, ...] = ()
+    guessed = ""
     x = table.columns[at]
     if at in table.texts:
         doubts.append(f'it holds text, such as "{plain(table.texts[at], 24)}"')
@@ -400,11 +404,7 @@ def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -
             try:
                 stamps = read_stamps(x, time_unit_of(known.name, known.unit))
                 rate = stamps.rate
-                if known.unit is None:
-                    source = "header" if stamps.why == "given" else "guess"
-                    known = replace(
-                        known, unit=stamps.unit, sources={**known.sources, "unit": source}
-                    )
+                guessed = "" if stamps.why == "given" else stamps.unit
             except InputError as error:
                 doubts.append(str(error))
         first = tuple(float(v) for v in x[:SHOWN_ROWS])
@@ -422,6 +422,7 @@ def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -
         known.source,
         known.sources,
         known.reason,
+        guessed,
     )
 
 
