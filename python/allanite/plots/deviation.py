@@ -133,7 +133,9 @@ def plot_stability(
     if len(deviations) > 1 and first.unit == "1" and len(kinds) == 1:
         words = "σ_y(τ)"
     y = log_axis(words, *shown)
-    guides = [mark for slope, name in SLOPES for mark in _guide(first, slope, name, x, y)]
+    # White PM falls faster in the modified deviation only.
+    slopes = ((-1.5, "τ⁻³ᐟ²"), *SLOPES) if first.kind == "mdev" else SLOPES
+    guides = [mark for slope, name in slopes for mark in _guide(first, slope, name, x, y)]
     panel = Panel(x, y, (*guides, *marks))
     title = "Stability" if first.unit == "1" else "Deviations"
     subtitle = "" if recording is None else recording_text(recording)

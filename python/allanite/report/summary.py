@@ -116,7 +116,7 @@ def _next_steps(report: Report) -> tuple[str, ...]:
         log = Path(report.entries[0].recording.path or "LOG").name
         which = "the adequate axes" if out else "every axis"
         out.append(
-            f"Use the values of {which}. To write the parameter file of a filter, run allanite characterize {log};"
-            " its help lists the options."
+            f"Use the values of {which}. The parameter file of a filter covers more than these values; for Kalibr it comes"
+            f" from: allanite characterize {log} --export kalibr --output imu.yaml."
         )
     return tuple(out)

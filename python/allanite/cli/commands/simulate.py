@@ -125,7 +125,14 @@ def command(
         rate = positive_rate(rate)
     length = {"duration": duration} if samples is None else {"n": samples}
     own = models[0].unit or unit or "1"
-    recording = models[0].model.simulate(**length, rate=rate, seed=seed, unit=own)
+    try:
+        recording = models[0].model.simulate(**length, rate=rate, seed=seed, unit=own)
+    except InputError as error:
+        if error.missing != "quantity":
+            raise
+        raise InputError(
+            f"--unit {own}: the samples are rates, such as deg/s or m/s^2; for a clock use --unit 1 (fractional frequency)"
+        ) from None
     if unit is not None:
         recording = recording.to(unit)
     _write_and_describe(recording, model, seed, output, as_json)
