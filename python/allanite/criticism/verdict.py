@@ -79,7 +79,7 @@ class Where:
         if self.worst_tau is not None:
             low, high = self.worst_tau
             inside = [r for r in self.tau if low <= r["tau_s"] <= high]
-            peak = max(inside, key=lambda r: abs(np.log(r["ratio"])))
+            peak = max(inside, key=lambda r: abs(r["z"]))
             # The fit's summary names the worst τ with enough degrees of freedom, which may be another one.
             left_out = f"; fewer than {MIN_EDF:g} degrees of freedom, so not in the Allan error"
             words = (

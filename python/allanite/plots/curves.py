@@ -117,7 +117,7 @@ def _limit_ratio(effect: Effect, values: dict[str, Any]) -> float | None:
 def failing_tau_ranges(fit: Fit) -> list[tuple[float, float, float]]:
     """List of (low, high, ratio): ranges of τ (s) in which the measured curve deviates from the model.
 
-    The ratio is measured/model where it is farthest from 1 within the range.
+    The ratio is measured/model at the τ with the largest z of the range.
     """
     curve = fit.curve
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
@@ -129,8 +129,8 @@ def failing_tau_ranges(fit: Fit) -> list[tuple[float, float, float]]:
         inside = np.abs(z[start:i])
         if sign[start] and inside.max() >= MIN_FAILING_SCORE:
             # The same factor as in the text of the verdict.
-            apart = np.log(curve.measured[start:i] / curve.model[start:i])
-            ratio = float(np.exp(apart[np.abs(apart).argmax()]))
+            at = start + int(inside.argmax())
+            ratio = float(curve.measured[at] / curve.model[at])
             out.append((float(curve.tau[start]), float(curve.tau[i - 1]), ratio))
         start = i
     return out
