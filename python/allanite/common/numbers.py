@@ -51,8 +51,8 @@ def duration_text(seconds: float) -> str:
     """Duration with three digits in the largest unit of which it is exactly one or at least two: ``2 h``, ``40 s``."""
     for size, name in ((YEAR, "years"), (86400.0, "d"), (3600.0, "h"), (60.0, "min")):
         if seconds >= 2.0 * size or seconds == size:
-            return f"{seconds / size:.3g} {name}"
-    return f"{seconds:.3g} s"
+            return f"{number(seconds / size)} {name}"
+    return f"{number(seconds)} s"
 
 
 def numbers_text(values: Iterable[float], *, times: bool) -> str:

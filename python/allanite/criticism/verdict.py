@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from allanite.common.numbers import time_scale, with_readable_numbers
 from allanite.common.showing import brief
 from allanite.criticism import over_frequency, over_tau

@@ -402,7 +402,7 @@ def _times(target: _Target, name: str, ratio: float) -> str:
     """Text that a number of a file is `ratio` times the fitted coefficient, or its expected size if not detected."""
     if name in target.undetected:
         return f"{name} was not detected: {ratio:.3g} times {EXPECTED_SIZE}"
-    return f"{ratio:.3g} times the fitted {name}"
+    return f"the fitted {name}" if f"{ratio:.3g}" == "1" else f"{ratio:.3g} times the fitted {name}"
 
 
 @lru_cache(maxsize=256)

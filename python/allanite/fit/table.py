@@ -98,7 +98,7 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
         )
     if e.adev_worst is not None:
         factor, tau = e.adev_worst
-        line += f", largest error at τ = {tau:.3g} s: model/measured = {number(factor)}"
+        line += f", largest error at τ = {number(tau)} s: model/measured = {number(factor)}"
     if fit.discrepancy.percent:
         off = fit.discrepancy.percent
         # δ is the typical error; a few bins may be off by far more.

@@ -10,6 +10,7 @@ from math import exp
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
+from allanite.common.numbers import number
 from allanite.effects import title_of
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.fit.rivals.undecided import Undecided, undecided
@@ -328,7 +329,7 @@ class Study:
             worst = (
                 "–"
                 if e.adev_worst is None
-                else f"×{e.adev_worst[0]:.3g} at {e.adev_worst[1]:.3g} s"
+                else f"×{number(e.adev_worst[0])} at {number(e.adev_worst[1])} s"
             )
             out.append(
                 (
