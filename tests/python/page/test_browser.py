@@ -62,7 +62,7 @@ def test_the_loop(tab):
     assert traces >= 5
     assert tab.locator("#plot .scatterlayer .points path.point").count() > 40
     assert tab.locator("#plot .shapelayer path, #plot .layer-below path").count() >= 1
-    assert "rad/s" in tab.locator("#plot .ytitle").text_content()
+    assert "°/h" in tab.locator("#plot .ytitle").text_content()
     assert "τ (s)" in tab.locator("#plot .x2title").text_content()
     assert "Fails" in tab.locator("#verdict").inner_text()
     card = tab.locator(".card").first

@@ -53,7 +53,10 @@ def test_no_fitted_number_nor_interval_is_outside(model, truth, seed):
             if value is None:  # an optional number that the model does without
                 continue
             assert low <= value <= high
-            assert (name in effect.at_limit) == (value in (low, high))
+            declared, ends = effect.parameter(name), {low, high}
+            if declared.role == "shape":
+                ends |= {declared.low, declared.high}  # its declared range limits it, too
+            assert (name in effect.at_limit) == (value in ends)
             if value.interval is not None:
                 assert low <= value.interval[0] <= value.interval[1] <= high
     assert np.isfinite(fit.solution.log_likelihood)
