@@ -1,9 +1,11 @@
 """Results with other values of constants that have no derivation.
 
-    python benches/decisions/chosen_values.py [courses] [gates] [posterior]
+    python benches/decisions/chosen_values.py [courses] [gates] [posterior] [refits] [steps]
 
 courses: forms of a moving band; names of hidden bands that drift. gates: fine steps of a periodic noise level; coverage of
-N. posterior: draws behind a holdover band; difference of its half-width at 3 h from that of ten times as many draws.
+N. posterior: draws behind a holdover band; difference of its half-width at 3 h from
+that of ten times as many draws. refits: ΔlogL after the refit over ΔlogL of the search, for tone bursts, drifting lines and
+narrow bands. steps: final models and logL of events with other distances of the points that test a shape for its optimum.
 """
 
 from __future__ import annotations
@@ -13,8 +15,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from scipy import signal
 
 import allanite as al
+from allanite.suggestion import constants
 
 sys.path += [str(Path(__file__).parent), str(Path(__file__).parents[1] / "claims")]
 import holdover
@@ -103,6 +107,114 @@ def posterior():
         )
 
 
+def _hidden(rng, kind, n, rate):
+    """Return samples of N+K with a tone burst, a drifting line, a narrow band, or nothing, of ΔlogL 10 to 60."""
+    t, gain = np.arange(n) / rate, rng.uniform(10.0, 60.0)
+    x = rng.standard_normal(n) + 0.002 * np.cumsum(rng.standard_normal(n))
+    f = rng.uniform(5.0, 40.0)
+    if kind == "burst":
+        length = rng.uniform(0.02, 0.5)
+        first = int(rng.uniform(0.0, 1.0 - length) * n)
+        inside = slice(first, first + int(length * n))
+        x[inside] += 2.0 * np.sqrt(gain / (n * length)) * np.cos(2.0 * np.pi * f * t[inside])
+    elif kind == "drifting line":
+        rate_of_drift = rng.uniform(2.0, 200.0) / t[-1] ** 2
+        x += 2.0 * np.sqrt(gain / n) * np.cos(2.0 * np.pi * (f + 0.5 * rate_of_drift * t) * t)
+    elif kind == "narrow band":
+        width = rng.uniform(0.002, 0.2)
+        low, high = 2.0 * (f - width) / rate, 2.0 * (f + width) / rate
+        band = signal.lfilter(*signal.butter(1, [low, high], "band"), rng.standard_normal(n))
+        x += band / band.std() * np.sqrt(2.0 * width / rate * rng.uniform(1.0, 20.0))
+    return x
+
+
+def refits():
+    """Print the largest ratios of ΔlogL after a refit to that of the search, without the limits on refits."""
+    screens = {
+        "tone burst": importlib.import_module("allanite.suggestion.screens.tone_bursts"),
+        "drifting line": importlib.import_module("allanite.suggestion.screens.drifting_lines"),
+    }
+    spectral = importlib.import_module("allanite.suggestion.screens.spectral")
+    found = {name: [] for name in (*screens, "narrow band")}
+
+    def watched(name, screen):
+        solve, limit = screen.solved_with, screen.may_become_significant
+
+        def search(_family, most):
+            drifts = name == "drifting line"
+            ratio = constants.MAX_DRIFT_REFIT_RATIO if drifts else constants.MAX_REFIT_GAIN_RATIO
+            search.gain = most / ratio
+            return True
+
+        def refit(*args):
+            refitted = solve(*args)
+            found[name].append((search.gain, refitted[2]))
+            return refitted
+
+        screen.may_become_significant, screen.solved_with = search, refit
+        return lambda: (
+            setattr(screen, "solved_with", solve),
+            setattr(screen, "may_become_significant", limit),
+        )
+
+    undo = [watched(*one) for one in screens.items()]
+    bands, narrow = spectral.narrow_bands, spectral._narrow_band_candidate
+    limit, spectral.MAX_REFIT_GAIN_RATIO = spectral.MAX_REFIT_GAIN_RATIO, 1e3
+
+    def candidate(*args):
+        best = []
+        spectral.narrow_bands = lambda *given: best.extend(bands(*given)) or best
+        made = narrow(*args)
+        if made is not None and best:
+            found["narrow band"].append((max(band.gain for band in best), made.gain))
+        return made
+
+    spectral._narrow_band_candidate = candidate
+    rng = np.random.default_rng(5)
+    for kind in ("nothing", "burst", "drifting line", "narrow band", "nothing") * 10:
+        recording = al.Recording(_hidden(rng, kind, 60_000, 100.0), rate=100.0)
+        al.fit_model(recording, "N+B+K").check()
+    for step in undo:
+        step()
+    spectral.narrow_bands, spectral._narrow_band_candidate = bands, narrow
+    spectral.MAX_REFIT_GAIN_RATIO = limit
+    for name, pairs in found.items():
+        rows = sorted((after / before, before) for before, after in pairs)
+        top = ", ".join(f"{ratio:.2f} (ΔlogL {gain:.0f})" for ratio, gain in rows[-4:])
+        print(f"{name}: {len(rows)} refits, the largest ratios {top}", flush=True)
+
+
+def steps():
+    """Print how many of twelve searches of events end with the same effects and logL as with the value in use."""
+    shape = importlib.import_module("allanite.fit.shapes.shape")
+    kinds = ("bias_step", "excursion", "transient", "transition", "warm_up", "covariate")
+    kept, usual = shape.STEP_TOLERANCES, None
+    for value in (kept, 0.5 * kept, 2.0 * kept):
+        shape.STEP_TOLERANCES = value
+        fits = [
+            al.improve(records.record(kind, seed), records.HIDDEN[kind].start).fit
+            for kind in kinds
+            for seed in range(2)
+        ]
+        shape.STEP_TOLERANCES = kept
+        usual = usual or fits
+        same = sum(
+            one.model.name == other.model.name for one, other in zip(fits, usual, strict=True)
+        )
+        apart = max(
+            abs(one.solution.log_likelihood - other.solution.log_likelihood)
+            for one, other in zip(fits, usual, strict=True)
+        )
+        print(f"{value}: {same} of {len(fits)} equal, logL within {apart:.4f}", flush=True)
+
+
 if __name__ == "__main__":
-    for part in sys.argv[1:] or ("courses", "gates", "posterior"):
-        {"courses": courses, "gates": gates, "posterior": posterior}[part]()
+    parts = {
+        "courses": courses,
+        "gates": gates,
+        "posterior": posterior,
+        "refits": refits,
+        "steps": steps,
+    }
+    for part in sys.argv[1:] or parts:
+        parts[part]()

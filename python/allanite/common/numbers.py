@@ -48,7 +48,10 @@ def time_scale(span: float) -> tuple[float, str]:
 
 
 def duration_text(seconds: float) -> str:
-    """Duration with three digits in the largest unit of which it is exactly one or at least two: ``2 h``, ``40 s``."""
+    """Text of a duration with three digits: ``40 s``, ``90 min``, ``2 h``, ``3 d``, ``2 years``.
+
+    A larger unit is used from two of it on, and for exactly one: ``1 h``.
+    """
     for size, name in ((YEAR, "years"), (86400.0, "d"), (3600.0, "h"), (60.0, "min")):
         if seconds >= 2.0 * size or seconds == size:
             return f"{number(seconds / size)} {name}"

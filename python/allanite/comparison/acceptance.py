@@ -126,7 +126,10 @@ class Acceptance:
 
     @property
     def verdict(self) -> str:
-        """``"does not meet"`` if any figure does not, ``"meets"`` if all figures do, else ``"undecided"``."""
+        """Verdict on the sheet: ``"meets"`` or ``"does not meet"`` its figures, or ``"undecided"``.
+
+        The sheet is met if every figure is, and not met if one is not.
+        """
         found = {figure.verdict for figure in self.figures}
         return next(v for v in (DOES_NOT_MEET, UNDECIDED, MEETS) if v in found)
 

@@ -73,7 +73,7 @@ class Deterministic(Effect):
 
     @property
     def amplitudes_held(self) -> bool:
-        """True if at least one amplitude is held; then a fit changes none of them."""
+        """True if the user holds an amplitude of this effect. A fit then keeps all its amplitudes."""
         return any(p.role == "coefficient" and p.name in self.held for p in self.parameters)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:

@@ -239,7 +239,7 @@ class Bandwidth(Modifier):
 
     @property
     def whole(self) -> LowPass | None:
-        """`LowPass` filter if it acts on all random processes, else None; its cutoff is in Hz."""
+        """`LowPass` with the design, order and cutoff (Hz) of this effect. None if the filter acts on white noise alone."""
         return LowPass(*self._design_values(1.0)) if self.acts_on == "all" else None
 
     def modify(

@@ -102,7 +102,9 @@ def _covariance(solution: Solution, data: Data, slopes: NDArray[np.float64]) -> 
 def _sandwich_covariance(
     data: Data, weight: NDArray[np.float64], slopes: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
-    """Array of the sandwich covariance of parameters if missing samples correlate the power of bins, else None.
+    """Covariance matrix of the parameters (sandwich estimator) for missing samples, or None if no sample is missing.
+
+    Missing samples correlate the power of different bins, which the usual covariance neglects.
 
     The estimate solves Σ_b w_b (I_b/S_b − 1) ∂lnS_b/∂φ = 0. The covariance of I_a/S_a and I_b/S_b is 2 Σ (δ_ji − c_ji)²
     divided by the degrees of freedom of both bins (Godambe's sandwich).

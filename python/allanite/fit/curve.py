@@ -25,9 +25,9 @@ MIN_EDF = 10.0
 #: Minimum |z| at which the Allan curve contradicts the model. The largest |z| of a true model exceeds it in about 0.2 % of
 #: records, since neighboring τ share most samples.
 MIN_FAILING_SCORE = 4.0
-#: Maximum Allan error, in expected scatters, of a model that the Allan curve does not contradict. None of 2800 fits of the
-#: true models N, N+B, N+K and N+B+K (2000 and 10 000 samples) exceeds it; neighboring τ may all miss a model by less than
-#: `MIN_FAILING_SCORE`.
+#: Maximum Allan error, in expected scatters, of a model that the Allan curve does not contradict. None of 2000 fits of the
+#: true models N, N+B, N+K and N+B+K exceeds it (benches/claims/allan_scatter.py --records 500). Neighboring τ may all miss
+#: a model by less than `MIN_FAILING_SCORE`.
 MAX_ADEQUATE_ERROR_SCATTERS = 3.0
 
 

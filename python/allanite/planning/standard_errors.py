@@ -65,7 +65,7 @@ def standard_errors(model: Model, data: Data, grid: Data) -> dict[str, float]:
 
 
 def _key(label: str, effect: Effect, name: str) -> str:
-    """Name of the parameter `name` in the results: ``N`` for a coefficient named as its effect, else ``GM.q_c``."""
+    """Name of a parameter in the results: ``GM.q_c``, or ``N`` alone if effect and coefficient have the same name."""
     return label if name == effect.short and label == name else f"{label}.{name}"
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-#: Number of time segments of which a figure shows minimum, maximum and mean.
+#: A figure divides a record into this many segments and draws minimum, maximum and mean of each.
 SEGMENTS = 600
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from allanite import Recording
 from allanite.page.sessions import Sessions
 from allanite.page.source import Source
 from generators import gauss_markov, sinusoid, walk, white
-from page_browser import BROWSERS, launched
+from page_browser import BROWSERS, READY, launched
 from page_sessions import client_of, opened
 
 RATE, N = 20.0, 20_000
@@ -56,3 +56,12 @@ def context(browser):
     context.set_default_timeout(60_000)
     yield context
     context.close()
+
+
+@pytest.fixture
+def tab(context, server):
+    """The page of `server` in the browser, after the first fit and check."""
+    tab = context.new_page()
+    tab.goto(server.url)
+    tab.wait_for_selector(READY)
+    return tab

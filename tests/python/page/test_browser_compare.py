@@ -6,7 +6,6 @@ import pytest
 from allanite import Recording
 from allanite.page import explore
 from generators import white
-from page_browser import READY
 
 pytestmark = [pytest.mark.browser, pytest.mark.long]
 
@@ -42,10 +41,7 @@ def server():
 
 
 @pytest.fixture
-def tab(context, server):
-    tab = context.new_page()
-    tab.goto(server.url)
-    tab.wait_for_selector(READY)
+def tab(tab):
     tab.locator("[data-tab=compare]").click()
     tab.wait_for_selector("body[data-drawn*=' compare ']")
     return tab
@@ -85,7 +81,7 @@ def test_logs_of_other_rates_units_and_sensors_share_the_averaging_times(tab, tm
     _, _, apart = tab.evaluate(CURVE, "quick.npz acc")
     assert apart != axis
     titles = tab.locator("#plot .ytitle, #plot .y2title").all_text_contents()
-    assert [t.rpartition("(")[2] for t in titles] == ["rad/s)", "m/s²)"]
+    assert [t.rpartition("(")[2] for t in titles] == ["°/h)", "µg)"]
     ranges = tab.evaluate(
         "(l => [l.xaxis.range, l.xaxis2.range])(document.getElementById('plot')._fullLayout)"
     )
@@ -108,8 +104,8 @@ def test_values_of_a_data_sheet_are_lines_and_what_is_not_shown_is_said(tab, tmp
         "return [t.mode, t.x, t.y]; }"
     )
     assert line[0] == "lines"
-    # 60 °/√h are 1 °/√s.
-    assert line[2][0] * np.sqrt(line[1][0]) == pytest.approx(np.radians(1.0), rel=0.01)
+    # 60 °/√h are 1 °/√s: 3600 °/h at 1 s.
+    assert line[2][0] * np.sqrt(line[1][0]) == pytest.approx(3600.0, rel=0.01)
     rows = tab.locator("#sheet tr", has_text="angle random walk")
     assert rows.count() == 1
     # More curves than colors: the others are named below the figure.

@@ -34,14 +34,6 @@ def server():
     page.close()
 
 
-@pytest.fixture
-def tab(context, server):
-    tab = context.new_page()
-    tab.goto(server.url)
-    tab.wait_for_selector(READY)
-    return tab
-
-
 def at(tab, axis):
     tab.wait_for_selector(f"[data-axis='{axis}'][aria-current]:not(.new):not(.fitted)")
     tab.wait_for_selector(READY)

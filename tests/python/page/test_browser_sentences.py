@@ -29,11 +29,8 @@ def server():
 
 
 @pytest.fixture
-def show(context, server):
+def show(tab):
     """Function that opens a view of an axis, and returns the tab and the sentence above the figure."""
-    tab = context.new_page()
-    tab.goto(server.url)
-    tab.wait_for_selector(READY)
 
     def shown(view, axis=0):
         tab.locator(f"[data-axis='{axis}']").click()

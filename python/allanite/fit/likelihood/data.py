@@ -136,7 +136,7 @@ class Data:
         return self._without_end_leakage(model.unit_terms(effect, self.rate, self.span))
 
     def _without_end_leakage(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
-        """Tuple of the terms without the leakage of the record's ends if both ends are missing, else `terms`."""
+        """Tuple of spectral terms to use: without leakage from the ends if the end samples are missing, else `terms`."""
         return tuple(term.inside for term in terms) if self.ends_missing else terms
 
     def octaves(

@@ -27,7 +27,7 @@ MAX_ADDED_VARIANCE = 0.1
 
 
 def without_ends(data: Data, solution: Solution) -> Data | None:
-    """`Data` with the first and last sample masked if the leakage of the ends matters under the model, else None."""
+    """Copy of the data with the first and last sample masked. None if leakage from the ends is negligible for the model."""
     if data.ends_missing or data.ordinates.size != data.n:
         return None
     if all(term.inside is term for term in data.terms(solution.model)):

@@ -111,7 +111,7 @@ class ManyFits:
 
     @property
     def of(self) -> str:
-        """Word for the fitted records: ``columns`` if they belong to one recording, else ``recordings``."""
+        """Text that names the fitted records: ``columns`` for columns of one log, ``recordings`` for several logs."""
         columns = [fit.recording for fit in self.fits]
         one = len({c.path for c in columns}) == 1
         return "columns" if one and len({c.columns[0] for c in columns}) > 1 else "recordings"
@@ -208,7 +208,11 @@ def of_fits(fits: Sequence[Fit]) -> ManyFits:
 
 
 def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
-    """Tuple of the pooled parameters that all fits have, by likelihood if possible, else by standard errors."""
+    """Tuple with one pooled value for each parameter that all fits share.
+
+    Coefficients are pooled by their likelihoods where `_coefficient_places` allows it, other parameters by their standard
+    errors. A parameter without standard error is omitted.
+    """
     tables = aligned(fits)
     by_likelihood = _coefficient_places(fits)
     out = []

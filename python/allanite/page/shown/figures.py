@@ -128,7 +128,7 @@ def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     widths: tuple[float, ...] = (1.0,)
     close = None if check is None else _close_up(check)
     if close is not None:
-        # The spectrum is a mean over time. Whether a line or band drifts is visible beside it.
+        # A spectrum does not show whether a line drifts, so power over time is drawn beside it.
         title = f"{number(close.y.low, 3)}–{number(close.y.high, 3)} Hz over time"
         panels = (*panels, replace(close, column=1, rows=2, title=title))
         widths = (1.6, 1.0)
