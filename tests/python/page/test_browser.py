@@ -244,7 +244,7 @@ def test_a_log_without_a_rate_is_asked_about(tab, hidden, tmp_path):
     tab.click("#form-read")
     tab.wait_for_selector("text=5 000 samples".replace(" ", "\u202f", 1))
     tab.wait_for_selector(READY)
-    assert "°/s" in tab.locator("#plot .ytitle").text_content()
+    assert "°/h" in tab.locator("#plot .ytitle").text_content()
     # What is no log says so, and what was open stays.
     (tmp_path / "letter.txt").write_text("dear reader\n")
     give(tab, "[data-pick=log]", tmp_path / "letter.txt")

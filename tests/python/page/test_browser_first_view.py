@@ -55,7 +55,7 @@ def test_the_curve_is_seen_before_the_model_and_the_canvas_is_never_empty(contex
         )
         assert tab.locator(POINTS).count() > 5
         assert tab.locator("#plot .errorbar").count() > 5
-        assert "Allan deviation (°/s)" in tab.locator("#plot .ytitle").text_content()
+        assert "Allan deviation (°/h)" in tab.locator("#plot .ytitle").text_content()
         # No model yet, and each axis of the strip has its curve.
         assert tab.locator(".chip").count() == 0
         tab.wait_for_function("() => document.querySelectorAll('#strip svg path').length === 6")
