@@ -40,9 +40,7 @@ def followed_column(
         )
     if columns is None or name not in columns:
         known = ", ".join(columns or {}) or "none"
-        raise InputError(
-            f"{effect.kind}: the recording has no column {name!r} offered (it has: {known})"
-        )
+        raise InputError(f"{effect.kind}: the recording has no column {name!r} (it has: {known})")
     return np.asarray(columns[name], dtype=np.float64)
 
 
@@ -74,8 +72,7 @@ class LaggedColumn:
         values = covariates[self.column] - np.mean(covariates[self.column])
         samples = self.lag / float(time[1] - time[0])
         if samples > 0.0:
-            runs = np.split(values, self.starts) if self.starts else [values]
-            values = np.concatenate([lagged(run, samples) for run in runs])
+            values = by_run(values, self.starts, lambda run: lagged(run, samples))
         if self.power == 1:
             return values
         first = values
@@ -148,29 +145,6 @@ class Follower(Deterministic):
         """`LaggedColumn` of the column of this effect after a `lag` (s; None is 0), raised to `power`."""
         return LaggedColumn(str(self.column), lag or 0.0, power, self.starts)
 
-    def _followed(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[NDArray[np.float64], float]:
-        """Pair: the followed column minus its mean, shape (n,), and the sampling rate from the first two times, Hz.
-
-        Raises
-        ------
-        InputError
-            The recording has no such column.
-        """
-        values = followed_column(self, covariates)
-        return values - values.mean(), float(1.0 / (time[1] - time[0]))
-
-    def _by_run(
-        self,
-        values: NDArray[np.float64],
-        function: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-    ) -> NDArray[np.float64]:
-        """Array of shape (n,): `function`, which has memory, applied to each run of `values` separately."""
-        if not self.starts:
-            return function(values)
-        return np.concatenate([function(run) for run in np.split(values, self.starts)])
-
 
 @dataclass(frozen=True)
 class Proportional(Follower):
@@ -185,6 +159,16 @@ class Proportional(Follower):
     def amplitudes(self) -> NDArray[np.float64]:
         """Array of shape (1,) with the coefficient; 0 if it is None."""
         return np.array([self.coefficient or 0.0])
+
+
+def by_run(values: Array, starts: tuple[int, ...], function: Callable[[Array], Array]) -> Array:
+    """Array of shape (n,): `function`, which has memory, applied separately to each run of `values`.
+
+    `starts` are the first samples of all runs but the first.
+    """
+    if not starts:
+        return function(values)
+    return np.concatenate([function(run) for run in np.split(values, starts)])
 
 
 def weighted_sum(parts: Sequence[tuple[float, Array]]) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite._kernels import play
 from allanite.effects._base import Parameter
-from allanite.effects._follower import COLUMN, Proportional
+from allanite.effects._follower import COLUMN, Proportional, by_run, followed_column
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -97,5 +97,6 @@ class Hysteresis(Proportional):
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """Array of the value that the column drags along with the play, shape (n, 1)."""
-        values, _ = self._followed(time, covariates)
-        return self._by_run(values, lambda run: play(run, self.width or 0.0))[:, None]
+        column = followed_column(self, covariates)
+        column = column - column.mean()
+        return by_run(column, self.starts, lambda run: play(run, self.width or 0.0))[:, None]
