@@ -127,15 +127,15 @@ def test_what_is_not_detected_is_dashed_and_every_line_is_smooth(first_figure):
 def test_a_temperature_is_seen_beside_the_samples(first_figure):
     tab = first_figure(Source("warm.npz", recording=warm()))
     settled(tab, "samples")
-    assert "Logged column temperature" in tab.inner_text("#key")
+    assert "logged column temperature" in tab.inner_text("#key")
     assert "temperature" in tab.locator("#plot .y2title").text_content()
-    # The known part is a line through the samples: it rises by 0.4 mrad/s/°C · 10 °C.
+    # The known part is a line through the samples: it rises by 0.4 mrad/s/°C · 10 °C, drawn in °/s.
     rise = tab.evaluate(
         """() => { const traces = document.getElementById("plot").data;
           const { y } = traces.find(t => t.mode === "lines" && /temperature/.test(t.name));
           return y[y.length - 1] - y[0]; }"""
     )
-    assert rise == pytest.approx(4.0, rel=0.1)
+    assert rise == pytest.approx(np.degrees(4e-3), rel=0.1)
 
 
 @pytest.mark.data
@@ -165,7 +165,7 @@ def test_recordings_show_what_is_missing_in_the_first_figure(
     settled(tab, view)
     assert card in tab.locator(".card").first.inner_text()
     if label is None:
-        assert "Logged column temperature" in tab.inner_text("#key")
+        assert "logged column temperature" in tab.inner_text("#key")
     else:
         labels = tab.locator("#plot .annotation-text").all_text_contents()
         assert any(re.fullmatch(label, text) for text in labels)
