@@ -11,14 +11,15 @@ import numpy as np
 
 import allanite as al
 
-RATE, N = 200.0, int(sys.argv[1]) if len(sys.argv) > 1 else 10**7
+RATE, N = 200.0, 10**7
 
 
 def main():
     """Print time, memory and the number of progress reports."""
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else N
     rng = np.random.default_rng(1)
-    samples = 0.01 * rng.standard_normal(N) + 1e-7 * np.cumsum(rng.standard_normal(N))
-    temperature = 25.0 + 5.0 * np.sin(np.arange(N) / (8000.0 * RATE))
+    samples = 0.01 * rng.standard_normal(count) + 1e-7 * np.cumsum(rng.standard_normal(count))
+    temperature = 25.0 + 5.0 * np.sin(np.arange(count) / (8000.0 * RATE))
     recording = al.Recording(
         samples, rate=RATE, unit="rad/s", covariates={"temperature": temperature}
     )
@@ -29,7 +30,7 @@ def main():
     wall, busy = time.perf_counter() - start, time.process_time() - busy
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     print(
-        f"check of {N:.0e} samples: {wall:.1f} s ({busy:.1f} CPU s; limit 20 s),"
+        f"check of {count:.0e} samples: {wall:.1f} s ({busy:.1f} CPU s; limit 20 s),"
         f" {most:.2f} GiB (limit 2 GiB), progress reported {len(calls)} times,"
         f" {len(check.suggestions)} candidates"
     )

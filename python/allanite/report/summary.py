@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -113,10 +112,9 @@ def _next_steps(report: Report) -> tuple[str, ...]:
                 f"{name}: {with_readable_numbers(left)}. Repeat the measurement, or examine this part of the record."
             )
     if len(out) < len(report.entries):
-        log = Path(report.entries[0].recording.path or "LOG").name
         which = "the adequate axes" if out else "every axis"
         out.append(
-            f"Use the values of {which}. The parameter file of a filter covers more than these values; for Kalibr it comes"
-            f" from: allanite characterize {log} --export kalibr --output imu.yaml."
+            f"Use the values of {which}. The parameter file of a filter covers more than these values; `characterize` writes"
+            " it, for example for Kalibr."
         )
     return tuple(out)
