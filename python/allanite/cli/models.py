@@ -81,10 +81,10 @@ def start_models(text: str | None, columns: Sequence[Recording]) -> list[Model]:
     `text` is a model string or a file; None stands for the usual models.
     """
     if text is None:
-        from allanite.common.starts import start_model
         from allanite.effects.files import parse_model
+        from allanite.readers.starts import start_model
 
-        return [parse_model(start_model(column.quantity, column.units)) for column in columns]
+        return [parse_model(start_model(column)) for column in columns]
     models = models_of(text)
     return [model_for_column(models, c.columns[0], text).in_unit(c.unit) for c in columns]
 

@@ -35,7 +35,7 @@ model_option = click.option(
     metavar="MODEL",
     help="Model to fit or to start from: a sum of effects, e.g. N+B+K, or a model file. T is the correlation time of a"
     " Gauss-Markov process GM: GM(T=30) starts the search at 30 s, T=30! holds T, T=[10,100] limits T. Default:"
-    f" {SENSOR_START}; for the phase of a clock {CLOCK_START}, where Q is white and F flicker phase noise.",
+    f" {SENSOR_START}; for a clock {CLOCK_START}, where Q is white and F flicker phase noise.",
 )
 #: Type of every --seed option: the range that the random number generators accept.
 SEED = click.IntRange(0, SEEDS)

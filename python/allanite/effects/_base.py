@@ -197,6 +197,8 @@ class Effect(AsModel):
     title: ClassVar[str]
     #: Display names by kind of sensor (``units.Unit.kind``: "acceleration", "fractional frequency").
     titles: ClassVar[Mapping[str, str]] = {}
+    #: `physics`, `looks_like` and `check_by` by kind of sensor, where they differ from those of all sensors.
+    texts: ClassVar[Mapping[str, Mapping[str, str]]] = {}
     #: Parameters that a legend shows, the most informative first; if empty, coefficients and shapes as declared.
     legend: ClassVar[tuple[str, ...]] = ()
     #: Parameters of the constructor with name and bounds.
@@ -434,6 +436,14 @@ class Effect(AsModel):
     def name_for(self, kind: str = "") -> str:
         """Display name for a `kind` of sensor, e.g. "velocity random walk" for N of "acceleration"; by default `title`."""
         return self.titles.get(kind, self.title)
+
+    @classmethod
+    def text_for(cls, name: str, kind: str = "") -> str:
+        """Text `name` of the effect for a `kind` of sensor, such as "acceleration".
+
+        `name` is "physics", "looks_like" or "check_by". Kinds without an entry in `texts` have the text of all sensors.
+        """
+        return str(cls.texts.get(kind, {}).get(name, getattr(cls, name)))
 
     def __add__(self, other: Effect | Model) -> Model:
         from allanite.effects.model import Model

@@ -60,6 +60,18 @@ class AngleRandomWalk(Stochastic):
     check_by: ClassVar[str] = (
         "compare with the data sheet's noise density (one-sided: √2·N); it should not depend on the sampling rate"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "white frequency noise: shot and thermal noise of the resonator, or of the loop that locks to an "
+                "atomic line"
+            ),
+            "check_by": (
+                "compare with the Allan deviation of the data sheet at 1 s; it should not depend on the sampling "
+                "rate"
+            ),
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("bias_instability", "power_law")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:

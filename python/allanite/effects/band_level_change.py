@@ -61,6 +61,11 @@ class BandLevelChange(Modifier):
     check_by: ClassVar[str] = (
         "look at the laboratory's log for that interval; exclude it and fit again: the band changes, everything else stays"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "a machine or a fan ran for a while, or faster; a loop or a filter changed its bandwidth",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "resonance", "tone_burst")
 
     def __post_init__(self) -> None:

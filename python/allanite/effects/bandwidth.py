@@ -104,6 +104,12 @@ class Bandwidth(Modifier):
     check_by: ClassVar[str] = (
         "compare with the filter setting of the data sheet; set the sensor to another bandwidth or output rate"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "the filter of the counter, or the loop that steers the clock, rolls off the noise",
+            "check_by": "compare with the filter of the counter and the bandwidth of the loop; change them and repeat",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("gauss_markov", "resonance", "quantization")
 
     def __post_init__(self) -> None:

@@ -58,6 +58,15 @@ class BiasInstability(Stochastic):
         "record longer: a true flicker floor stays flat over decades, a sum of lags does not; "
         "repeat at another supply current or modulation frequency"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "1/f noise of the electronics and of the resonator, which shifts the frequency",
+            "check_by": (
+                "record longer: a true flicker floor stays flat over decades; compare the clock with another "
+                "reference"
+            ),
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("gauss_markov", "power_law", "rate_random_walk")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:

@@ -55,6 +55,11 @@ class BiasStep(Event):
     check_by: ClassVar[str] = (
         "look at the samples and at the laboratory's log at that time; repeat the record"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "the frequency jumped: a resonator relaxed, a supply was switched, or the reference changed",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = (
         "excursion",
         "transient",

@@ -63,6 +63,11 @@ class BurstNoise(Stochastic):
     check_by: ClassVar[str] = (
         "low-pass the samples and look at their histogram: two peaks; it depends steeply on temperature and supply"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "a single trapped charge or a contact switches the frequency between two levels",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("gauss_markov",)
 
     @classmethod

@@ -72,6 +72,14 @@ class Covariate(Follower):
     check_by: ClassVar[str] = (
         "drive the column on purpose (a temperature ramp up and down: a lag shows as hysteresis) and regress again"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "the frequency follows another quantity: a temperature, a supply voltage, the pressure or "
+                "humidity of the air"
+            ),
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = (
         "rate_random_walk",
         "rate_ramp",

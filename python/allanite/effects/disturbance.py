@@ -57,6 +57,15 @@ class Disturbance(Modifier):
     check_by: ClassVar[str] = (
         "look at the samples and at the laboratory's log for that time; record again where nothing moves"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "for a while the clock or its link was disturbed: a cable was moved, packets were late, or the "
+                "reference changed"
+            ),
+            "check_by": "look at the phase and at the laboratory's log for that time; record again without the disturbance",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "outliers", "resonance")
 
     @classmethod

@@ -70,6 +70,18 @@ class DriftingResonance(Moving):
         "look at the spectrogram; multiples of a machine's speed drift in proportion, on all axes; record again when"
         " everything is warm: the band must stay"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "a modulation whose frequency changes slowly, such as a fan or a regulator that follows the "
+                "temperature"
+            ),
+            "check_by": (
+                "look at the spectrogram; compare the track with the temperature; record again when everything is "
+                "warm: the band must stay"
+            ),
+        }
+    }
 
     __repr__ = brief
 

@@ -50,6 +50,11 @@ class Excursion(Away):
     check_by: ClassVar[str] = (
         "look at the samples and at the laboratory's log at those times; exclude the segment; repeat the record"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "something acted for a while: a heater or the sun, a supply that sagged, or another reference",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = (
         "excursions",
         "bias_step",

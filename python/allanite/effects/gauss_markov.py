@@ -63,6 +63,14 @@ class GaussMarkov(Stochastic):
         "look for a part whose time constant is T (heater, fan, filter of the electronics); change it and repeat; "
         "log its temperature"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "a lag with one time constant driven by white noise: a thermal mass, an oven, or the loop that "
+                "steers the clock"
+            ),
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = (
         "bias_instability",
         "rate_random_walk",

@@ -66,6 +66,12 @@ class HighPass(Filter):
     check_by: ClassVar[str] = (
         "turn the sensor at a constant rate, or tilt it: a step must decay with 1/(2πf); look for an offset-removal setting"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "a loop steers the clock to its reference and removes slow changes of the frequency",
+            "check_by": "let the clock run free, or change the time constant of the loop: the cutoff must move",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("quantization", "power_law", "gauss_markov")
 
     def __post_init__(self) -> None:

@@ -62,6 +62,14 @@ class Hysteresis(Proportional):
     check_by: ClassVar[str] = (
         "cycle the column at two speeds: the loop of a play keeps its width, the loop of a lag widens with the speed"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "stress that a resonator relieves only by slipping: when the temperature falls again, the "
+                "frequency stays until the temperature has fallen by the play"
+            ),
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = (
         "covariate",
         "two_lags",

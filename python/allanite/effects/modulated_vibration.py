@@ -42,6 +42,7 @@ class ModulatedVibration(Resonance):
     kind: ClassVar[str] = "modulated_vibration"
     short: ClassVar[str] = "MOD"
     title: ClassVar[str] = "modulated vibration"
+    titles: ClassVar[dict[str, str]] = {"fractional frequency": "modulated band"}
     screened: ClassVar[str] = "none"
     companions: ClassVar[tuple[str, ...]] = ("modulation", "depth")
     parameters: ClassVar[tuple[Parameter, ...]] = (
@@ -71,6 +72,14 @@ class ModulatedVibration(Resonance):
         "look for something that changes with the rate f_m; multiples of the band have sidebands at the same distance;"
         " switch it off"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "a periodic disturbance whose strength changes periodically, such as two regulators of nearly "
+                "equal speed"
+            ),
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("resonance",)
 
     @classmethod

@@ -48,6 +48,11 @@ class NoiseLevelChange(Level):
     check_by: ClassVar[str] = (
         "look at the laboratory's log for that interval; exclude it and fit again: everything else should stay"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "for a while the link, the supply or the counter was noisier, or the clock lost its lock",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("outliers", "noise_levels")
 
     @classmethod

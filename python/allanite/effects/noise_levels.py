@@ -63,6 +63,14 @@ class NoiseLevels(Level):
     check_by: ClassVar[str] = (
         "compare the times with what was switched in the laboratory; fit the segments of one level alone"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "the clock, its link or something near them changes its state: the load of a network, a heater, a "
+                "fan, people at the bench"
+            ),
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "periodic_noise_level")
 
     __repr__ = brief

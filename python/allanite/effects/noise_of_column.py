@@ -70,6 +70,14 @@ class NoiseOfColumn(Level):
     check_by: ClassVar[str] = (
         "hold the column at two values and compare N; record again with changes at other times"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "the noise depends on another quantity, such as the temperature, a supply voltage or the load of "
+                "a network"
+            ),
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "noise_levels")
 
     @classmethod

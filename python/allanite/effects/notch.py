@@ -82,6 +82,12 @@ class Notch(Filter):
     check_by: ClassVar[str] = (
         "look for a notch in the settings of driver and firmware; switch it off: the gap must disappear"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "a filter of the counter, or of the loop that steers the clock, removes a band",
+            "check_by": "look for a filter in the settings of counter and loop; switch it off: the gap must disappear",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("resonance", "bandwidth")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:

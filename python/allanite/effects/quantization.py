@@ -54,6 +54,16 @@ class Quantization(Stochastic):
         "compare √12·Q with the sensor's pulse weight; check whether increments are whole multiples of a step; "
         "dither the input and repeat"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "white noise of the phase, which does not accumulate: resolution and noise of the counter or of "
+                "the time stamps"
+            ),
+            "looks_like": "a slope of −1 at the shortest τ (modified deviation: −3/2); a density that rises as f²",
+            "check_by": "compare √12·Q with the resolution of the counter; measure the clock with another counter",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("power_law",)
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:

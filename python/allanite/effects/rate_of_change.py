@@ -55,6 +55,18 @@ class RateOfChange(Proportional):
     check_by: ClassVar[str] = (
         "hold the column at two values: the bias is the same at both; pass from one to the other at two speeds"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "a gradient across the resonator and its oven: while the temperature changes, one side is ahead "
+                "of the other"
+            ),
+            "check_by": (
+                "hold the column at two values: the frequency is the same at both; pass from one to the other at "
+                "two speeds"
+            ),
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = (
         "covariate",
         "two_lags",

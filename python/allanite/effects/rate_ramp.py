@@ -59,6 +59,13 @@ class RateRamp(Deterministic):
     check_by: ClassVar[str] = (
         "repeat after the sensor has settled; plot the bias against its temperature"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "a monotonic change of the frequency: aging of a crystal or a lamp, or warming up",
+            "looks_like": "a slope of +1 at the longest τ; the frequency drifts in one direction",
+            "check_by": "repeat after the clock has settled; plot the frequency against its temperature",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("rate_random_walk", "warm_up", "covariate", "gauss_markov")
 
     def regressors(

@@ -78,6 +78,15 @@ class Resonance(Stochastic):
         "tap the mount and look for a ringing at f; add mass or damping: the band must move or widen; a machine has"
         " multiples of f, and can be switched off"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "a band of frequency noise: the loop that locks or steers the clock peaks there, or the supply "
+                "modulates the clock"
+            ),
+            "check_by": "change the bandwidth of the loop, the supply or the place: the band must move or shrink",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth", "quantization")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:

@@ -73,6 +73,18 @@ class Sinusoid(Periodic):
         "look for a machine that runs at f or for its aliases (sample at another rate: an alias moves); "
         "repeat with the mount isolated"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "something modulates the frequency: day and night, an air conditioner, the mains, or a spur of "
+                "another clock"
+            ),
+            "check_by": (
+                "look for a cause with the period 1/f, such as the temperature of the room; sample at another "
+                "rate: an alias moves"
+            ),
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("resonance",)
 
     def __post_init__(self) -> None:

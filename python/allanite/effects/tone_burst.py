@@ -66,6 +66,11 @@ class ToneBurst(Tone):
     check_by: ClassVar[str] = (
         "compare the spectrum of the segment with that of the rest; find out what ran then; switch it off and repeat"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "something periodic was switched on for a while: a fan, a compressor or a transmitter",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "drifting_line", "resonance")
 
     @property

@@ -61,6 +61,11 @@ class Transient(Event):
     check_by: ClassVar[str] = (
         "look at the samples and at the laboratory's log at that time; exclude three time constants; knock and repeat"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "a shock, a load or warm air, after which the clock relaxes: the resonator, its oven or a loop",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = ("bias_step", "excursion", "warm_up", "gauss_markov")
 
     @property

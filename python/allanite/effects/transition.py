@@ -56,6 +56,14 @@ class Transition(Event):
     check_by: ClassVar[str] = (
         "look at the samples and at the laboratory's log between these times; log the temperature; repeat the record"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "the surroundings changed from one state to another: a heater, a window, the sun, or another "
+                "reference"
+            ),
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = (
         "bias_step",
         "rate_random_walk",

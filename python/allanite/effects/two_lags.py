@@ -56,6 +56,14 @@ class TwoLags(Follower):
         "step the column and hold it: two exponentials mean two masses, an immediate stop means play; put a second "
         "thermometer on the housing"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": (
+                "two thermal masses: the resonator warms in seconds, the housing or the board in minutes, and "
+                "both shift the frequency"
+            ),
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = (
         "covariate",
         "hysteresis",

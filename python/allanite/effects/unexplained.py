@@ -64,6 +64,11 @@ class Unexplained(Stochastic):
     check_by: ClassVar[str] = (
         "change one thing at a time (mount, supply, filter, temperature) and see whether the shape moves"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "check_by": "change one thing at a time (place, supply, counter, temperature) and see whether the shape moves",
+        }
+    }
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -61,6 +61,11 @@ class WarmUp(Deterministic):
     check_by: ClassVar[str] = (
         "exclude the first three time constants; repeat from cold and from warm"
     )
+    texts: ClassVar[dict[str, dict[str, str]]] = {
+        "fractional frequency": {
+            "physics": "the clock heats itself after power-on, through one thermal time constant",
+        }
+    }
     rivals: ClassVar[tuple[str, ...]] = (
         "rate_ramp",
         "rate_random_walk",

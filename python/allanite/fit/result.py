@@ -212,9 +212,18 @@ class Fit:
 
     def display_name(self, effect: Effect) -> str:
         """Name of an effect for this kind of sensor, e.g. "velocity random walk" for N of an accelerometer."""
+        return effect.name_for(self.sensor)
+
+    def text_of(self, effect: Effect, name: str) -> str:
+        """Text of an effect for this kind of sensor; `name` is "physics", "looks_like" or "check_by"."""
+        return effect.text_for(name, self.sensor)
+
+    @property
+    def sensor(self) -> str:
+        """Kind of the sensor: "angular rate", "acceleration", "magnetic field" or "fractional frequency"."""
         from allanite.readers import kind_of_sensor
 
-        return effect.name_for(kind_of_sensor(self.recording.columns[0], self.recording.unit))
+        return kind_of_sensor(self.recording.columns[0], self.recording.unit)
 
     def alternatives(self, place: int) -> tuple[Alternative, ...]:
         """Tuple of `Alternative` fits in which another effect replaces the effect at index `place` of the model; cached."""

@@ -8,13 +8,13 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import AllaniteError, InputError
-from allanite.common.starts import start_model
 from allanite.fit import fit_model
 from allanite.page.edits import SHEET, parse_model_string
 from allanite.page.jobs import Job
 from allanite.page.ladder import Board, Ladder, Step, Work
 from allanite.page.source import kept, part_of
 from allanite.page.words import WORDS
+from allanite.readers.starts import start_model
 from allanite.recording.at_rest import motion_error
 from allanite.study import Rung, Study
 from allanite.suggestion import Check, check_fit
@@ -358,7 +358,7 @@ class Bench:
         if known is not None:
             return known
         log = self.work.log(column)
-        model = self.work.models[column] or parse_model_string(start_model(log.quantity, log.units))
+        model = self.work.models[column] or parse_model_string(start_model(log))
         job.say(f"Fitting {model.name} to {log.columns[0]}")
         step = Step("start", Rung(fit_model(log, model)))
         look(step.fit)

@@ -114,7 +114,7 @@ def _next_steps(report: Report) -> tuple[str, ...]:
     if len(out) < len(report.entries):
         which = "the adequate axes" if out else "every axis"
         out.append(
-            f"Use the values of {which}. The parameter file of a filter covers more than these values; `characterize` writes"
-            " it, for example for Kalibr."
+            f"Use the values of {which}. The parameter file of a filter covers more than these values; `characterize`"
+            " writes it, for example for Kalibr."
         )
     return tuple(out)

@@ -44,7 +44,7 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
                 f": at most {share[top]:.2g} % of the Allan variance (τ = {curve.tau[top]:.3g} s)"
             )
     note = f"{note}. " if note else _slopes_sentence(effect, found)
-    return with_readable_numbers(f"{text}. {note}Physically: {effect.physics}.")
+    return with_readable_numbers(f"{text}. {note}Physically: {before.text_of(effect, 'physics')}.")
 
 
 def name_with_lines(effect: Effect, fit: Fit) -> str:

@@ -169,7 +169,7 @@ class Suggestion:
     @property
     def check_by(self) -> str:
         """Text that says how to confirm or refute the effect in the laboratory."""
-        return self.effect.check_by
+        return self.found.text_of(self.effect, "check_by")
 
     def __repr__(self) -> str:
         sure = "" if self.significant else ", not significant"

@@ -132,14 +132,14 @@ def command(
     from allanite.cli.options import recordings_of
     from allanite.cli.run_folder import RunFolder
     from allanite.common.files import whole_file
-    from allanite.common.starts import start_model
     from allanite.effects.files import parse_model
+    from allanite.readers.starts import start_model
 
     in_folder = _is_folder(target, output)
     _check_output_options(plot, report, save, target, output, in_folder=in_folder)
     check_columns = None if target is None else partial(_check_columns, target)
     recordings = recordings_of(logs[0], options, check_columns)
-    parsed = parse_model(model or start_model(recordings[0].quantity, recordings[0].units))
+    parsed = parse_model(model or start_model(recordings[0]))
     further = [recordings_of(log, options) for log in logs[1:]]
     at_work = _working_recordings(working, options, recordings)
     how: dict[str, Any] = {

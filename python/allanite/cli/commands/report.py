@@ -54,8 +54,8 @@ def command(
     from allanite.cli.options import recording_of
     from allanite.common.errors import InputError
     from allanite.common.files import check_target
-    from allanite.common.starts import start_model
     from allanite.effects.files import parse_model
+    from allanite.readers.starts import start_model
     from allanite.report.document import Report, format_of, make_report
 
     target = _report_path(logs[0], output) if output or not options.as_json else None
@@ -65,7 +65,7 @@ def command(
         if interactive and kind != "html":
             raise InputError(f"{target}: only HTML can be interactive: end the name in .html")
     recordings = [recording_of(log, options) for log in logs]
-    model = model or start_model(recordings[0].quantity, recordings[0].units)
+    model = model or start_model(recordings[0])
     parsed = parse_model(model)
     reports = []
     for recording in recordings:

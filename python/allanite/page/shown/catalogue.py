@@ -78,9 +78,9 @@ def catalogue(kind: str) -> list[dict[str, Any]]:
             "group": _group(cls),
             "common": cls.common,
             "name": cls.titles.get(kind, cls.title),
-            "physics": cls.physics,
-            "looks_like": cls.looks_like,
-            "check_by": cls.check_by,
+            "physics": cls.text_for("physics", kind),
+            "looks_like": cls.text_for("looks_like", kind),
+            "check_by": cls.text_for("check_by", kind),
             "single": cls.single,
             "needs": [p.name for p in cls.parameters if p.role == "choice" and p.name == "column"],
             "pictures": _pictures(cls),  # type: ignore[arg-type]

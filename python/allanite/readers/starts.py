@@ -1,0 +1,18 @@
+"""Model string from which a search starts if the user names none."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.common.starts import CLOCK_START, SENSOR_START
+from allanite.common.units import FREQUENCY
+from allanite.readers.sensor_names import kind_of_sensor
+
+if TYPE_CHECKING:
+    from allanite.recording import Recording
+
+
+def start_model(recording: Recording) -> str:
+    """First model of a search, as a string: ``"Q+F+N+B+K"`` if all columns are clocks, ``"N+B+K"`` for other sensors."""
+    kinds = {kind_of_sensor(n, u) for n, u in zip(recording.columns, recording.units, strict=True)}
+    return CLOCK_START if kinds == {FREQUENCY} else SENSOR_START
