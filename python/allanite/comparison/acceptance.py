@@ -11,10 +11,11 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.numbers import duration_text
+from allanite.common.printing import printed
 from allanite.common.showing import brief
 from allanite.common.units import parse_unit
 from allanite.comparison.curves import Curves, Drawn, compare
-from allanite.comparison.datasheet import minimum_of, with_figures
+from allanite.comparison.datasheet import measured_text, minimum_of, with_figures
 from allanite.effects import as_model, find
 from allanite.sources.datasheet import MINIMUM, known_figures
 
@@ -67,6 +68,22 @@ class FigureVerdict:
     def unit(self) -> str:
         """Unit of `limit`, `measured`, `low` and `high`: the unit that the sheet prints."""
         return self.figure.unit
+
+    def with_unit(self, text: str) -> str:
+        """A number's text with the printed unit of the sheet: ``0.3 °/√h``."""
+        return f"{text} {printed(self.unit)}"
+
+    @property
+    def measured_text(self) -> str:
+        """Text of the measured value with its unit, or why there is none."""
+        return measured_text(self.figure, self.measured)
+
+    @property
+    def interval_text(self) -> str:
+        """Text of the 95 % interval with its unit; ``at most`` and the limit without a measured value, or ``none``."""
+        if self.low > 0.0:
+            return self.with_unit(f"{self.low:.4g} … {self.high:.4g}")
+        return self.with_unit(f"at most {self.high:.4g}") if math.isfinite(self.high) else "none"
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: name, printed, unit, limit, measured, interval (list), verdict, needs_s, remark."""
@@ -157,9 +174,9 @@ class Acceptance:
         cells += [
             (
                 f.figure.name,
-                f"{f.limit:.4g} {f.unit}",
-                "not detected" if f.measured is None else f"{f.measured:.4g}",
-                f"{f.low:.4g} … {f.high:.4g}" if f.low > 0.0 else f"below {f.high:.4g}",
+                f.with_unit(f"{f.limit:.4g}"),
+                f.measured_text,
+                f.interval_text,
                 f.verdict + (f" (record {duration_text(f.needs)})" if f.needs is not None else ""),
             )
             for f in self.figures
@@ -352,8 +369,8 @@ def _verdict_on_minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdic
     needs, remark = None, ""
     if not found.detected:
         remark = (
-            "the Allan deviation still decreases at the end of this record, so that only an upper limit of its minimum is"
-            f" known: {high:.3g} {figure.unit}"
+            "the measured Allan deviation still falls at the longest τ, so the record does not reach its minimum; the"
+            f" minimum is at most {high:.3g} {printed(figure.unit)} (95 % limit)"
         )
     if verdict == UNDECIDED:
         if found.detected:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from allanite.common.parameters import Estimate
+from allanite.common.printing import printed
 from allanite.common.units import parse_unit
 from allanite.effects import Model, Stochastic, find
 from allanite.sources.datasheet import MINIMUM, DataSheet, Quoted
@@ -66,10 +67,10 @@ class Comparison:
         cells += [
             (
                 row.figure.name,
-                f"{row.figure.value:g} {row.figure.unit}",
-                f"{_measured_in_printed_unit(row):.4g}"
-                if row.measured.detected
-                else "not detected",
+                f"{row.figure.value:g} {printed(row.figure.unit)}",
+                measured_text(
+                    row.figure, _measured_in_printed_unit(row) if row.measured.detected else None
+                ),
                 _ratio_text(row.ratio),
             )
             for row in self.rows
@@ -79,6 +80,17 @@ class Comparison:
         lines += ["  " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
         remarks = [f"! {row.figure.name}: {row.remark}" for row in self.rows if row.remark]
         return "\n".join([*lines, *remarks, *(f"! {remark}" for remark in self.remarks)])
+
+
+def measured_text(figure: Quoted, value: float | None) -> str:
+    """Text of a measured value with the unit that the sheet prints, or why there is none.
+
+    Without a value, a coefficient is ``not detected``. The minimum of an Allan deviation that still falls at the longest
+    τ is ``not reached``.
+    """
+    if value is not None:
+        return f"{value:.4g} {printed(figure.unit)}"
+    return "not reached" if figure.coefficient == MINIMUM else "not detected"
 
 
 def _measured_in_printed_unit(row: Row) -> float:

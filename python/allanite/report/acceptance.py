@@ -7,8 +7,6 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from allanite.common.files import whole_file
 from allanite.common.numbers import duration_text, with_readable_numbers
 from allanite.common.plain import plain
@@ -20,7 +18,7 @@ from allanite.report.summary import temperature_text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from allanite.comparison.acceptance import Acceptance, FigureVerdict
+    from allanite.comparison.acceptance import Acceptance
 
 #: Height of the plot, inches, chosen so that the report fits on one page of A4.
 PLOT_HEIGHT = 3.6
@@ -57,10 +55,10 @@ def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "
                 (
                     a.recording.columns[0],
                     f.figure.name.replace("_", " "),
-                    f"{f.figure.value:.4g} {f.unit}",
-                    f"{f.limit:.4g}",
-                    "not detected" if f.measured is None else f"{f.measured:.4g}",
-                    _interval(f),
+                    f.with_unit(f"{f.figure.value:.4g}"),
+                    f.with_unit(f"{f.limit:.4g}"),
+                    f.measured_text,
+                    f.interval_text,
                     f.verdict,
                 )
                 for a in found
@@ -125,10 +123,3 @@ def _description_rows(found: Sequence[Acceptance], serial: str, date: str) -> li
         with_readable_numbers(str(f.message)) for f in recording.audit if f.severity == "warning"
     ]
     return [(name, plain(text)) for name, text in rows] + [("note", w) for w in warnings[:2]]
-
-
-def _interval(figure: FigureVerdict) -> str:
-    """Text of the 95 % interval of a figure: ``low … high``, ``< high`` if not detected, or ``none``."""
-    if figure.low > 0.0:
-        return f"{figure.low:.4g} … {figure.high:.4g}"
-    return f"< {figure.high:.4g}" if np.isfinite(figure.high) else "none"

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 
 import numpy as np
 import pytest
@@ -106,7 +107,7 @@ def test_one_page_with_everything(tmp_path, sheet, capsys):
         "2026-11-28",
         "25 degC",
         "not logged",
-        "0.3 deg/sqrt(h)",
+        "0.3 °/√h",
         "meets",
         "<svg",
     ):
@@ -121,11 +122,15 @@ def test_a_stability_that_the_record_cannot_show_is_not_reported(tmp_path, capsy
     log = part(tmp_path, 0.3, seconds=450)
     code, out, _ = run(capsys, "accept", log, "--sheet", path)
     assert code == 3
-    assert "not detected" in out
-    assert "still decreases" in out
+    # The table and the sentence below it state the same limit, with a unit.
+    row, sentence = (line for line in out.splitlines() if "in_run_bias_stability" in line)
+    assert "1 °/h" in row
+    assert "not reached" in row
+    limit = re.search(r"at most ([\d.]+) °/h", row)[1]
+    assert f"the minimum is at most {float(limit):.3g} °/h (95 % limit)" in sentence
     code, out, _ = run(capsys, "compare", log, "--datasheet", path)
     assert code == 0
-    assert "not detected" in out
+    assert "not reached" in out
 
 
 @pytest.mark.slow
