@@ -57,7 +57,10 @@ class Bench:
         self.lock = threading.RLock()
 
     def take_over(self, other: Bench) -> None:
-        """Replace the state of this tab by a copy of that of another tab; later changes do not affect the other tab."""
+        """Replace the state of this tab by a copy of that of another tab, and announce the change.
+
+        Later changes of one tab do not affect the other. Trial values, compared step and job are not copied.
+        """
         with other.lock:
             self.sources = list(other.sources)
             self.works = {place: work.copied() for place, work in other.works.items()}
@@ -94,7 +97,10 @@ class Bench:
 
     @property
     def board(self) -> Board:
-        """Current `Board`; one with an empty column if no log is open."""
+        """Current `Board`: the steps of every column of the open log.
+
+        If no log is open, a new board with one column without steps.
+        """
         found = self.now
         return Board((Ladder(),)) if found is None else found.board
 
@@ -105,17 +111,17 @@ class Bench:
 
     @property
     def ladder(self) -> Ladder:
-        """`Ladder` with the steps of the current column, empty before the first fit."""
+        """`Ladder` with the steps of the current column; it has no steps before the first fit."""
         return self.board.ladders[self.column]
 
     @property
     def step(self) -> Step:
-        """The current step.
+        """Current `Step` of the current column.
 
         Raises
         ------
         InputError
-            Nothing is fitted yet.
+            Nothing is fitted yet, or no log is open.
         """
         found = self.ladder.step
         if found is None:
@@ -126,7 +132,7 @@ class Bench:
     def other_step(self) -> Step | None:
         """`Step` that the user compares with the current step, or None.
 
-        None if none was chosen, or if the chosen step is the current one or belongs to another column.
+        None if none was chosen, if the chosen step is the current one, or if it belongs to another column.
         """
         ladder = self.ladder
         there = self.beside in ladder.steps and self.beside is not ladder.step
@@ -134,7 +140,7 @@ class Bench:
 
     @property
     def busy(self) -> bool:
-        """True while a job is running."""
+        """True while a job is running that was not canceled."""
         return self.job is not None and self.job.busy
 
     @property
@@ -145,7 +151,10 @@ class Bench:
     # -- work ----------------------------------------------------------------------------------------
 
     def run(self, name: str, work: Callable[[Job], object], *, follows: bool = False) -> None:
-        """Start a job that calls `work` in a thread. One job runs at a time."""
+        """Start a job called `name` that calls `work` in a thread; returns at once. One job runs at a time.
+
+        A running check is canceled, or awaited if the new job `follows`. Raises `InputError` if another job is running.
+        """
         with self.lock:
             before = self.job if self.busy else None
             if before is not None:
@@ -173,20 +182,30 @@ class Bench:
 
     @contextmanager
     def change(self, job: Job) -> Iterator[None]:
-        """Context that changes the state for a job and increases `version`; raises `Ended` if the job was canceled."""
+        """Context that changes the state for a job under the lock and then increases `version`.
+
+        Raises `Ended` if the job was canceled.
+        """
         with self.lock, job.undisturbed():
             yield
             self.version += 1
 
     def push(self, ladder: Ladder, column: int | None = None) -> None:
-        """Store new steps of a column (default: the current one), and discard undone changes and trial values."""
+        """Store new steps of a column (default: the current one), discard undone changes and trial values.
+
+        Increases `version`.
+        """
         with self.lock:
             self.work.push(self.column if column is None else column, ladder)
             self.preview = None
             self.version += 1
 
     def climb(self, job: Job, step: Step, column: int) -> None:
-        """Add `step` after the current step of a column, and make it the current one; later steps are dropped."""
+        """Add `step` after the current step of a column, and make it the current one; later steps are dropped.
+
+        The estimates of its fit are computed first, and the list of removed effects is updated. Raises `Ended` if the
+        job was canceled.
+        """
         look(step.fit)
         with self.change(job):
             ladder = self.board.ladders[column]
@@ -202,11 +221,15 @@ class Bench:
         self.work.tray[column] = [*(e for e in tray if e.kind not in kinds), *gone]
 
     def within(self, step: Step) -> bool:
-        """True if the model discrepancy of a step is below the tolerance."""
+        """True if the model discrepancy of a step (%) is below the tolerance; False if no tolerance is set."""
         return self.tolerance is not None and step.fit.discrepancy.percent < self.tolerance
 
     def finish(self, job: Job, step: Step) -> Check:
-        """`Check` of a step. Stores the step's errors and then its study, each as soon as it is computed."""
+        """`Check` of a step, after waiting for a turn.
+
+        Stores the step's errors and then its study, each as soon as computed. What exists is not computed again. Raises
+        `Ended` if the job was canceled.
+        """
         job.take_turn()
         job.say(f"Searching for effects missing from {step.fit.model.name}")
         if step.error is None:
@@ -224,7 +247,10 @@ class Bench:
         return step.study.check
 
     def rest(self, job: Job, step: Step) -> None:
-        """Check a step in a job that any action of the user cancels; a check that exists is not repeated."""
+        """Check a step in a job that any action of the user cancels (sets `gives_way`).
+
+        A check that exists is not repeated.
+        """
         job.gives_way = True
         self.finish(job, step)
 
@@ -238,6 +264,9 @@ class Bench:
         column: int | None = None,
     ) -> None:
         """Start a job that reads a log and fits the first model to a column, or that shows the earlier results of the log.
+
+        A running job is canceled. Errors of reading are stored in `problem`. Raises `InputError` if the log or the
+        column does not exist.
 
         Parameters
         ----------
@@ -294,7 +323,10 @@ class Bench:
         self.run(f"Reading {source.name}", work)
 
     def _begin(self, job: Job, place: int, work: Work) -> None:
-        """Store the work on a newly read log in `works`, so that its curve is shown, and then audit its samples."""
+        """Store the work on a newly read log in `works`, which displays its curve.
+
+        Then audit its samples and set `audited`.
+        """
         with self.change(job):
             # The measured curve is shown while the samples are audited and the model is fitted.
             self.works[place] = work
@@ -305,7 +337,10 @@ class Bench:
             work.audited = True
 
     def take(self, part: Part) -> None:
-        """Start a job that analyzes a part of the log, starting from the current models; a running job is canceled."""
+        """Start a job that analyzes a part of the log, starting from the current models; a running job is canceled.
+
+        Raises `InputError` if the part has too few samples or no log is open.
+        """
         found = part_of(self.work.whole, *part)
 
         def work(job: Job) -> None:
@@ -318,7 +353,11 @@ class Bench:
         self.run("Selecting a part of the log", work)
 
     def cut(self, job: Job, part: Part, found: Recording) -> None:
-        """Make `found`, a part of the log, the analyzed recording; undo returns to the former part."""
+        """Make `found`, a part of the log, the analyzed recording.
+
+        Undo returns to the former part, but no further back. The models of the columns become the start models, except
+        effects at a time if the start moved.
+        """
         before, place = self.work, self.place_of_source
         assert place is not None
         moved = (before.part[0] or (0.0,))[0] != (part[0] or (0.0,))[0]
@@ -333,7 +372,10 @@ class Bench:
             self.preview = None
 
     def choose(self, column: int) -> None:
-        """Make a column current; start a job that fits and checks its first model, unless a job of the user runs."""
+        """Make a column current; start a job that fits and checks its first model, unless a job of the user runs.
+
+        A running check is canceled. Raises `InputError` if the column does not exist or no log is open.
+        """
         if not 0 <= column < len(self.board.ladders) or self.now is None:
             raise InputError(f"There is no column {column}")
         with self.lock:
@@ -353,7 +395,10 @@ class Bench:
         return step
 
     def start(self, job: Job, column: int) -> Step:
-        """Current `Step` of a column; fits and stores the first model if the column has no step."""
+        """Current `Step` of a column; fits and stores the first model if the column has no step.
+
+        The first model is that of the former part of the log, or the usual start model.
+        """
         known = self.board.ladders[column].step
         if known is not None:
             return known
@@ -373,7 +418,10 @@ class Bench:
             self.run("Searching for missing effects", lambda job: self.rest(job, step))
 
     def resume(self) -> None:
-        """Start the job that was canceled when the page was left: reading, the first fit, or the check."""
+        """Start the job that was canceled when the page was left: reading, the first fit, or the check.
+
+        Without an open log, the first log is opened. Nothing starts if the check exists.
+        """
         if self.now is None and self.place_of_source is not None and self.problem is None:
             self.open(self.place_of_source)
         elif self.now is None and self.place_of_source is None and self.sources:

@@ -77,7 +77,10 @@ def _called(
 
 
 def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Dict from name to value of the fields of a log's recording. Runs in the child process."""
+    """Dict from name to value of the fields of a log's recording, in the child process.
+
+    Removes ``units`` from `options` and converts columns of another unit to it.
+    """
     from allanite.readers import read
 
     units = options.pop("units", None) or {}
@@ -108,7 +111,7 @@ def _fields(record: Any) -> dict[str, Any]:
 
 
 def _restored(found: dict[str, Any]) -> Recording:
-    """`Recording` with these fields, which the child process has checked."""
+    """`Recording` made of the fields that `read_log` returns, without another check of their values."""
     stamps = found["stamps"]
     return recording_of_fields(
         {
@@ -130,7 +133,11 @@ def _tuples(value: Any) -> Any:
 
 
 def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Dict of `Inspection.to_dict` for a log, with a ``spark`` line in each column. Runs in the child process."""
+    """Dict of `Inspection.to_dict` for a log, in the child process, with a ``spark`` line in each column.
+
+    Findings name the controls of the page. Without readable columns, no ``spark`` is added. Removes ``units`` from
+    `options`.
+    """
     from allanite.page.words import WORDS
     from allanite.readers import read_table
     from allanite.readers.inspection import inspect
@@ -153,7 +160,10 @@ def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def _spark(table: Table, at: int) -> list[list[float | None]] | None:
-    """List of [minimum, maximum] of up to `SPARK` equal segments of a column, scaled to 0 … 1; None without numbers."""
+    """List of [minimum, maximum] of up to 60 equal segments of a column, scaled to 0 … 1; None without numbers.
+
+    Both are None for a segment without finite values.
+    """
     if table.columns[at] is None:
         return None
     x = np.asarray(table[at], dtype=np.float64)

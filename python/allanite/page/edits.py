@@ -36,7 +36,10 @@ def deviation_unit(sample_unit: str, chosen: str | None) -> str:
 
 
 def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: str | None) -> str:
-    """Name of the unit in which a value is displayed: its own, one with the chosen sample unit, or that of data sheets."""
+    """Name of the unit in which a value is displayed: its own, one with the chosen sample unit, or that of data sheets.
+
+    It is its own unit if none is chosen, if samples are dimensionless, or if the value cannot be converted.
+    """
     if chosen is None or not value.unit.startswith(sample_unit) or sample_unit == "1":
         return value.unit
     if chosen == SHEET:
@@ -56,7 +59,10 @@ def factor_of(value: Estimate, shown: str) -> float:
 
 
 def parse_model_string(text: str) -> Model:
-    """`Model` from a model string of at most 2000 characters; raises InputError otherwise. Files are never opened."""
+    """`Model` from a model string of at most 2000 characters; files are never opened.
+
+    Raises `InputError` for an empty, longer or invalid text.
+    """
     from allanite.effects.strings import parse_string
 
     if not 0 < len(text) <= 2000:
@@ -72,7 +78,10 @@ def effect(fit: Fit, place: int) -> Any:
 
 
 def with_value(model: Model, place: int, name: str, value: float | None, held: bool) -> Model:
-    """Copy of the model with a parameter set to `value` (None: unchanged), and held or free."""
+    """Copy of the model with a parameter of the effect at index `place` set to `value` (None: unchanged), held or free.
+
+    The parameter is no longer marked as at a limit. Raises `InputError` if there is no such effect or parameter.
+    """
     if not 0 <= place < len(model):
         raise InputError(f"there is no effect {place} in the model")
     effect = model.effects[place]
@@ -87,7 +96,10 @@ def with_value(model: Model, place: int, name: str, value: float | None, held: b
 def with_limits(
     model: Model, place: int, name: str, low: float | None, high: float | None
 ) -> Model:
-    """Copy of the model with new limits of a parameter; None is an open end."""
+    """Copy of the model with new limits of a parameter of the effect at index `place`; None is an open end.
+
+    Raises `InputError` if there is no such effect.
+    """
     if not 0 <= place < len(model):
         raise InputError(f"there is no effect {place} in the model")
     return model.replaced(place, limits={**model.effects[place].limits, name: (low, high)})

@@ -40,7 +40,10 @@ class Guard:
         self.hosts = hosts
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass on allowed requests; answer others with status 403 and one line."""
+        """Pass allowed HTTP requests on without the token in the path; answer others with status 403 and one line.
+
+        WebSockets are ignored.
+        """
         if scope["type"] != "http":
             if scope["type"] == "lifespan":
                 await self.app(scope, receive, send)

@@ -47,7 +47,7 @@ class Job:
         self._thread = threading.Thread(target=self._run, args=(work,), daemon=True)
 
     def start(self) -> None:
-        """Start the thread."""
+        """Start the thread that does the work; returns at once."""
         self._thread.start()
 
     @property
@@ -71,7 +71,7 @@ class Job:
         self._thread.join(seconds)
 
     def progress(self, done: int, total: int) -> None:
-        """Report progress; raises `Ended` if the job was canceled."""
+        """Store `done` of `total` steps as the progress; raises `Ended` if the job was canceled."""
         self.done, self.total = done, total
         if self._stop.is_set():
             raise Ended
@@ -83,7 +83,10 @@ class Job:
         self.progress(0, 0)
 
     def await_end(self, other: Job) -> None:
-        """Wait until another job has ended. If this job is canceled, the other one is canceled too."""
+        """Wait until another job has ended or was canceled, showing its name and progress.
+
+        If this job is canceled meanwhile, the other one is canceled too and `Ended` is raised.
+        """
         name = self.name
         try:
             while other.busy:
@@ -96,7 +99,10 @@ class Job:
         self.say(name)
 
     def take_turn(self) -> None:
-        """Wait for one of the `TURNS`, which limit the searches of all tabs; the end of the job returns the turn."""
+        """Wait for one of the `TURNS`, which limit the searches of all tabs; the end of the job returns the turn.
+
+        Returns at once if the job has a turn. Raises `Ended` if the job is canceled.
+        """
         name, waited = self.name, False
         turns = TURNS
         while self._turn is None:
@@ -113,7 +119,10 @@ class Job:
 
     @contextmanager
     def undisturbed(self) -> Iterator[None]:
-        """Context in which the job cannot be canceled; raises `Ended` if the job was canceled before."""
+        """Context in which the job cannot be canceled: `cancel` waits for its end.
+
+        Raises `Ended` if the job was canceled before.
+        """
         with self._gate:
             self.progress(1, 1)
             yield
@@ -121,7 +130,7 @@ class Job:
     def to_dict(self) -> dict[str, Any]:
         """Dict with the state of the job, for the progress bar of the browser.
 
-        The bar shows elapsed seconds if progress cannot be counted.
+        ``seconds`` counts from the last `say`; ``error`` is the message of a failure.
         """
         return {
             "name": self.name,
@@ -136,7 +145,10 @@ class Job:
         }
 
     def _run(self, work: Callable[[Job], None]) -> None:
-        """Run the work in the thread, then return the turn of the job."""
+        """Run the work in the thread, then return the turn of the job.
+
+        Cancellation ends it silently; other errors are stored by `_work`.
+        """
         try:
             with while_wanted(lambda: not self._stop.is_set()):
                 self._work(work)
@@ -147,7 +159,7 @@ class Job:
                 self._turn.release()
 
     def _work(self, work: Callable[[Job], None]) -> None:
-        """Run the work; the message of an exception is stored in `error`."""
+        """Run the work; the message of an exception is stored in `error`. Only `Ended` passes."""
         try:
             work(self)
         except AllaniteError as error:

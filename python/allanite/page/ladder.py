@@ -63,7 +63,7 @@ class Board:
     column: int = 0
 
     def put(self, column: int, ladder: Ladder) -> Board:
-        """Copy of the board with other steps of one column."""
+        """Copy of the board with `ladder` as the steps of the column at an index."""
         return replace(self, ladders=(*self.ladders[:column], ladder, *self.ladders[column + 1 :]))
 
 
@@ -136,7 +136,10 @@ class Work:
         self.history[self.place] = replace(self.board, column=column)
 
     def push(self, column: int, ladder: Ladder) -> None:
-        """Store new steps of a column as a state to undo, and drop undone states. A first fit adds no state."""
+        """Store new steps of a column as a state to undo, and drop undone states and undone selections of a part.
+
+        The first fit of a column adds no state: it is written into all states.
+        """
         self.after = None
         if not self.board.ladders[column].steps:
             # The first fit of a column cannot be undone.
@@ -148,7 +151,10 @@ class Work:
         self.place += 1
 
     def move(self, by: int) -> bool:
-        """Undo (`by` = −1) or redo (+1) a change, and show its column; False if there is no such change."""
+        """Undo (`by` = −1) or redo (+1) a change, and make its column current.
+
+        Returns True; False if there is no such change.
+        """
         if not 0 <= self.place + by < len(self.history):
             return False
         old, new = self.board, self.history[self.place + by]

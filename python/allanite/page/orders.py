@@ -51,7 +51,10 @@ def _integer(order: dict[str, Any], name: str) -> int:
 
 
 def _number(order: dict[str, Any], name: str) -> float | None:
-    """A number from an order; None if it is missing or empty."""
+    """Float called `name` of an order; None if it is missing or an empty text.
+
+    Raises `InputError` if it is no number.
+    """
     value = order.get(name)
     if value is None or value == "":
         return None
@@ -62,7 +65,10 @@ def _number(order: dict[str, Any], name: str) -> float | None:
 
 
 def _text(order: dict[str, Any], name: str) -> str | None:
-    """Text called `name` of an order; None if it is missing or empty."""
+    """Text called `name` of an order; None if it is missing or empty.
+
+    Raises `InputError` if it is no text of up to 2000 characters.
+    """
     value = order.get(name)
     if value is None or value == "":
         return None
@@ -72,7 +78,10 @@ def _text(order: dict[str, Any], name: str) -> str | None:
 
 
 def _read_again(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that reads the open log again with the settings of the order."""
+    """Start a job that reads the open log again with the settings of the order.
+
+    Raises `InputError` if no log is open or a setting is invalid.
+    """
     if tab.place_of_source is None:
         raise InputError("No log is open: drop a file or choose one")
     names, units = order.get("columns") or [], order.get("units") or {}
@@ -110,7 +119,11 @@ def _analyze_part(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _time_range(tab: Tab, order: dict[str, Any]) -> Segment | None:
-    """Pair (start, end) of an order in s from the start of the whole log; None if the order has none."""
+    """Pair (start, end) of an order in s from the start of the whole log; None if one of the two is missing.
+
+    The order counts from the start of the analyzed part, to which the range is limited. Raises `InputError` for an
+    empty range.
+    """
     start, end = _number(order, "from"), _number(order, "to")
     if start is None or end is None:
         return None
@@ -123,7 +136,10 @@ def _time_range(tab: Tab, order: dict[str, Any]) -> Segment | None:
 
 
 def _exclude_segment(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that excludes the time range of the order from the analysis."""
+    """Start a job that excludes the time range of the order, in addition to the excluded segments.
+
+    Raises `InputError` without a range.
+    """
     chosen, (span, out) = _time_range(tab, order), tab.work.part
     if chosen is None:
         raise InputError("A time range needs two numbers, in seconds")
@@ -131,7 +147,10 @@ def _exclude_segment(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _include_segment(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that includes an excluded segment again."""
+    """Start a job that includes the excluded segment at the index ``number`` again.
+
+    Raises `InputError` if there is none.
+    """
     span, out = tab.work.part
     number = _integer(order, "number")
     if not 0 <= number < len(out):
@@ -140,7 +159,10 @@ def _include_segment(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _read_with_rate(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that reads the log again with the rate of its time stamps."""
+    """Start a job that reads the log again with the ``rate`` of the order, even if the log contradicts it.
+
+    Raises `InputError` without a rate, or for a recording that was passed in Python.
+    """
     source, rate = tab.source, _number(order, "rate")
     if source is None or tab.place_of_source is None or rate is None:
         raise InputError("Give a rate, in Hz")
@@ -150,7 +172,10 @@ def _read_with_rate(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _read_moving_log(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that reads a moving log again: ``"quiet"`` its longest quiet segment, ``"anyway"`` all of it."""
+    """Start a job that reads a moving log again: ``"quiet"`` its longest quiet segment, ``"anyway"`` all of it.
+
+    Raises `InputError` for any other ``how``.
+    """
     source, how = tab.source, _text(order, "how")
     if source is None or tab.place_of_source is None or how not in ("quiet", "anyway"):
         raise InputError('Choose the part of the log: "quiet" or "anyway"')
@@ -158,7 +183,7 @@ def _read_moving_log(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _open_example(tab: Tab) -> None:
-    """Add a simulated recording with two hidden effects to the logs, and start a job that opens it."""
+    """Add a simulated recording with two hidden effects to the logs (only once), and start a job that opens it."""
     name = "example.npz"
     if name not in [s.name for s in tab.sources]:
         found = parse_model(EXAMPLE).simulate(duration=3600.0, rate=50.0, seed=1, unit="rad/s")
@@ -193,7 +218,10 @@ def _limit_parameter(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _try_value(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that shows the model with the trial value of the order, given in the displayed unit."""
+    """Start a job that shows the model with the trial value of the order, given in the displayed unit.
+
+    Raises `InputError` without a value.
+    """
     place, name = _integer(order, "place"), _text(order, "name") or ""
     value = _number(order, "value")
     if value is None:
@@ -213,7 +241,10 @@ def _factor_to_own_unit(tab: Tab, place: int, name: str) -> float:
 
 
 def _set_unit(tab: Tab, order: dict[str, Any]) -> None:
-    """Set the unit of the displayed values of this tab."""
+    """Set the unit of the displayed values of this tab; an order without a unit resets it.
+
+    Raises `InputError` for a unit that is not offered.
+    """
     unit = _text(order, "unit")
     offered = [u["value"] for u in chip_units(tab.log.unit)]
     if unit is not None and unit not in offered:
@@ -228,7 +259,10 @@ def _compare_steps(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _compare_log(tab: Tab, order: dict[str, Any]) -> None:
-    """Add the columns of another log of the list to the comparison."""
+    """Add the columns of another log of the list to the comparison.
+
+    Raises `InputError` if the log does not exist or cannot be read.
+    """
     number = _integer(order, "log")
     if not 0 <= number < len(tab.sources):
         raise InputError(f"there is no log {number}")

@@ -48,7 +48,7 @@ def _plotly() -> bytes:
 
 
 def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
-    """The ASGI application of the page with its access control.
+    """ASGI application of the page behind its access control (`Guard`); it serves files, tabs, views and uploads.
 
     Parameters
     ----------
@@ -66,17 +66,17 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
     from starlette.routing import Route
 
     def reply(document: Any, status: int = 200) -> Response:
-        """JSON response with this document; NaN becomes null."""
+        """JSON response with this document and status; NaN and ±∞ become null."""
         text = json.dumps(
             finite(document), ensure_ascii=False, allow_nan=False, separators=(",", ":")
         )
         return Plain(text, status, media_type="application/json")
 
     def guarded(handler: Callable[[Request], Any]) -> Callable[[Request], Any]:
-        """The handler with errors turned into JSON responses of status 400."""
+        """Handler whose errors become JSON responses of status 400; other results than responses become JSON."""
 
         async def safe(request: Request) -> Response:
-            """Response of the handler, or a JSON response with the error."""
+            """Response of the handler, or a JSON response of status 400 with the error of bad input."""
             try:
                 answer = await handler(request)
                 return answer if isinstance(answer, Plain) else reply(answer)
@@ -100,32 +100,35 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return Plain(await run_in_threadpool(_plotly), media_type="text/javascript; charset=utf-8")
 
     async def open_tab(_request: Request) -> Any:
-        """JSON response with the key of a new tab."""
+        """Dict with the key of a new tab."""
         return {"tab": await run_in_threadpool(sessions.open)}
 
     async def close_tab(request: Request) -> Any:
-        """Delete a tab."""
+        """Delete a tab; returns an empty dict, also for an unknown tab."""
         await run_in_threadpool(sessions.close, request.path_params["tab"])
         return {}
 
     async def leave_tab(request: Request) -> Any:
-        """Note that a page was left; its tab is deleted later unless it is resumed."""
+        """Note that a page was left, and delete its tab after 16 s unless it is resumed; returns an empty dict."""
         sessions.leave(request.path_params["tab"])
         loop = asyncio.get_running_loop()
         loop.call_later(GRACE + 1.0, lambda: loop.run_in_executor(None, sessions.sweep))
         return {}
 
     async def copy_tab(request: Request) -> Any:
-        """JSON response with the key of a new tab that is a copy of another one."""
+        """Dict with the key of a new tab that is a copy of another one."""
         return {"tab": await run_in_threadpool(sessions.copy, request.path_params["tab"])}
 
     async def resume_tab(request: Request) -> Any:
-        """Continue the tab of a reloaded page."""
+        """Continue the tab of a reloaded page; returns an empty dict.
+
+        Raises `InputError` if the tab no longer exists.
+        """
         await run_in_threadpool(sessions.resume, request.path_params["tab"])
         return {}
 
     async def get_state(request: Request) -> Any:
-        """JSON response with the state of a tab; only with the progress of its job if the browser has seen this version."""
+        """Dict with the state of a tab; only the progress of its job if the browser has seen this version."""
         tab = sessions.tab(request)
         if request.query_params.get("seen") == str(tab.version):
             return work(tab)
@@ -136,24 +139,27 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return {k: v[:80] for k, v in request.query_params.items()}
 
     async def get_view(request: Request) -> Any:
-        """JSON response with the figure of a view as plotly's data and layout."""
+        """Dict with the figure of a view as plotly's data and layout."""
         tab, name = sessions.tab(request), request.path_params["name"]
         options = asked(request)
         return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
 
     async def get_part(request: Request) -> Any:
-        """JSON response with the data that `part` returns for this name."""
+        """Data that `part` returns for the name in the path."""
         name = request.path_params["name"]
         return await run_in_threadpool(part, sessions.tab(request), name, asked(request))
 
     async def post_act(request: Request) -> Any:
-        """JSON response with the state of the tab after an action of the user."""
+        """Dict with the state of the tab after an action of the user. Raises `InputError` for an action over 4 MB."""
         tab = sessions.tab(request)
         await run_in_threadpool(act, tab, _order(await _bounded(request, MOST_ACTION)))
         return await run_in_threadpool(state, tab)
 
     async def upload(request: Request) -> Any:
-        """JSON response with the state of the tab after a log or data sheet was uploaded."""
+        """Dict with the state of the tab after a log or data sheet was uploaded.
+
+        A response of status 413 if it is too large. The file is deleted if it is not accepted.
+        """
         tab = sessions.tab(request)
         name = check_name(request.query_params.get("name", ""))
         said = request.headers.get("content-length", "0")
@@ -179,7 +185,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return await run_in_threadpool(state, tab)
 
     async def download(request: Request) -> Response:
-        """Response with a generated file."""
+        """Response with a generated file as an attachment; the header ``x-note`` has a remark for the user."""
         tab, name = sessions.tab(request), request.path_params["name"]
         options = asked(request)
         theme = options.pop("theme", "light")
@@ -209,7 +215,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
 
 
 def _too_large(name: str, most: int) -> str:
-    """Message for an upload that is too large."""
+    """Text of the error for an upload of more than `most` bytes."""
     return (
         f"{name} is larger than {most / 1e9:g} GB: start the page with it instead"
         f" (allanite explore {name}), which reads the file directly"
@@ -217,7 +223,7 @@ def _too_large(name: str, most: int) -> str:
 
 
 def _order(body: bytes) -> Any:
-    """JSON document in the body of a request; raises InputError for deep nesting and invalid characters."""
+    """JSON document in the body of a request; raises `InputError` for other text, deep nesting and invalid characters."""
     try:
         order = json.loads(body)
         json.dumps(order, ensure_ascii=False).encode()
@@ -241,7 +247,10 @@ async def _bounded(request: Request, most: int) -> bytes:
 
 
 def _listening() -> socket.socket:
-    """Listening socket at the preferred port of this computer, or at any port if that one is in use."""
+    """Listening socket at port 47113 of this computer (127.0.0.1), or at any port if that one is in use.
+
+    Raises `OSError` if there is none.
+    """
     for port in (PORT, 0):
         found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -283,7 +292,10 @@ class Page:
         self._thread: threading.Thread | None = None
 
     def serve(self) -> None:
-        """Serve the page in this thread until it is interrupted or closed."""
+        """Serve the page in this thread until it is interrupted or closed.
+
+        Then delete uploaded logs and close the socket.
+        """
         try:
             self._server.run([self._socket])
         finally:
@@ -291,7 +303,7 @@ class Page:
             self._socket.close()
 
     def start(self) -> Page:
-        """Serve the page in a thread."""
+        """Serve the page in a daemon thread; returns this page when the server has started, after 5 s at the latest."""
         self._thread = threading.Thread(target=self.serve, daemon=True)
         self._thread.start()
         for _ in range(500):
@@ -301,7 +313,7 @@ class Page:
         return self
 
     def close(self) -> None:
-        """Stop the server and delete uploaded logs."""
+        """Stop the server, wait up to 10 s for its thread, which then deletes uploaded logs."""
         self._server.should_exit = True
         if self._thread is not None:
             self._thread.join(10)

@@ -38,7 +38,10 @@ class Sessions:
         self.lock = threading.Lock()
 
     def open(self) -> str:
-        """Key of a new tab that opens the first log."""
+        """Key of a new tab that opens the first log.
+
+        Silent tabs are deleted, and the oldest ones if there are over 32.
+        """
         self.sweep()
         with self.lock:
             key = secrets.token_urlsafe(9)
@@ -52,12 +55,12 @@ class Sessions:
         return key
 
     def copy(self, key: str) -> str:
-        """Key of a new tab that starts with a copy of another tab, for a second tab of the browser.
+        """Key of a new tab that starts with a copy of another tab and resumes its canceled job.
 
         Raises
         ------
         InputError
-            The other tab no longer exists.
+            The other tab no longer exists or has no open log.
         """
         other = self.tabs.get(key)
         if other is None or other.now is None:
@@ -70,7 +73,10 @@ class Sessions:
         return new
 
     def leave(self, key: str) -> None:
-        """Cancel the job of a page that was closed or reloaded. The tab expires after `GRACE` s unless it is resumed."""
+        """Cancel the job of a page that was closed or reloaded.
+
+        The tab expires after 15 s unless it is resumed. An unknown key is ignored.
+        """
         tab = self.tabs.get(key)
         if tab is not None:
             tab.heard = time.monotonic() - SILENT + GRACE
@@ -78,7 +84,7 @@ class Sessions:
             tab.cancel()
 
     def resume(self, key: str) -> None:
-        """Connect a reloaded page with its tab again.
+        """Connect a reloaded page with its tab again, and start the job that was canceled.
 
         Raises
         ------
@@ -92,7 +98,7 @@ class Sessions:
         tab.resume()
 
     def close(self, key: str) -> None:
-        """Delete a tab: cancel its job and free its samples."""
+        """Delete a tab: cancel its job, wait for it up to 2 s and free its samples. An unknown key is ignored."""
         with self.lock:
             tab = self.tabs.pop(key, None)
         if tab is not None:
@@ -108,13 +114,13 @@ class Sessions:
             _give_back()
 
     def sweep(self) -> None:
-        """Delete tabs without a request in the last `SILENT` s."""
+        """Delete all tabs without a request in the last 900 s."""
         now = time.monotonic()
         for key in [k for k, tab in list(self.tabs.items()) if now - tab.heard > SILENT]:
             self.close(key)
 
     def tab(self, request: Request) -> Tab:
-        """`Tab` of a request; raises InputError if it no longer exists."""
+        """`Tab` of a request, whose time of the last request is set to now; raises `InputError` if it no longer exists."""
         found = self.tabs.get(request.path_params["tab"])
         if found is None:
             raise InputError("This session has ended: reload the page")
@@ -130,6 +136,6 @@ def _give_back_after(job: Job) -> None:
 
 
 def _give_back() -> None:
-    """Return freed memory to the system if this is the command; the C library would otherwise keep it."""
+    """Collect garbage and return freed memory to the system, which only the command does."""
     gc.collect()
     _kernels.trim()

@@ -49,7 +49,10 @@ class Reading:
     overrides_rate: bool = False
 
     def options(self) -> dict[str, Any]:
-        """Dict of the arguments of `read_in_child`."""
+        """Dict of the arguments of `read_in_child`.
+
+        The rate is a text ending in ``!`` if it overrides that of the log.
+        """
         return {
             "rate": f"{self.rate!r}!" if self.overrides_rate else self.rate,
             "unit": self.unit,
@@ -74,7 +77,10 @@ class Shared:
         self._state: tuple[int, int] | None = None
 
     def get(self, path: Path, read: Callable[[], Recording], watch: Watch) -> Recording:
-        """`Recording` of a log; `read` is called only if no tab holds the recording, or if the file has changed."""
+        """`Recording` of a log; `read` is called only if no tab holds the recording, or if the file has changed.
+
+        A weak reference to the result is kept.
+        """
         with self.alone(watch):
             state = _state(path)
             found = self._found() if state == self._state else None
@@ -139,7 +145,10 @@ class Source:
         return recording if reading.output_unit is None else recording.to(reading.output_unit)
 
     def inspect(self, reading: Reading) -> dict[str, Any]:
-        """Dict of `inspect_in_child` for this log; paths are replaced by the name of the log."""
+        """Dict of `inspect_in_child` for this log; paths are replaced by the name of the log.
+
+        Raises `InputError` for a recording without a file.
+        """
         if self.path is None:
             raise InputError(f"{self.name} was passed as a recording: there is no file to inspect")
         with about(self.name, instead=self.path):
@@ -163,7 +172,7 @@ def check_name(name: str) -> str:
     Raises
     ------
     InputError
-        A path, a hidden or an empty name; only plain file names are accepted.
+        A path, a hidden or an empty name, or over 200 characters; only plain file names are accepted.
     """
     if not name or len(name) > 200 or _FORBIDDEN.search(name) or name.startswith("."):
         shown = name[:80]
@@ -184,7 +193,10 @@ class Uploads:
         OwnedFolder.remove_abandoned(self.KIND)
 
     def place(self, name: str) -> Path:
-        """Unused path for an upload; it keeps a known suffix of the browser's name, and otherwise ends in ``.csv``."""
+        """Path for an upload that does not exist yet, in a folder that the first call creates.
+
+        It keeps a known suffix of the browser's name, and otherwise ends in ``.csv``.
+        """
         if self._folder is None:
             self._folder = OwnedFolder(self.KIND)
         self._count += 1
@@ -194,7 +206,7 @@ class Uploads:
         return self._folder.path / f"{self._count:04d}{suffix}"
 
     def files(self) -> Sequence[Path]:
-        """Sorted paths of the uploaded files."""
+        """List of the paths of the uploaded files, sorted; empty without uploads."""
         return [] if self._folder is None else sorted(self._folder.path.glob("[0-9]*"))
 
     def close(self) -> None:
@@ -226,10 +238,12 @@ def joined(stretches: Iterable[Segment]) -> tuple[Segment, ...]:
 def part_of(whole: Recording, span: Segment | None, out: tuple[Segment, ...]) -> Recording:
     """`Recording` of a part of a log. Excluded segments become missing samples, so that time stays continuous.
 
+    `span` and `out` are in s from the start of `whole`; None is the whole log.
+
     Raises
     ------
     InputError
-        Too few samples remain.
+        Fewer than 64 samples remain.
     """
     part = whole if span is None else whole.trim(*span)
     begin = 0.0 if span is None else max(span[0], 0.0)

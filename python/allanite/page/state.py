@@ -139,7 +139,10 @@ def _is_sensor(name: str) -> bool:
 
 
 def _column_state(tab: Tab, step: Step | None) -> str:
-    """State of a column: ``new``, ``fitted``, ``adequate``, ``within`` (the tolerance) or ``fails``."""
+    """State of a column: ``new``, ``fitted``, ``adequate``, ``within`` (the tolerance) or ``fails``.
+
+    ``fitted`` is not checked yet, and ``within`` is not adequate.
+    """
     if step is None:
         return "new"
     if step.study is None:
@@ -167,7 +170,10 @@ def _axes_of_other_logs(tab: Tab) -> list[dict[str, Any]]:
 
 
 def _axis_records(tab: Tab, work: Work) -> list[dict[str, Any]]:
-    """List of one dict per column: name, unit, state, steps, model, texts of N, B and K, error, missing effect."""
+    """List of one dict per column: name, unit, state, steps, model, texts of N, B and K, error, missing effect.
+
+    Model, error and missing effect are None before they are known.
+    """
     out = []
     names, units = work.recording.columns, work.recording.units
     for name, unit, ladder in zip(names, units, work.board.ladders, strict=True):
@@ -205,7 +211,7 @@ def _error_text(row: dict[str, Any]) -> str:
 
 
 def _removed_effects(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
-    """List of one dict per removed effect of a column whose kind is not in the model."""
+    """List of one dict (place, kind, name, text) per removed effect of a column whose kind is not in the fitted model."""
     there = {e.kind for e in fit.model}
     return [
         {"place": i, "kind": e.kind, "name": fit.display_name(e), "text": str(e)}

@@ -26,7 +26,10 @@ MOST = 100
 
 
 def study(tab: Tab) -> dict[str, Any]:
-    """Dict of the steps of all columns for a file: models with values, without samples."""
+    """Dict of the steps of all columns for a file: models with values, without samples.
+
+    Columns without steps are left out. Raises `InputError` if nothing is fitted.
+    """
     _ = tab.step
     source, work = tab.source, tab.work
     assert source is not None
@@ -138,7 +141,11 @@ def _segment(said: Any) -> Segment:
 def _axis(
     axis: dict[str, Any], columns: tuple[str, ...]
 ) -> tuple[int, list[Any], list[str], int, list[Effect]]:
-    """Tuple (column index, models, labels, index of the current step, removed effects) of one axis of a study."""
+    """Tuple (column index, models, labels, index of the current step, removed effects) of one axis of a study.
+
+    An invalid index becomes the last step. Raises `InputError` for an unknown column, or unless there are 1 to 100
+    steps.
+    """
     name, saved_steps, at = axis["column"], axis["ladder"], axis["at"]
     if name not in columns:
         raise InputError(f"The study contains column {str(name)[:40]!r}, which this log lacks")

@@ -25,7 +25,10 @@ class Tab(Bench):
     """A browser tab: its state and the operations on it. Results are shown as soon as they are available."""
 
     def _refit(self, label: str, name: str, make: Callable[[], Rung]) -> None:
-        """Start a job that adds and checks the step that `make` returns; `label` names the step, `name` the job."""
+        """Start a job that calls `make`, adds the step after the current one, and checks it.
+
+        `label` names the step, `name` the job. Raises `InputError` if another job of the user runs.
+        """
         column = self.column
 
         def work(job: Job) -> None:
@@ -39,7 +42,10 @@ class Tab(Bench):
     # -- the model ---------------------------------------------------------------------------------------
 
     def fit(self, text: str) -> None:
-        """Start a job that fits a model string."""
+        """Start a job that fits a model string and adds the result as a step.
+
+        Raises `InputError` for an invalid model string.
+        """
         model = parse_model_string(text)
         log = self.log
         self._refit(
@@ -47,28 +53,40 @@ class Tab(Bench):
         )
 
     def add(self, number: int) -> None:
-        """Start a job that adds the suggestion at an index of the list."""
+        """Start a job that adds the suggested effect at an index of the list of suggestions.
+
+        Raises `InputError` if there is none.
+        """
         step = self.step
         if step.check is None or not 0 <= number < len(step.check.suggestions):
             raise InputError("This suggestion no longer exists: see the updated list")
         self._add(step.check.suggestions[number].effect)
 
     def put(self, text: str) -> None:
-        """Start a job that adds an effect, given by its name or as a model string with values."""
+        """Start a job that adds an effect, given by its name or as a model string with values.
+
+        Raises `InputError` unless it is one effect.
+        """
         model = parse_model_string(text)
         if len(model) != 1:
             raise InputError("Add one effect at a time, or enter a whole model")
         self._add(model.effects[0])
 
     def back(self, place: int) -> None:
-        """Start a job that adds the removed effect at an index of the tray, with its former values."""
+        """Start a job that adds the removed effect at an index of the tray, with its former values.
+
+        Raises `InputError` if there is none.
+        """
         tray = self.work.tray[self.column]
         if not 0 <= place < len(tray):
             raise InputError("This effect is already in the model")
         self._add(tray[place])
 
     def _add(self, effect: Effect) -> None:
-        """Start a job that fits the current model with one more effect."""
+        """Start a job that fits the current model with one more effect.
+
+        Raises `InputError` for a second effect of a kind that a model can have only once.
+        """
         fit = self.step.fit
         if type(effect).single and any(e.kind == effect.kind for e in fit.model):
             name = fit.display_name(effect)
@@ -77,7 +95,10 @@ class Tab(Bench):
         self._refit(f"+ {name}", f"Adding {name}", lambda: Rung(fit.add(effect), effect))
 
     def remove(self, place: int) -> None:
-        """Start a job that removes the effect at an index of the model; `back` can restore it."""
+        """Start a job that removes the effect at an index of the model; `back` can restore it.
+
+        Raises `InputError` for the last effect.
+        """
         fit = self.step.fit
         effect = effect_at(fit, place)
         if len(fit.model) == 1:
@@ -136,7 +157,7 @@ class Tab(Bench):
         self.recheck()
 
     def fit_what_if(self) -> None:
-        """Start a job that fits the model, starting from the trial values."""
+        """Start a job that fits the model, starting from the trial values. Raises `InputError` without trial values."""
         if self.preview is None:
             raise InputError("There is no trial value")
         model, log = self.preview.model, self.log
@@ -147,7 +168,10 @@ class Tab(Bench):
         )
 
     def improve(self, columns: Sequence[int] | None = None) -> None:
-        """Start a job that improves the model of the current column, or of `columns`, until no effect helps."""
+        """Start a job that improves the model of the current column, or of `columns` one by one, until no effect helps.
+
+        A running check is awaited. The job fails with a message if nothing helps the current column.
+        """
         work_on = [self.column] if columns is None else list(columns)
         if columns is None:
             _ = self.step
@@ -170,7 +194,10 @@ class Tab(Bench):
         self.run("Improving", work, follows=True)
 
     def _improve(self, job: Job, column: int, before: str) -> bool:
-        """Add steps until none helps; True if the last model is adequate, within the tolerance, or the largest."""
+        """Add steps until none helps.
+
+        True if the last model is adequate, within the tolerance, or has the largest number of steps.
+        """
         begun = self.board.ladders[column].at
         while True:
             ladder = self.board.ladders[column]
@@ -190,7 +217,10 @@ class Tab(Bench):
             self.climb(job, Step(" ".join(rung.changes), rung), column)
 
     def accept(self, tolerance: float | None) -> None:
-        """Set the model discrepancy in % below which a model is accepted; None to require an adequate model."""
+        """Set the model discrepancy in % below which a model is accepted; None to require an adequate model.
+
+        Raises `InputError` unless it lies in (0, 100].
+        """
         if tolerance is not None and not 0.0 < tolerance <= 100.0:
             raise InputError("The accepted model discrepancy must lie between 0 and 100 %")
         self.tolerance = tolerance
@@ -199,7 +229,11 @@ class Tab(Bench):
     # -- steps ---------------------------------------------------------------------------------------------
 
     def go(self, number: int) -> None:
-        """Make the step at an index the current one, from which the next change starts."""
+        """Make the step at an index the current one, from which the next change starts, and check it.
+
+        A running job is canceled. If it is the compared step, the former step is compared with it. Raises `InputError`
+        if there is none.
+        """
         if not 0 <= number < len(self.ladder.steps):
             raise InputError(f"There is no step {number}")
         if self.busy:
@@ -211,7 +245,10 @@ class Tab(Bench):
         self.recheck()
 
     def compare_steps(self, number: int | None) -> None:
-        """Set the index of the step with which the current one is compared; None ends the comparison."""
+        """Set the index of the step with which the current one is compared; None ends the comparison.
+
+        Raises `InputError` if there is none.
+        """
         if number is not None and not 0 <= number < len(self.ladder.steps):
             raise InputError(f"There is no step {number}")
         self.beside = None if number is None else self.ladder.steps[number]
@@ -226,7 +263,7 @@ class Tab(Bench):
         self._move(+1, "Nothing to redo")
 
     def _part(self, by: int) -> bool:
-        """Undo (`by` = −1) or redo (+1) the selection of a part of the log; False if there is none."""
+        """Undo (`by` = −1) or redo (+1) the selection of a part of the log. Returns True; False if there is none."""
         now, place = self.work, self.place_of_source
         other = now.before if by < 0 else now.after
         if other is None or place is None:
@@ -240,7 +277,11 @@ class Tab(Bench):
         return True
 
     def _move(self, by: int, otherwise: str) -> None:
-        """Undo (`by` = −1) or redo (+1) one change; raises `InputError` with the message `otherwise` if there is none."""
+        """Undo (`by` = −1) or redo (+1) one change of the model, or else a selection of a part.
+
+        Discard trial values and recheck. A running job is canceled. Raises `InputError` with the message `otherwise` if
+        there is none.
+        """
         with self.lock:
             if self.busy:
                 self.cancel()

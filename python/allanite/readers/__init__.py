@@ -181,9 +181,10 @@ def request_of(
 
 
 def read_sensors(path: Any, **options: Any) -> list[Recording]:
-    """List of the recordings of a log, one for each sampling rate.
+    """List of one or two recordings of a log: the one `read` returns, then the other sensor of the device.
 
-    Some devices log gyroscope and accelerometer at different rates; such a log has two recordings.
+    Some devices log gyroscope and accelerometer as two topics with different rates; only such a log gives two
+    recordings.
 
     Parameters
     ----------
@@ -230,9 +231,9 @@ def _read(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
 
 
 def _recording(path: Path | None, request: Request, table: Table, layout: Layout) -> Recording:
-    """`Recording` of the columns of a table that the layout selects, with all findings about the log.
+    """`Recording` of the columns of a table that the layout selects, with all findings about the log and its columns.
 
-    Raises `InputError` if the requested rate contradicts the rate of the file or of the time stamps.
+    Raises `InputError` if the requested rate contradicts the file or the stamps, and for columns of different lengths.
     """
     refuse_contradicting_rate(request, table.rate, None)
     all_findings = [*layout.findings, *(Finding("reader", "info", note) for note in table.notes)]
@@ -303,9 +304,10 @@ def refuse_contradicting_rate(
 def _columns_with_rates(
     recording: Recording, request: Request, table: Table, layout: Layout
 ) -> list[LogColumn]:
-    """List of all columns of the layout; used columns get the sampling rate in Hz and the source of this rate.
+    """List of all columns of the layout, in its order; used columns get the sampling rate in Hz and its source.
 
-    The source is ``option``, ``file``, ``header`` or ``guess``.
+    The source is ``option``, ``file``, ``header`` (a time column with a known unit) or ``guess``. Unused columns are
+    unchanged.
     """
     stamps = recording.stamps
     if request.rate is not None:
@@ -324,9 +326,10 @@ def _columns_with_rates(
 
 
 def _time_and_unit(table: Table, layout: Layout, request: Request) -> tuple[Any, str | None]:
-    """Tuple (time stamps or None, their unit or None if it is not stated).
+    """Tuple (time stamps or None, unit of the stamps or None if it is not stated).
 
-    A time in several columns is joined to one array in seconds.
+    A time in several columns is joined to one array in seconds. Without a time column, the stamps are those of the
+    file; None if time is ignored.
     """
     if layout.parts is not None:
         return layout.parts.joined([table[i] for i in layout.parts.columns]), "s"
@@ -339,6 +342,9 @@ def _time_and_unit(table: Table, layout: Layout, request: Request) -> tuple[Any,
 def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     """Table with the picked columns of a log of any format; compressed logs are unpacked first.
 
+    Raises `InputError` for a missing, empty or damaged file, and `TooShortError` for a log without rows. A folder is a
+    ROS 2 bag or a EuRoC data set.
+
     Parameters
     ----------
     path : Path
@@ -347,7 +353,7 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
         Function of a table with the first rows of all columns that returns the indices of the wanted columns. Readers
         that read all columns anyway do not call it.
     topics : sequence of str
-        Topics to read, for formats with topics.
+        Topics to read. Raises `InputError` if the format has no topics.
     """
     if path.is_dir():
         if (path / "metadata.yaml").exists():
@@ -403,11 +409,10 @@ def _head_of_text(path: Path) -> bytes:
 
 
 def _covariates_with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]]:
-    """Tuple (indices of the covariates with values, one finding for each covariate without values).
+    """Tuple (indices of the covariates with values, one warning for each covariate without values).
 
-    Raises `InputError` for a column that ends well before the others: it has another rate and was padded to their
-    length. A missing tail of up to 1 % of the rows is an ordinary gap. A column that ends within the first 1 % never
-    worked.
+    A covariate has no values if its last value lies in the first 1 % of the rows. Raises `InputError` for a sample or
+    covariate column that ends later, but over 1 % of the rows before the longest column.
     """
     ends = {
         i: _length_without_trailing_nan(table[i]) for i in (*layout.samples, *layout.covariates)

@@ -49,12 +49,18 @@ def isolated(
     """
 
     def decorator(read: Reader) -> Reader:
-        """Function with the signature of a reader that runs `read` in a child process."""
+        """Function with the signature of a reader that runs `read` in a child process.
+
+        `read` stays its ``__wrapped__``.
+        """
         name = f"{read.__module__}:{read.__name__}"
 
         @wraps(read)
         def in_child(path: Path, _pick: Picker, topics: Sequence[str] = ()) -> Table:
-            """`Table` that `read` returns in a child process; `_pick` is not used there."""
+            """`Table` that `read` returns in a child process.
+
+            `_pick` is not used: all columns are read. Raises `InputError` as `read` does, and if a limit is exceeded.
+            """
             found = call_isolated(
                 f"{__name__}:serve_reader",
                 {"reader": name, "path": str(path), "topics": list(topics)},

@@ -88,14 +88,17 @@ class Table:
 
 
 def _short(name: str) -> str:
-    """The name with each run of blanks as one blank if it has more than 1000 characters; else unchanged."""
+    """The name itself if it has up to 1000 characters.
+
+    In a longer name each run of blanks becomes one blank; nothing is cut off.
+    """
     return name if len(name) <= LONGEST_HEADER else " ".join(name.split())
 
 
 def _unit_of(name: str, unit: str | None) -> str | None:
-    """Unit of a column: the given `unit`, or else the unit at the end of the name, or None.
+    """Unit of a column: the given `unit`, or else the unit at the end of the name; None if neither states one.
 
-    For an accelerometer, mG is read as milli-g.
+    For an accelerometer, a given mG or milli-g is read as ``mg``.
     """
     if unit in _GRAVITY and sensor_kind(name) == ACCELERATION:
         return _GRAVITY[unit]
@@ -154,9 +157,9 @@ _NOT_A_UNIT = re.compile(
 
 
 def split_unit(cell: str) -> tuple[str, str | None]:
-    """Tuple (name, unit or None) from a text such as ``"gyro x [deg/s]"``.
+    """Tuple (name, unit or None) from a text such as ``"gyro x [deg/s]"``; both are stripped of blanks.
 
-    An index such as ``gyro[0]`` is part of the name.
+    An index such as ``gyro[0]`` is part of the name. A text of over 1000 characters has no unit.
     """
     match = _WITH_UNIT.match(cell) if len(cell) <= LONGEST_HEADER else None
     if match is None or not match["name"]:
@@ -171,7 +174,10 @@ def split_unit(cell: str) -> tuple[str, str | None]:
 
 
 def split_header(cells: Sequence[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-    """Tuple (names, units) of all columns from the cells of a header; a unit is None if missing."""
+    """Tuple (names, units): two tuples with one entry for each cell of a header; a unit is None if missing.
+
+    In ``y[0], y[1], y[2]``, the brackets are indices, not units.
+    """
     pairs = [split_unit(cell) for cell in cells]
     # In y[0], y[1], y[2], the 1 is an index like the others.
     indexed = {

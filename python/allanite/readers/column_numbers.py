@@ -28,19 +28,19 @@ DAY = 86_400
 # Steps may overflow; such steps are infinite and similar to no other step.
 @np.errstate(over="ignore", invalid="ignore")
 def kind_of_numbers(values: NDArray[Any]) -> str | None:
-    """Kind of a column that counts or holds times; None for a column of measurements.
+    """Kind of a column that counts or holds times; None for measurements, under 20 rows, or non-finite numbers.
 
     Parameters
     ----------
     values : ndarray of shape (n,)
-        A column; its first rows suffice.
+        A column; its first 20 000 rows are used.
 
     Returns
     -------
     str or None
-        ``"index"`` (rises by 1 in every row), ``"counter"`` (the same, but wraps), ``"date"`` (one day in all rows),
-        ``"clock"`` (rises in nearly every row by similar steps, or rises always, or rises by equal steps that several
-        rows share), or None.
+        ``"index"`` (rises by 1 in every row), ``"counter"`` (the same, but wraps), ``"date"`` (one day in all rows) or
+        ``"clock"``. A clock rises in nearly every row by similar steps, or in every row, or by equal steps that
+        several rows share.
     """
     x = np.asarray(values[:ROWS])
     if x.size < MIN_ROWS or x.dtype.kind not in "iuf":
@@ -72,9 +72,10 @@ def kind_of_numbers(values: NDArray[Any]) -> str | None:
 
 
 def falls_often(values: NDArray[Any]) -> bool:
-    """True if the values fall more often than once per 20 rises. A time that restarts now and then does not.
+    """True if the values fall more often than once per 20 rises.
 
-    Only the first `ROWS` rows count. Constant values do not fall.
+    A time that restarts now and then does not. Only the first 20 000 rows count. False if the values never rise or
+    never fall.
     """
     steps = np.diff(np.asarray(values[:ROWS], dtype=np.float64))
     rising, falling = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
@@ -84,7 +85,7 @@ def falls_often(values: NDArray[Any]) -> bool:
 def repeats_exactly(values: NDArray[Any]) -> bool:
     """True if whole numbers repeat with a period of 2 to 16 rows, such as identifiers of alternating devices.
 
-    Constant numbers do not count. False for fewer than 80 rows.
+    Only the first 20 000 rows count. False for constant or non-finite numbers and for fewer than 80 rows.
     """
     x = np.asarray(values[:ROWS])
     if x.size < 5 * MAX_PERIOD or not np.isfinite(x).all() or not np.all(x == np.rint(x)):
@@ -94,9 +95,9 @@ def repeats_exactly(values: NDArray[Any]) -> bool:
 
 
 def is_serial_number(values: NDArray[Any]) -> bool:
-    """True if a column holds the same whole number of at least three digits in its first `ROWS` rows.
+    """True if a column holds the same whole number of at least 100 in its first 20 000 rows.
 
-    False for fewer than `MIN_ROWS` rows.
+    False for fewer than 20 rows.
     """
     x = np.asarray(values[:ROWS])
     return bool(
@@ -105,10 +106,10 @@ def is_serial_number(values: NDArray[Any]) -> bool:
 
 
 def indices_of_magnitudes(columns: Sequence[NDArray[Any]]) -> list[int]:
-    """List of the indices of columns that are the Euclidean norm of the three columns before or after them.
+    """List of the indices, ascending, of columns that are the Euclidean norm of the three columns before or after them.
 
-    The norm of printed numbers differs from the printed norm by rounding. A column counts as the norm if the root mean
-    square of this difference is below 5 % of the column's own standard deviation; independent noise reaches 100 %.
+    The root mean square of the difference from the norm must be below 5 % of the column's standard deviation.
+    Independent noise reaches 100 %. Columns with under 20 rows, non-finite or negative values do not count.
     """
     found = []
     # The squares of numbers in a damaged log may overflow.

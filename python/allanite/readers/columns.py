@@ -87,7 +87,10 @@ class Request:
 
     @property
     def kinds(self) -> dict[str, str]:
-        """Dict from kind of sensor to the unit that the caller gave; empty if no unit was given."""
+        """Dict from kind of sensor to the unit that the caller gave; empty without a unit and for the unit ``"1"``.
+
+        Raises `InputError` for an unknown unit.
+        """
         if self.unit in (None, "1"):
             return {}
         assert self.unit is not None
@@ -177,7 +180,7 @@ class Layout:
 
     @property
     def used(self) -> tuple[int, ...]:
-        """Tuple of the indices of all columns that are read: samples, covariates and time."""
+        """Tuple of the indices of all columns that are read: samples, then covariates, then time, each index once."""
         return tuple(dict.fromkeys((*self.samples, *self.covariates, *self.time_columns)))
 
     @property
@@ -210,7 +213,10 @@ def layout_of(table: Table, request: Request) -> Layout:
 
 
 def roles_of(table: Table, request: Request) -> Roles:
-    """`Roles` of all columns and the time columns, decided from names, units and numbers."""
+    """`Roles` of all columns and the time columns, decided from names, units and numbers.
+
+    Options of the caller decide the time column. Raises `InputError` if it is unknown.
+    """
     found = Roles([], [], [])
     for i, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
         role, reason = role_and_reason(name, unit) if table.named else ("sensor", "")
@@ -288,7 +294,11 @@ def _groups_of_equal_unit(columns: Sequence[int], table: Table) -> list[list[int
 
 
 def _set_time_columns(table: Table, found: Roles, request: Request, kinds: dict[int, str]) -> None:
-    """Set the time columns and findings about them in `found`; correct roles of columns only named like a time."""
+    """Set the time columns and the findings about them in `found`, and correct roles of columns only named like a time.
+
+    A column named like a time whose numbers fall gets the role ``other``. Other times get a reason. `kinds` may lose
+    entries. Raises `InputError` if the requested time column is unknown.
+    """
     there = [i for i, column in enumerate(table.columns) if column is not None]
     apart = table.time is not None and request.time_column in (None, "t", "time")
     parts = (
@@ -307,11 +317,12 @@ def _set_time_columns(table: Table, found: Roles, request: Request, kinds: dict[
         if time is None:
             time = _guessed_time(table, found, kinds, there)
             if time is not None:
+                reason = "holds days (MJD)" if time in found.time_units else "rises steadily"
                 notes.append(
                     Finding(
                         "time_column",
                         "info",
-                        f"column {_column_name(table, time)} {_reason_for_time(found, time)} and is used as the time",
+                        f"column {_column_name(table, time)} {reason} and is used as the time",
                         values={"column_index": time},
                         remedy=" ({column} reads it as a sensor)",
                     )
@@ -350,13 +361,11 @@ def _set_time_columns(table: Table, found: Roles, request: Request, kinds: dict[
     found.findings = tuple(notes)
 
 
-def _reason_for_time(found: Roles, time: int) -> str:
-    """Text why a column is the time, for a message: ``holds days (MJD)`` or ``rises steadily``."""
-    return "holds days (MJD)" if time in found.time_units else "rises steadily"
-
-
 def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
-    """Index of the first column with the role ``time``, if possible one with rising numbers; None without any."""
+    """Index of the first column with the role ``time`` whose numbers rise.
+
+    If none rises, the first with this role; None without any.
+    """
     candidates = [i for i, role in enumerate(found.roles) if role == "time"]
     advancing = [
         i
@@ -369,10 +378,10 @@ def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
 def _guessed_time(
     table: Table, found: Roles, kinds: dict[int, str], there: Sequence[int]
 ) -> int | None:
-    """Index of the column whose numbers show that it is the time, or None; may change roles in `found`.
+    """Index of the column whose numbers show that it is the time, or None if no column looks like a time.
 
-    For a pair of days (MJD) and decimal years, the column of days is the time. Columns with the GPS week of these days
-    are demoted, and the pair is removed from `kinds`.
+    May change roles in `found`. For a pair of days (MJD) and decimal years, the column of days is the time. Columns
+    with the GPS week of these days are demoted, and the pair is removed from `kinds`.
     """
     pair = _days_and_years(table, there)
     if pair is not None:
@@ -400,7 +409,10 @@ def _guessed_time(
 
 
 def _days_and_years(table: Table, there: Sequence[int]) -> tuple[int, int] | None:
-    """Tuple (days, years): indices of two columns with the same times in MJD and in decimal years; or None."""
+    """Tuple (days, years): indices of two columns with the same times in MJD and in decimal years; or None.
+
+    The first pair counts whose times differ by less than 2 days in every row and whose days rise.
+    """
     with np.errstate(all="ignore"):
         means = {i: float(np.mean(table[i])) for i in there}
     for days in (i for i in there if 15_000 < means[i] < 90_000):
@@ -420,7 +432,10 @@ def _is_gps_calendar(values: NDArray[Any], days: NDArray[Any]) -> bool:
 
 
 def _looks_like_time(table: Table) -> bool:
-    """True if the columns have no names, and the first of several rises in every row by similar steps."""
+    """True if the first of several columns rises in every row by similar steps (median deviation below 50 %).
+
+    False for fewer than 100 rows, or if the first column was not read.
+    """
     if len(table.names) < 2 or table.columns[0] is None or table.n < MIN_STAMPS:
         return False
     with np.errstate(invalid="ignore", over="ignore"):  # infinities and NaN are no time
@@ -431,9 +446,10 @@ def _looks_like_time(table: Table) -> bool:
 def _findings_about_other_times(
     table: Table, found: Roles, at: int | None, others: Sequence[int]
 ) -> list[Finding]:
-    """List of findings about the time columns that are not used, with a warning if their rate differs by over 0.1 %.
+    """List of one finding for each time column that is not used; a warning if its rate differs by over 0.1 %.
 
-    `at` is the time column that is used, or None; `others` are the other ones.
+    `at` is the time column that is used, `others` are the other ones. Empty if `at` is None. Columns that were not read
+    have no finding.
     """
     notes = []
     for other in others:
@@ -458,9 +474,9 @@ def _findings_about_other_times(
 
 
 def _relative_rate_difference(table: Table, one: int, two: int) -> float:
-    """Relative difference |r₁/r₂ − 1| of the rates of two time columns; 0 if one of them has no rate.
+    """Relative difference |r₁/r₂ − 1| of the rates of two time columns; 0 if one of them has no positive rate.
 
-    Without units, the rates are compared up to a power of ten.
+    Unless both units are stated, the rates are compared up to a power of ten.
     """
     units = [time_unit_of(table.names[i], table.units[i]) for i in (one, two)]
     stated = None not in units
@@ -564,7 +580,10 @@ def layout_from_roles(table: Table, found: Roles, request: Request) -> Layout:
 
 
 def _phase_unit_findings(columns: Sequence[LogColumn], quantity: str) -> list[Finding]:
-    """List with one warning about columns read as a phase whose unit is that of a frequency; else empty."""
+    """List with one warning that names all `columns` with the unit of a frequency, although read as a phase.
+
+    Empty without such columns, and for the quantity ``"rate"``.
+    """
     if quantity == "rate":
         return []
     names = [c.name for c in columns if is_frequency(c.unit)]
@@ -582,7 +601,10 @@ def _phase_unit_findings(columns: Sequence[LogColumn], quantity: str) -> list[Fi
 
 
 def _time_unit(table: Table, found: Roles, at: int) -> str | None:
-    """Unit of the time column `at` if it is known before all stamps are read, else None."""
+    """Unit of the time column at index `at` if a date, name, unit or guess states it; else None.
+
+    For SampleTimeFine of Xsens, the stated rate decides between ``100us`` and ``us``.
+    """
     if at in table.dates:
         return "s"
     unit = found.time_units.get(at) or time_unit_of(table.names[at], table.units[at])
@@ -596,9 +618,10 @@ def _time_unit(table: Table, found: Roles, at: int) -> str | None:
 def _default_samples(
     table: Table, found: Roles, request: Request, reasons: list[str], loud: set[int]
 ) -> tuple[int, ...]:
-    """Tuple of the indices of the columns that are read as samples if the caller names none.
+    """Tuple of the indices, ascending, of the columns that are read as samples if the caller names none.
 
-    For sensors that are not read, `reasons` gets the reason, and `loud` the index if a warning is due. Raises
+    A given unit selects its kind of sensor; otherwise clock phases are read only if no inertial sensor is logged.
+    Writes the reason for each sensor not read into `reasons`, and its index into `loud` if a warning is due. Raises
     `InputError` if there is no sensor.
     """
     names, units = table.names, table.units
@@ -665,7 +688,10 @@ def _default_samples(
 
 
 def _is_inertial(name: str, unit: str | None) -> bool:
-    """True if the name is that of a gyroscope or accelerometer, or the unit that of a rate or acceleration."""
+    """True if the name is that of a gyroscope or accelerometer, or the unit that of a rate or acceleration.
+
+    False for an unknown unit.
+    """
     if sensor_kind(name) is not None:
         return True
     try:
@@ -714,8 +740,9 @@ def _unit_and_scale(
 ) -> tuple[str, float]:
     """Tuple (unit, factor) of a sample column: its unit in the recording, and the factor on its numbers.
 
-    The factor converts a phase to s, and is 1 for other columns. Raises `InputError` if the given unit contradicts the
-    header.
+    The unit is the given one, or else the own one, or else ``"1"``. A phase has the unit s and its factor converts to
+    s; other factors are 1. Raises `InputError` if the given unit contradicts the header, or if a phase is read as a
+    rate.
     """
     given = _given_unit(name, own, request)
     if quantity != "rate" and PHASE in (kind_of_unit(own), kind_of_unit(given)):
@@ -755,9 +782,10 @@ def _unit_contradiction(name: str, own: str, given: str) -> InputError:
 
 
 def _given_unit(name: str, own: str | None, request: Request) -> str | None:
-    """Unit that the caller gave for a column, or None.
+    """Unit that the caller gave for a column, or None without one.
 
-    If several units are given, the kind of sensor selects one; raises `InputError` if the kind is unknown.
+    If several units are given, the kind of sensor selects one; None if the log states a unit of no sensor. Raises
+    `InputError` if the kind is unknown.
     """
     if len(request.kinds) < 2:
         return request.unit

@@ -40,6 +40,9 @@ MAX_ROUGHNESS = 0.3
 def is_deviation_table(names: Sequence[str], columns: Sequence[NDArray[np.float64] | None]) -> bool:
     """True if the columns are averaging times and deviations, by their names or their numbers.
 
+    The numbers decide only without names: at least 8 rows, all positive; regularly rising times; every other column
+    falls smoothly.
+
     Parameters
     ----------
     names : sequence of str
@@ -84,7 +87,10 @@ def refuse_deviation_header(lines: Sequence[str]) -> None:
 
 
 def _is_deviation(tau: NDArray[np.float64], column: NDArray[np.float64]) -> bool:
-    """True if a column falls smoothly with τ, like the deviation of white noise or quantization."""
+    """True if a column falls smoothly with τ: a log-log slope between −1.2 and −0.2 up to 8 times the first τ.
+
+    Smooth: the median absolute second difference of its logarithm is below 0.3.
+    """
     last = max(int(np.searchsorted(tau, SLOPE_SPAN * tau[0], side="right")) - 1, 1)
     slope = np.log(column[last] / column[0]) / np.log(tau[last] / tau[0])
     rough = np.abs(np.diff(np.log(column), 2))

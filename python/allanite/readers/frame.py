@@ -24,7 +24,8 @@ def is_frame(log: object) -> bool:
 def table_of(frame: Any) -> Table:
     """`Table` of a data frame, a series, an xarray object or an Arrow table.
 
-    Date-times become the time. Other columns without numbers are ignored.
+    The time is a date-time index, else the first column of date-times, else a non-numeric column named like a time,
+    else None. Other columns without numbers are ignored; Booleans become 0 and 1.
 
     Raises
     ------
@@ -67,7 +68,10 @@ def _as_text(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _columns(frame: Any) -> list[tuple[str, Any, str | None]]:
-    """List of (name, values, unit or None), one for each column of a frame, series, xarray object or Arrow table."""
+    """List of (name, values, unit or None), one for each column of a frame, series, xarray object or Arrow table.
+
+    Units come only from attributes of xarray or pandas objects.
+    """
     if hasattr(frame, "data_vars"):  # an xarray data set
         found = [(str(name), var, var.attrs.get("units")) for name, var in frame.data_vars.items()]
         return [

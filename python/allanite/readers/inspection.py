@@ -248,13 +248,9 @@ def inspect(path: Any, **options: Any) -> Inspection:
     InputError
         The file cannot be opened as a log at all.
 
-    Examples
-    --------
-    >>> with open("gyro.csv", "w", encoding="utf-8") as file:
-    ...     file.writelines(["time [s],gx\n", *(f"{k / 100},{k % 7}\n" for k in range(200))])
-    >>> seen = al.inspect("gyro.csv")
-    >>> [(c.name, c.role, c.unit) for c in seen.columns]
-    [('time', 'time', 's'), ('gx', 'sensor', None)]
+    Examples -------- >>> with open("gyro.csv", "w", encoding="utf-8") as file: ...     file.writelines(["time
+    [s],gx\n", *(f"{k / 100},{k % 7}\n" for k in range(200))]) >>> seen = al.inspect("gyro.csv") >>> [(c.name, c.role,
+    c.unit) for c in seen.columns] [('time', 'time', 's'), ('gx', 'sensor', None)]
     """
     from allanite.readers import read, request_of
 
@@ -300,7 +296,10 @@ def inspect(path: Any, **options: Any) -> Inspection:
 
 
 def _motion_findings_of(recording: Recording) -> list[Finding]:
-    """List of findings about motion; sensors without a unit are tested in the usual unit of their kind."""
+    """List of findings about motion in at least 2 % of the record.
+
+    Sensors without a unit are tested in their usual unit; then every message begins with "if the unit is …".
+    """
     assumed = assumed_units(recording)
     found = motion_findings(recording.in_units(assumed), MIN_MOTION_FRACTION)
     if not assumed:
@@ -310,14 +309,21 @@ def _motion_findings_of(recording: Recording) -> list[Finding]:
 
 
 def _table_of_numbers(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int, str]]:
-    """Tuple (table of all numeric columns, `Layout` or `Roles`, dict from damaged column to its error message)."""
+    """Tuple (table of all numeric columns, `Layout` or `Roles`, dict from damaged column to its error message).
+
+    If the log cannot be read as a whole, each column is read alone. Damaged columns are then left out of the table.
+    Raises `InputError` if all columns, or none alone, fail.
+    """
     from allanite.readers import read_table
 
     decided: list[Layout | Roles] = []
     places: list[int] = []
 
     def everything(first_rows: Table) -> list[int]:
-        """List of the indices of all numeric columns; also stores the decision about the columns."""
+        """List of the indices of all numeric columns.
+
+        Stores it in `places`, and appends the `Layout` or `Roles` to `decided`.
+        """
         decided.append(_layout_or_roles(first_rows, request))
         places[:] = all_numbers(first_rows)
         return places
@@ -374,7 +380,10 @@ def _unused_columns(table: Table, found: Roles) -> tuple[LogColumn, ...]:
 
 
 def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
-    """`Column` with range, first values and doubts of one column; `joined` is true for a time in several columns."""
+    """`Column` with range, first three values and doubts of the column `at`; the range is NaN without finite values.
+
+    `joined` is true for a time in several columns. Such a used time column has no own rate.
+    """
     doubts: list[str] = []
     rate, low, high = known.rate, np.nan, np.nan
     first: tuple[float, ...] = ()
@@ -427,7 +436,10 @@ def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -
 
 
 def _describe_stamps(time: NDArray[Any]) -> Column:
-    """`Column` named ``(time)`` for time stamps that are not a column of the table."""
+    """`Column` named ``(time)`` for time stamps that are not a column of the table, with the first three stamps.
+
+    Date-times are in ns since 1970, times of day and since a start in s. Texts have no first values and the range NaN.
+    """
     rate: float | None = None
     doubts: tuple[str, ...] = ()
     try:

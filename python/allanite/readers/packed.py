@@ -57,7 +57,7 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
     Raises
     ------
     InputError
-        The archive is damaged, has no text log, or has several and no topic selects one.
+        The archive is damaged or exceeds the memory budget. It has no text log, or several and no topic selects one.
     """
     with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
         try:
@@ -87,9 +87,9 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
 
 
 def _log_to_read(logs: dict[str, str], topics: Sequence[str]) -> str:
-    """Key in `logs` of the log to read: the topic, or the gyroscope, or the accelerometer, or the only log.
+    """Key in `logs` of the log to read: the topic, or else the gyroscope, the accelerometer, or the only log.
 
-    Raises `InputError` if no log or no single log fits.
+    Of several names with the word, the shortest is chosen. Raises `InputError` if no log or no single log fits.
     """
     if not logs:
         raise InputError("no text log in the archive")

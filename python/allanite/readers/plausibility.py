@@ -70,8 +70,8 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
 def assumed_units(recording: Recording) -> dict[str, str]:
     """Dict from column name to the unit assumed in tests of motion, for sensors without a unit; often empty.
 
-    Gyroscopes are assumed in deg/s; in rad/s their motion would be larger. Columns of whole numbers are raw counts and are
-    not tested.
+    Gyroscopes are assumed in deg/s (in rad/s their motion would be larger), accelerometers in m/s². Columns of whole
+    numbers are raw counts and are left out.
     """
     if not any(finding.kind == "no_unit" for finding in recording.told):
         return {}
@@ -109,14 +109,17 @@ class _Doubt:
 
 
 def unit_doubts(recording: Recording) -> list[Finding]:
-    """List with a finding for each triad of accelerometers whose mean is gravity in another unit than stated."""
+    """List with a warning for each triad of accelerometers whose mean is gravity in another unit than stated.
+
+    Often empty.
+    """
     return [_finding(recording, doubt) for doubt in _doubts_of_triads(recording)]
 
 
 def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
     """List with a `_Doubt` for each triad of accelerometers whose mean is gravity, but not in the stated unit.
 
-    A triad without a unit counts, too. Empty for samples that are not rates.
+    A triad without a unit counts, too. Empty for a single column, and for samples that are not rates.
     """
     if recording.quantity != "rate" or recording.samples.ndim == 1:
         return []
@@ -140,7 +143,7 @@ def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
 
 
 def _is_accelerometer_without_unit(name: str, unit: str) -> bool:
-    """True for a column that is named like an accelerometer and has no unit."""
+    """True for a column that is named like an accelerometer and has a dimensionless unit."""
     return parse_unit(unit).kind == FREQUENCY and sensor_kind(name) == ACCELERATION
 
 
@@ -153,7 +156,10 @@ def _other_unit_by_gravity(mean: float, stated: str | None) -> str | None:
 
 
 def _finding(recording: Recording, doubt: _Doubt) -> Finding:
-    """`Finding` with the kind ``"unit_doubt"`` about a triad, with the remedy to give the unit."""
+    """Warning `Finding` with the kind ``"unit_doubt"`` about a triad, with the remedy to give the likely unit.
+
+    If no unit is stated, the remedy also names a unit for gyroscopes without one.
+    """
     names = names_text([recording.columns[at] for at in doubt.places])
     if doubt.stated is None:
         # The remedy also names a unit for gyroscopes without one.
@@ -179,10 +185,10 @@ def _finding(recording: Recording, doubt: _Doubt) -> Finding:
 def without_wrong_units(
     table: Table, given: Mapping[str, str]
 ) -> tuple[list[str | None], list[Finding]]:
-    """Tuple (units, findings): the stated unit of each column, or None where gravity shows that it is wrong.
+    """Tuple (units, findings): list of the stated unit of each column, or None where gravity shows that it is wrong.
 
     A stated unit is wrong if the mean of the triad of accelerometers is gravity in the given unit only. Each such triad
-    has a finding.
+    has a finding; without a given acceleration unit, nothing changes.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ def parse_scales(texts: Sequence[str]) -> dict[str, float]:
 
 
 def _number(text: str) -> float | None:
-    """Value of a text with a number or a fraction of two numbers; None for any other text."""
+    """Value of a text with a number or a fraction of two numbers; None for any other text or a denominator of 0."""
     top, slash, bottom = text.partition("/")
     try:
         return float(top) / float(bottom) if slash else float(top)

@@ -132,7 +132,10 @@ def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
 
 
 def _is_magnetometer(name: str, words: str, unit: str | None) -> bool:
-    """True if the name or the unit is that of a magnetometer, and the name is not that of an inertial sensor."""
+    """True if the name or the unit is that of a magnetometer, and the name is not that of an inertial sensor.
+
+    Raises `InputError` for an unknown unit.
+    """
     if sensor_kind(name) is not None:
         return False
     magnetic = unit is not None and parse_unit(unit).kind == MAGNETIC_FIELD
@@ -140,7 +143,10 @@ def _is_magnetometer(name: str, words: str, unit: str | None) -> bool:
 
 
 def _reason_not_axis(name: str, words: str) -> str:
-    """Text why a column is no axis of a sensor (``"a covariance"``, ``"a magnitude"``, …); empty if it may be one."""
+    """Reason why a column is no axis of a sensor (``"a covariance"``, ``"a magnitude"``, …).
+
+    An empty text if it may be an axis.
+    """
     if _COVARIANCE.search(words):
         return "a covariance"
     if re.match(r"^\s*[|‖].*[|‖]\s*$", name):

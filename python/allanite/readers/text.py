@@ -30,7 +30,10 @@ if TYPE_CHECKING:
 
 @contextmanager
 def core_errors_with_remedy(name: str) -> Iterator[None]:
-    """Context that adds a remedy to errors of the compiled core and removes the name of the log from them."""
+    """Context that appends a remedy to the message of package errors and removes a leading `name` of the log from them.
+
+    The error object is changed and raised again.
+    """
     try:
         yield
     except AllaniteError as error:
@@ -121,7 +124,10 @@ def read(path: Path, pick: Picker) -> Table:
 
 
 def _read(path: Path, pick: Picker) -> Table:
-    """`Table` with the picked columns of a text log; the other columns are None."""
+    """`Table` with the picked columns of a text log; the other columns are None.
+
+    `pick` sees the first rows. Raises `InputError` for a table of deviations, damaged cells, or too little memory.
+    """
     delimiter = None
     reader = _kernels.TextReader(str(path))
     header = reader.header
@@ -154,14 +160,16 @@ def _read(path: Path, pick: Picker) -> Table:
 
 
 def all_numbers(first: Table) -> list[int]:
-    """List of the indices of all columns that do not hold text."""
+    """List of the indices of all columns that do not hold text, ascending; columns that were not read count, too."""
     return [i for i in range(len(first.names)) if i not in first.texts]
 
 
 def first_rows(
     reader: _kernels.TextReader, names: Sequence[str], units: Sequence[str | None]
 ) -> tuple[Table, list[str]]:
-    """Tuple (table, cells): table of the first rows of all columns of a text log, and one cell of each column.
+    """Tuple (table, cells): table of the first 20 000 rows of all columns of a text log, and one cell of each column.
+
+    A column with more texts than numbers is None in the table, and `texts` has its cell.
 
     Parameters
     ----------
@@ -193,6 +201,8 @@ def first_rows(
 def with_day_and_month(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
     """Date-times in s since 1970, shape (n,), with day and month exchanged if this shortens the record.
 
+    They are unchanged if the record is shorter than one day or a time is missing.
+
     Parameters
     ----------
     seconds : ndarray of shape (n,)
@@ -212,7 +222,7 @@ def with_day_and_month(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _rows_expected(path: Path) -> float:
-    """Expected number of rows of a log, from the length of its first lines."""
+    """Expected number of rows of a log, from the mean length of the lines in its first 64 kB; 0 for an empty file."""
     with path.open("rb") as stream:
         begin = stream.read(1 << 16)
     return path.stat().st_size * begin.count(b"\n") / len(begin) if begin else 0.0
@@ -239,7 +249,8 @@ def names_of_two_lines(
 ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
     """Tuple (names, units) of a header of two lines: names of groups, and below them names of columns.
 
-    `names` and `units` are those of the first line. They are returned unchanged if the header has one line.
+    A column is then named ``group column`` and has the unit of its group. `names` and `units` are those of the first
+    line, and are returned unchanged if the header has one line.
     """
     rows = list(_lines_of_cells(path, len(names)))
     above = next((i for i, cells in enumerate(rows) if split_header(cells)[0] == names), None)
@@ -268,7 +279,10 @@ def _is_number(cell: str) -> bool:
 
 
 def _lines_of_cells(path: Path, count: int) -> Iterator[list[str]]:
-    """Yield the cells of each of the first 60 lines that has exactly `count` cells."""
+    """Yield the stripped cells of each of the first 60 lines (within 16 kB) that has exactly `count` cells.
+
+    Cells end at a tab, semicolon or comma.
+    """
     with path.open("rb") as stream:
         lines = stream.read(16384).decode("utf-8", "replace").splitlines()[:60]
     for line in lines:
@@ -280,7 +294,7 @@ def _lines_of_cells(path: Path, count: int) -> Iterator[list[str]]:
 def units_below(path: Path, names: tuple[str, ...]) -> tuple[str | None, ...] | None:
     """Tuple of the units in a line below the names: ``(us) (na) (m/s^2)`` or ``ms deg/s``; None without such a line.
 
-    An entry is None for a column without a unit.
+    An entry is None for empty brackets, or for ``-``, ``n/a`` and the like without brackets.
     """
     rows = list(_lines_of_cells(path, len(names)))
     for cells in rows:

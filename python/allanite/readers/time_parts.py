@@ -100,6 +100,9 @@ def find_time_parts(
 ) -> TimeParts | None:
     """`TimeParts` of columns that together are the time, recognized by names and first rows; None without any.
 
+    Tried in this order: date and time of day; seconds and their fraction; GPS week and seconds; MJD and seconds;
+    calendar.
+
     Parameters
     ----------
     names : sequence of str
@@ -173,9 +176,10 @@ def _calendar(
     column_named: Callable[..., int | None],
     first_rows_of: Callable[[int], NDArray[Any]],
 ) -> TimeParts | None:
-    """`TimeParts` of year, month and day (or day of year) and, if logged, the time of day; None without any.
+    """`TimeParts` of year, month and day (or day of year) and, if logged, the time of day.
 
-    `column_named` finds a column by a pattern of its name, `first_rows_of` returns its values.
+    None without a year from 1900 to 2200 or without a day, and for a whole day of year that never rises without a time
+    of day. `column_named` finds a column by a pattern of its name, `first_rows_of` returns its values.
     """
     year = column_named(_YEAR)
     if (

@@ -43,7 +43,11 @@ def seconds_in(unit: str) -> float:
 
 
 def kind_of_unit(unit: str | None) -> str | None:
-    """Kind of a unit: ``"rate"``, ``"integral"``, ``"phase"``, ``"time"`` or ``"foreign"``; None if the unit is None."""
+    """Kind of a unit: ``"rate"``, ``"integral"``, ``"phase"``, ``"time"`` or ``"foreign"``; None if the unit is None.
+
+    ``"phase"`` is s to ps, ``"time"`` a longer or unusual unit of time. ``"foreign"`` is a unit of no sensor, or a bare
+    number other than 1.
+    """
     if unit is None:
         return None
     time = time_unit(unit)

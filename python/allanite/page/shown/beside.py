@@ -26,7 +26,10 @@ SURE = 2.0
 
 
 def two_models(ladder: Ladder, other: Step) -> Figure:
-    """`Figure` of the measured Allan deviation with the models of two steps, and their residuals below."""
+    """`Figure` of the measured Allan deviation with the models of two steps, and their residuals (σ) below.
+
+    The steps are the current one and `other`.
+    """
     assert ladder.step is not None
     one, two = ladder.step.fit, other.fit
     first, second = (f"model of step {ladder.steps.index(s)}" for s in (ladder.step, other))
@@ -75,12 +78,16 @@ def differences(tab: Tab) -> dict[str, Any] | None:
 
 
 def _row(what: str, texts: tuple[str, str], remark: str, differs: bool) -> dict[str, Any]:
-    """Dict of a row of the table of differences."""
+    """Dict of a row of the table of differences, with the keys what, texts, remark and differs."""
     return {"what": what, "texts": list(texts), "remark": remark, "differs": differs}
 
 
 def _effects(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterator[dict[str, Any]]:
-    """Yield one row for each value of the effects of both models; ``–`` if a model lacks the value."""
+    """Yield one row for each value of the effects of both models; ``–`` if a model lacks the value.
+
+    Rows of the first model come first. The remark is the ratio if both are detected, or says which step has or detects
+    the value.
+    """
     first, second = _values(one, unit), _values(two, unit)
     for key in [*first, *(k for k in second if k not in first)]:
         a, b = first.get(key), second.get(key)
@@ -103,7 +110,10 @@ def _text(value: Mapping[str, Any]) -> str:
 
 
 def _values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]:
-    """Dict from (name, number) to the record of a displayed value; the number counts values of the same name from 0."""
+    """Dict from (name, number) to the record of a displayed value; the number counts values of the same name from 0.
+
+    Per effect: its free values, or its first value if none is free.
+    """
     out: dict[tuple[str, int], dict[str, Any]] = {}
     for chip in chips(fit, unit):
         shown = [v for v in chip["values"] if v["free"]] or chip["values"][:1]
@@ -115,7 +125,7 @@ def _values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]
 
 
 def _measures(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any]]:
-    """Yield rows with the errors of both steps and their predictions of unseen data."""
+    """Yield five rows with the misfit and errors of both steps and their predictions of unseen data."""
     first, second = step_row(one), step_row(two)
     for what, key in (
         ("Misfit χ²/dof", "chi2_text"),

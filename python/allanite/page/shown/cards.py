@@ -42,12 +42,12 @@ def chips(
     colors: Sequence[str] = (),
     found: Undecided | None = None,
 ) -> list[dict[str, Any]]:
-    """List of one dict per effect of the model: place, kind, names, physics, color role and label, values with intervals.
+    """List of one dict per effect of the model: place, kind, names, physics, color, label, and values with intervals.
 
     The color role and the label are None for an effect that figures do not draw. `unit` is the sample unit of the
-    displayed values; `SHEET` stands for units of data sheets, None for the unit of the recording. `colors` are the roles
-    of the effects, in the order of the model. `found` holds the models that explain the record equally well; intervals
-    that are wider over all these models are added.
+    displayed values; `SHEET` stands for units of data sheets, None for the unit of the recording. `colors` are the
+    roles of the effects, in the order of the model. `found` holds the models that explain the record equally well;
+    intervals that are wider over all these models are added.
     """
     drawn = {part.place: part for part in component_styles(fit)}
     out = []
@@ -80,9 +80,10 @@ def chips(
 
 
 def failures(study: Study) -> list[dict[str, Any]]:
-    """List of dicts (text, view, place) of what speaks against the model; view and place are None if no view shows it.
+    """List of dicts (text, view, place) of what speaks against the model; empty for an adequate study.
 
     These are the failures of the check, or, if the check is adequate and the study is not, the doubts of the study.
+    View and place are None if no view shows the failure.
     """
     if study.adequate:
         return []
@@ -102,7 +103,13 @@ def failures(study: Study) -> list[dict[str, Any]]:
 
 
 def telling_view(study: Study) -> str:
-    """Name of the view that shows best what is missing; ``"allan"`` for adequate models."""
+    """Name of the view that shows best what is missing.
+
+    ``"allan"`` for adequate models and for an effect that no view singles out.
+
+    Lines and bands are shown in ``"psd"``, effects that follow a column in ``"samples"``; otherwise the view with the
+    largest score.
+    """
     check = study.check
     first = check.significant[0].effect if check.significant else None
     if study.adequate or (first is None and not check.where.fails):
@@ -120,9 +127,9 @@ def telling_view(study: Study) -> str:
 
 
 def _largest_scores(study: Study) -> dict[str, float]:
-    """Dict from the name of each view in which the model fails to its largest misfit score.
+    """Dict from the name of each view in which the model fails (allan, psd, map) to its largest misfit score.
 
-    A score is divided by the threshold that true models rarely exceed.
+    Empty if none fails. A score is divided by the threshold that true models rarely exceed.
     """
     where, fit = study.check.where, study.fit
     out = {}
@@ -139,7 +146,10 @@ def _largest_scores(study: Study) -> dict[str, float]:
 
 
 def alternatives(study: Study) -> str | None:
-    """Sentence on alternative explanations of an adequate model; None if a check finds an effect missing."""
+    """Sentence on alternative explanations of an adequate model, also if there are none.
+
+    None if a check finds an effect missing.
+    """
     if not study.check.adequate:
         return None
     if study.undecided is None:
@@ -164,7 +174,10 @@ def _value(
     shown: str,
     over_all: tuple[float, float] | None = None,
 ) -> dict[str, Any]:
-    """Dict of one value of an effect in the unit `shown`, with the texts of its interval or 95 % limit."""
+    """Dict of one value of an effect in the unit `shown`, with the texts of its interval or 95 % limit.
+
+    The text of a value that is not detected is ``< limit``. `over_all` is its interval over all equally good models.
+    """
     value = own.to(shown)
     unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
     role = effect.parameter(name).role
@@ -213,7 +226,10 @@ def cards(check: Check, unit: str | None = None) -> list[dict[str, Any]]:
 
 
 def _card(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, Any]:
-    """Dict of a suggestion for the page; `place` is its index in `Check.suggestions`."""
+    """Dict of a suggestion for the page: names, values, sentences, evidence, view and range.
+
+    `place` is its index in `Check.suggestions`.
+    """
     rivals = [cls.title for k in s.rivals if (cls := find(k)) is not None]
     chance = p_text(s.p_value, 1)
     name, acts = effect_text(fit, s.effect), _ranges_of_action(fit, s)
@@ -239,9 +255,10 @@ def _card(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, An
 def _view_and_range(
     effect: Effect, frequency: Sequence[float] | None, time: Sequence[float] | None
 ) -> dict[str, Any]:
-    """Dict with the view that shows a missing effect, samples or spectrum, and the range of the effect in this view.
+    """Dict with the view (``samples`` or ``psd``) that shows a missing effect, and its range there as ``place``.
 
-    `frequency` (Hz) and `time` (s) are the ranges in which the effect acts.
+    `frequency` (Hz) and `time` (s) are the ranges in which the effect acts. ``place`` is None for an effect that
+    follows a column.
     """
     if effect.follows or effect.when or frequency is None:
         return {"view": "samples", "place": None if effect.follows else time}
@@ -269,7 +286,7 @@ def _line_range(fit: Fit, effect: Effect) -> tuple[float, float] | None:
 
 
 def _frequency_range_text(ends: Sequence[float] | None) -> str:
-    """Text of the frequency range in which an effect acts; empty if it has none."""
+    """Text of a frequency range, `` at 38 Hz`` or `` between 1 and 2 Hz``; empty for None."""
     if ends is None:
         return ""
     low, high = (number(f, 2) for f in ends)
@@ -283,7 +300,11 @@ def _symbol(effect: Effect, name: str) -> str:
 
 
 def _ranges_of_action(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
-    """Dict of the ranges ``tau`` (s), ``frequency`` (Hz) and ``time`` (s) of an effect, each [low, high] or None."""
+    """Dict of the ranges ``tau`` (s), ``frequency`` (Hz) and ``time`` (s) of an effect, each [low, high] or None.
+
+    Lines have their own frequencies, events their time. Other effects act where they change the model's spectrum by
+    over half of the largest change in logarithms.
+    """
     out: dict[str, list[float] | None] = {"tau": None, "frequency": None, "time": None}
     rate, span = fit.data.rate, fit.data.duration
     if (ends := _line_range(fit, s.effect)) is not None:
@@ -322,12 +343,15 @@ def step_rows(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
 
 
 def _unexplained_text(step: Step, share: float) -> str:
-    """Text of the unexplained misfit; 0 % for an adequate model, whose remaining misfit is random."""
+    """Text of the unexplained misfit, `share`, in %; 0 % for an adequate model, whose remaining misfit is random."""
     return "0 %" if step.study is not None and step.study.adequate else _percent_text(share)
 
 
 def step_row(step: Step) -> dict[str, Any]:
-    """Dict of one step: label, model, errors, and whether the model is adequate."""
+    """Dict of one step: label, model, misfit, errors and their texts, and whether the model is adequate.
+
+    Errors that are not computed yet are None, their texts ``…``; ``adequate`` is None before the check.
+    """
     fit, error = step.fit, step.error
     misfit = fit.misfit
     return {

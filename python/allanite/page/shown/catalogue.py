@@ -91,7 +91,10 @@ def catalogue(kind: str) -> list[dict[str, Any]]:
 
 @cache
 def _pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
-    """Dict of SVG paths, 100 × 60: Allan curve and spectrum, each with and without the effect."""
+    """Dict of SVG paths, 100 × 60: Allan curve and spectrum, each a list of two, with and without the effect.
+
+    Both are None if the effect has no curve. Cached.
+    """
     try:
         variance, power = _curves(cls)
     except (AllaniteError, ValueError, TypeError, NotImplementedError):
@@ -123,7 +126,10 @@ def _curves(cls: type[Effect]) -> tuple[Array, Array]:
 
 
 def _example(cls: type[Effect]) -> Effect:
-    """`Effect` of a class with values that suit a picture."""
+    """`Effect` of a class with values that suit a picture.
+
+    Coefficients are 1, shapes are those of `SHAPES` or the middle of their grid.
+    """
     values: dict[str, Any] = {}
     for p in cls.parameters:
         shown = SHAPES.get(p.name)
@@ -138,7 +144,7 @@ def _example(cls: type[Effect]) -> Effect:
 
 
 def _measured(signal: Array) -> tuple[Array, Array]:
-    """Pair (Allan variance at `TAU`, density at `FREQUENCY`) of a known signal."""
+    """Pair (Allan variance at `TAU`, largest power in the bins of `FREQUENCY`) of a known signal at 1 Hz."""
     phase = np.concatenate([[0.0], np.cumsum(signal)])
     variance = []
     for m in np.round(TAU).astype(int):

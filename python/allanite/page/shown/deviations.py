@@ -36,8 +36,8 @@ def deviation_figure(
 ) -> Figure | None:
     """`Figure` of the deviation that the user chose; None for the overlapping Allan deviation at its default times.
 
-    That curve is part of the fit's own figure. The model of the fit is drawn as well. For estimators without a theoretical
-    curve, the deviation of one simulated record is drawn instead.
+    That curve is part of the fit's own figure. The model of the fit is drawn as well. For estimators without a
+    theoretical curve, the deviation of one simulated record is drawn instead, up to 2 million samples.
 
     Parameters
     ----------
@@ -45,7 +45,8 @@ def deviation_figure(
     fit : Fit or None
         Without a fit, only the measured curve is drawn.
     options : mapping of str to str
-        ``"kind"``: name of the estimator; ``"grid"``: choice of averaging times. Both may be missing.
+        ``"kind"``: name of the estimator; ``"grid"``: choice of averaging times. Both may be missing; unknown ones raise
+        `InputError`.
     kept : dict
         Cache of computed deviations by recording, estimator and averaging times; new ones are added.
     """
@@ -81,20 +82,20 @@ def deviation_figure(
 
 
 def _drawn(found: Deviation) -> tuple[np.ndarray, np.ndarray]:
-    """Pair (τ in s, deviation) of the points that can be drawn on logarithmic axes."""
+    """Pair (τ in s, deviation) of the finite and positive points, which logarithmic axes can show."""
     kept = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
     return np.asarray(found.tau)[kept], np.asarray(found.deviation)[kept]
 
 
 def _found(log: Recording, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
-    """`Deviation` of a recording, from the cache `kept` if possible."""
+    """`Deviation` of a recording, from the cache `kept`, or computed and added to it."""
     if (log, kind, grid) not in kept:
         kept[log, kind, grid] = _deviation(log, kind, grid)
     return kept[log, kind, grid]
 
 
 def _simulated(fit: Fit, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
-    """`Deviation` of a sensor simulated from the fit, from the cache `kept` if possible."""
+    """`Deviation` of a sensor simulated from the fit (seed 1), from the cache `kept`, or computed and added to it."""
     if (fit, kind, grid) not in kept:
         data = fit.data
         made = fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))

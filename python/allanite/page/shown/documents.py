@@ -59,6 +59,8 @@ def targets(recording: Recording) -> list[list[str]]:
 def accept(tab: Tab, source: Source, role: str) -> None:
     """Open an uploaded file as a log (``log``), a log for comparison (``compare``), or a data sheet (``sheet``).
 
+    A log is appended to the sources and a job opens it, also if its rate or unit is unknown.
+
     Raises
     ------
     InputError
@@ -97,12 +99,12 @@ def _accept_sheet(tab: Tab, source: Source) -> None:
 
 
 def compare_with(tab: Tab, source: Source) -> None:
-    """Add the columns of a log to the comparison with the current column.
+    """Add the columns of a log to the comparison with the current column. Columns that are already compared stay.
 
     Raises
     ------
     InputError
-        The log cannot be read, or its rate or unit is not known.
+        The log cannot be read, its rate or unit is not known, or no log is open.
     """
     _ = tab.log
     try:
@@ -121,7 +123,10 @@ def compare_with(tab: Tab, source: Source) -> None:
 
 
 def sheet_rows(tab: Tab) -> dict[str, Any] | None:
-    """Dict of the table that compares the current model with the data sheet; None without a data sheet or a step."""
+    """Dict (name, rows, remarks) of the comparison of the current model with the data sheet.
+
+    None without a sheet or step. The rows are empty if the sheet has no figure for this kind of sensor.
+    """
     if tab.sheet is None or not tab.ladder.steps:
         return None
     from allanite.comparison.datasheet import compare_datasheet
@@ -145,7 +150,10 @@ def sheet_rows(tab: Tab) -> dict[str, Any] | None:
 
 
 def _measured(row: Row) -> str:
-    """Text of the measured value, or its 95 % limit, in the unit of the data sheet."""
+    """Text of the measured value in the unit of the data sheet.
+
+    If it is not detected, ``< limit`` (95 %) or ``not detected``.
+    """
     factor = row.figure.value / row.sheet
     unit = unit_text(row.figure.unit)
     if row.measured.detected:
@@ -163,6 +171,8 @@ def _interval(ratio: Estimate) -> str:
 
 def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None) -> Made:
     """`Made` file with this name: a figure or its values, the study, an export of all axes, a law, or the report.
+
+    An export covers the fitted columns; a note names the others.
 
     Raises
     ------
@@ -220,14 +230,17 @@ def _stem(tab: Tab, column: str = "") -> str:
 
 
 def _missing(tab: Tab) -> str:
-    """Note on axes that are missing from a file because nothing is fitted; empty if none."""
+    """Note on columns that are missing from a file because nothing is fitted; an empty text if there are none."""
     columns = tab.work.recording.columns
     gone = [c for c, one in zip(columns, tab.board.ladders, strict=True) if not one.steps]
     return f"Without {', '.join(gone)}: not yet checked" if gone else ""
 
 
 def _report(tab: Tab) -> Made:
-    """`Made` report on the steps of each column up to the current one."""
+    """`Made` report on the steps of each column up to the current one.
+
+    A note names the columns left out. Raises `InputError` if no column has a finished search.
+    """
     from allanite.report import Entry, Report
 
     entries, open_ = [], []

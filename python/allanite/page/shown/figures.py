@@ -61,7 +61,10 @@ MIN_WHITENESS = 0.01
 
 
 def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Figure:
-    """`Figure` of a view, with the colors that effects have on this page."""
+    """`Figure` of a view in the displayed units, with the colors that effects have on this page.
+
+    Raises `InputError` for an unknown view, or if the view needs a fit or check that does not exist yet.
+    """
     if name not in VIEWS:
         raise InputError(f"Unknown view {name[:40]!r}: one of {', '.join(VIEWS)}")
     with requested_units(chosen_units(tab.log.unit, tab.unit)):
@@ -86,13 +89,16 @@ def _with_effect_colors(figure: Figure, work: Work, fit: Fit) -> Figure:
 
 
 def fit_of(tab: Tab) -> Fit | None:
-    """`Fit` that is displayed: the model with trial values, or that of the current step; None without a step."""
+    """`Fit` that is displayed: the model with trial values, or else that of the current step; None without a step."""
     step = tab.ladder.step
     return tab.preview or (None if step is None else step.fit)
 
 
 def colors_of(work: Work, fit: Fit) -> list[str]:
-    """List of the color roles of the effects of a model; an effect keeps its first color in all models."""
+    """List of the color roles of the effects of a model; an effect keeps its first color in all models.
+
+    New effects are added to `work.colors`.
+    """
     out, seen = [], dict[str, int]()
     for effect in fit.model.effects:
         seen[effect.kind] = seen.get(effect.kind, 0) + 1
@@ -103,7 +109,10 @@ def colors_of(work: Work, fit: Fit) -> list[str]:
 
 
 def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """`Figure` of the Allan deviation with the model, or of another deviation that the options name."""
+    """`Figure` of the Allan deviation with the model and the residuals, or of another deviation that the options name.
+
+    Before the first fit, only the measured curve.
+    """
     fit = fit_of(tab)
     other = deviation_figure(tab.log, fit, options, tab.work.deviations)
     if other is not None:
@@ -149,7 +158,10 @@ def _close_up(check: Check) -> Panel | None:
 
 
 def _zoomed_panel(fit: Fit, panel: Panel, options: Mapping[str, str]) -> Panel:
-    """Copy of the panel of the spectrum with the single ordinates between ``from`` and ``to`` Hz of the options."""
+    """Copy of the panel of the spectrum with the single ordinates between ``from`` and ``to`` Hz of the options.
+
+    At most 1500 values; earlier single ordinates are replaced.
+    """
     low, high = _positive_option(options, "from", 1.0), _positive_option(options, "to", 1.0)
     f, power = ordinates_between(fit, low, high, most=MAX_ZOOMED)
     marks = [m for m in panel.marks if not (isinstance(m, Line) and m.label == SINGLE)]
@@ -158,7 +170,10 @@ def _zoomed_panel(fit: Fit, panel: Panel, options: Mapping[str, str]) -> Panel:
 
 
 def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of measured over expected power by time and frequency; raises InputError before the check is finished."""
+    """`Figure` of measured over expected power by time and frequency, with a close-up of the range that fails most.
+
+    Raises `InputError` before the check is finished.
+    """
     check = tab.step.check
     if check is None:
         raise InputError("The map is being computed …")
@@ -179,7 +194,10 @@ def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 
 
 def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """`Figure` of the samples over time, with events, excluded segments, and known functions of time."""
+    """`Figure` of the samples over time, with events, excluded segments, and known functions of time.
+
+    The best missing effect that follows a column is drawn, too, and named in the subtitle.
+    """
     step = tab.ladder.step
     worst = None if step is None or step.check is None else step.check.where.worst_time
     fit = fit_of(tab)
@@ -214,7 +232,11 @@ def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
 
 
 def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` with two steps, or with the column, a simulated sensor, other logs or columns, and a data sheet."""
+    """`Figure` of two steps, or of the column, a simulated sensor, other logs or columns, and a data sheet.
+
+    Two steps if the user compares them. The other columns of the log appear only without other logs. The subtitle names
+    curves that are not drawn.
+    """
     from allanite.comparison import Drawn, compare
     from allanite.plots import plot_compare
 
@@ -262,7 +284,10 @@ def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 
 
 def _with_source_colors(figure: Figure) -> Figure:
-    """Copy of a comparison with the simulated sensor in the color of the model and the data sheet in gray."""
+    """Copy of a comparison with the simulated sensor in the color of the model and the data sheet in gray.
+
+    Labels lose their source.
+    """
 
     def with_source_color(mark: Mark) -> Mark:
         """Copy of a curve without the source in its label, in the color of the source; other marks unchanged."""
@@ -286,7 +311,11 @@ def _simulated(fit: Fit) -> Recording:
 
 
 def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """`Figure` of the error growth since the last fix, by effect and in total, with measured errors."""
+    """`Figure` of the error growth since the last fix, by effect and in total, with measured errors if possible.
+
+    The options ``aided`` and ``until`` (s) are the time of averaging before the fix and the longest time after it. A
+    short record has no measured errors.
+    """
     from allanite.statespace.growth import error_growth, measured_growth
 
     fit = tab.step.fit
@@ -357,7 +386,11 @@ def _deviation_text(
     low: NDArray[np.float64],
     high: NDArray[np.float64],
 ) -> str:
-    """Text ``the measured errors are larger from 30 s on``; empty if they agree with the model."""
+    """Text ``the measured errors are larger from 30 s on``; empty if they agree with the model.
+
+    They agree if no more intervals miss the model than by chance (1 %). The time and direction are those of the first
+    miss.
+    """
     over, under = low > total, high < total
     out = over | under
     if np.count_nonzero(out) <= chance_outside(int(np.isfinite(low).sum())):
@@ -378,7 +411,10 @@ def chance_outside(points: int) -> int:
 
 
 def _positive_option(options: Mapping[str, str], name: str, otherwise: float) -> float:
-    """Number called `name` in the options, `otherwise` if it is missing; raises InputError unless it is in (0, 1e9)."""
+    """Number called `name` in the options, or `otherwise` if it is missing or empty.
+
+    Raises `InputError` unless 0 < number < 1e9.
+    """
     try:
         value = float(options.get(name) or otherwise)
     except ValueError:
@@ -390,7 +426,7 @@ def _positive_option(options: Mapping[str, str], name: str, otherwise: float) ->
 
 @lru_cache(maxsize=4)
 def _innovations(fit: Fit) -> Innovations:
-    """`Innovations` of the Kalman filter of a fit, over at most the first `MAX_FILTERED` samples; cached."""
+    """`Innovations` of the Kalman filter of a fit, over at most the first million samples; cached."""
     from allanite.statespace import innovations
 
     log = fit.recording
@@ -437,7 +473,8 @@ def _consistency_sentence(
 ) -> str:
     """Sentence on whether the errors of a filter are as large as the filter expects, and uncorrelated.
 
-    `whiteness` is the p-value of the innovations under the hypothesis of no correlation.
+    `nis`, `low` and `high` are at the averaging times `tau`. `whiteness` is the p-value of the innovations under the
+    hypothesis of no correlation; below 0.01 they count as correlated.
     """
     over, under = nis > high, nis < low
     count, points = int(np.count_nonzero(over | under)), nis.size

@@ -51,7 +51,10 @@ def _combination_of_units(units: tuple[Recording, ...]) -> Combination:
 
 
 def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of the temperature law of the current axis, and of its Allan deviation before and after the correction."""
+    """`Figure` of the temperature law of the current axis, and of its Allan deviation before and after the correction.
+
+    Raises `InputError` if the log has no temperature.
+    """
     found = _calibrated_in(tab.log, figure_unit(tab.log.unit, samples=True))
     (axis,) = found.axes
     figure = found.plot()

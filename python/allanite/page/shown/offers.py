@@ -11,13 +11,16 @@ if TYPE_CHECKING:
 
 
 def sentence(text: str) -> str:
-    """The text with a capital letter, unless it starts with the name of a column."""
+    """The text with a capital letter, unless its first word has digits or capitals, such as a column ``gx1``."""
     head = text.split(" ", 1)[0].rstrip(",.:")
     return text[:1].upper() + text[1:] if head.islower() and head.isalpha() else text
 
 
 def offers(finding: Finding, rate: float, duration: float) -> list[dict[str, Any]]:
-    """List of dicts, text and action, of the buttons for a finding in a record of `duration` s."""
+    """List with at most one dict (text, action) of a button for a finding; empty for findings without a button.
+
+    `rate` (Hz) and `duration` (s) are those of the record.
+    """
     values = finding.values
     if finding.kind == "rate" and "measured_hz" in values:
         found = float(values["measured_hz"])

@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 
 
 def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> None:
-    """Set the hover text of each trace in `data`; `unit` is that of the values."""
+    """Set the hover text of each trace in `data` of the view `name`; `unit` is that of the values.
+
+    Heat maps and traces without hover text are unchanged. Measured points of the fit get a text each.
+    """
     shown = "" if unit == "1" else unit_text(unit)
     across = {
         "allan": "τ = %{x:.3~g} s",
@@ -70,7 +73,10 @@ def _hover_texts(fit: Fit, unit: str) -> list[str]:
 def readings(
     fit: Fit, work: Work, unit: str | None, look: Theme, axes: dict[str, Any]
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Pair (traces, annotations) of plotly at the points where detected standard coefficients are read."""
+    """Pair (traces, annotations) of plotly at the points where detected standard coefficients are read.
+
+    Points outside the range of τ are left out; above or below the figure, only the annotation is placed at its edge.
+    """
     (left, right), (bottom, top) = axes["xaxis"]["range"], axes["yaxis"]["range"]
     traces, labels = [], []
     curve = fit.curve
@@ -135,7 +141,10 @@ def readings(
 
 
 def live(fit: Fit, unit: str) -> dict[str, Any]:
-    """Dict from which the browser computes misfit and curve (in `unit`) while a line is dragged, without requests."""
+    """Dict of arrays from which the browser computes misfit and curve while a line is dragged, without requests.
+
+    They are power, spectra, groups of bins, and the measured curve in `unit`.
+    """
     solution, curve = fit.solution, fit.curve
     return {
         "count": solution.count,

@@ -40,7 +40,7 @@ POINTS = 24
 
 
 def part(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
-    """Data by name: one of `_PARTS`, or ``table-…`` for the values of a view with its `options`.
+    """Data by name: one of `_PARTS`, or ``table-…`` for the tables of a view with its `options`.
 
     Raises
     ------
@@ -64,7 +64,10 @@ def _small_curves(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _column_paths(work: Work) -> list[str | None]:
-    """List with the SVG path, 100 × 40, of each column, None without a curve; columns of equal unit share a scale."""
+    """List with the SVG path, 100 × 40, of each column, None without a curve; cached in `work.paths`.
+
+    Columns of equal unit share a scale.
+    """
     if work.paths is not None:
         return work.paths
     curves = [_log_curve(work.log(i)) for i in range(len(work.recording.columns))]
@@ -108,7 +111,10 @@ def _catalogue(tab: Tab, _: Mapping[str, str]) -> list[dict[str, Any]]:
 
 
 def _inspected_columns(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """Dict with the interpretation of the columns of the open log, and the units offered for each kind of sensor."""
+    """Dict with the interpretation of the columns of the open log, and the units offered for each kind of sensor.
+
+    Chosen columns and units are ignored. Raises `InputError` if no log is open.
+    """
     source = tab.source
     if source is None:
         raise InputError("No log is open: drop a file or choose one")
@@ -135,7 +141,10 @@ def _study_document(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _common_properties(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """Dict of the common properties of the axes: agreement of models, shared noise, and lines found on several axes."""
+    """Dict of the common properties of the axes: agreement of models, shared noise, and lines found on several axes.
+
+    Raises `InputError` for fewer than two fitted axes.
+    """
     from allanite.axes.words import common_form_sentences, shared_effect_sentences
 
     names = tab.work.recording.columns
@@ -162,7 +171,7 @@ def _common_of_fits(fits: tuple[tuple[str, Fit], ...]) -> Common:
 
     def study(fit: Fit) -> Study:
         # Only the last fit is used.
-        """`Study` that contains only this fit."""
+        """`Study` that contains only this fit, without a real check."""
         return Study(fit.recording, (Rung(fit),), Check(fit, None, ()), "limit")  # type: ignore[arg-type]
 
     return common_of({name: study(fit) for name, fit in fits})
@@ -175,7 +184,10 @@ def _export_verdict(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _acceptance_results(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None:
-    """Dict with the acceptance test of every checked axis; None without a data sheet."""
+    """Dict (sheet, axes, remarks) with the acceptance test of every checked axis; None without a data sheet.
+
+    Raises `InputError` if the sheet has no values for these axes.
+    """
     if tab.sheet is None:
         return None
     axes, remarks = [], dict[str, None]()

@@ -56,7 +56,10 @@ def _curve_table(fit: Fit, unit: str) -> dict[str, Any]:
 
 
 def _tables_of_marks(figure: Figure) -> list[dict[str, Any]]:
-    """List of the tables (dicts) of all marks; marks with equal x values share one, points first, then lines and bands."""
+    """List of the tables (dicts) of all marks.
+
+    Marks of a panel with equal x values share one, points first, then lines, bands. A heat map has its own table.
+    """
     tables: list[dict[str, Any]] = []
     for panel in figure.panels:
         known: dict[bytes, dict[str, Any]] = {}
@@ -97,13 +100,16 @@ def csv_of(tables: list[dict[str, Any]]) -> str:
 
 
 def _table_of_x(panel: Panel, mark: Line | Points | Band) -> dict[str, Any]:
-    """Table (dict with title, head and rows) of only the x values of a mark, at most `MOST` rows."""
+    """Table (dict with title, head and rows) of only the x values of a mark, at most 4000 rows."""
     rows = [[_finite_or_none(v)] for v in mark.x[:MOST]]
     return {"title": panel.title or panel.y.label, "head": [panel.x.label], "rows": rows}
 
 
 def _named_columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, list[Any]]]:
-    """List of (name, values) of the columns of a mark, at most `MOST` values each."""
+    """List of (name, values) of the columns of a mark: one for a line, two for a band, three for points with intervals.
+
+    At most 4000 values each.
+    """
     name = mark.label or panel.y.label
     if isinstance(mark, Band):
         found = [(f"{name}, from", mark.low), (f"{name}, to", mark.high)]
@@ -115,7 +121,7 @@ def _named_columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, 
 
 
 def _map_table(panel: Panel, mark: HeatMap) -> dict[str, Any]:
-    """Table (dict) of the cells of a heat map, at most `MOST` rows."""
+    """Table (dict) of the cells of a heat map, at most 4000 rows: edges in x and y, and the value."""
     head = [f"{panel.x.label}, from", "to", f"{panel.y.label}, from", "to", mark.label]
     rows = [
         [*(_finite_or_none(v) for v in (mark.x_edges[j], mark.x_edges[j + 1])),
@@ -127,6 +133,6 @@ def _map_table(panel: Panel, mark: HeatMap) -> dict[str, Any]:
 
 
 def _finite_or_none(value: Any) -> float | None:
-    """The value as a float; None if it is not finite."""
+    """Float of the value; None if it is not finite."""
     number = float(value)
     return number if math.isfinite(number) else None

@@ -55,7 +55,7 @@ def view(
 
 
 def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) -> dict[str, Any]:
-    """Dict of a view in the units that the viewer chose."""
+    """Dict of a view in the units that the viewer chose: plotly's data and layout, title, headline, subtitle and flags."""
     look = theme_of(theme)
     figure = figure_of(tab, name, options)
     painted = figure.to_plotly(theme)
@@ -141,7 +141,10 @@ def _value_unit(figure: Figure) -> str:
 
 
 def _units(unit: str) -> list[dict[str, Any]]:
-    """List of the units of the cursor: dicts with the text and the factor from the unit of the figure."""
+    """List of the units of the cursor: dicts with the text and the factor from `unit`, which comes first.
+
+    Units that it cannot be converted to are left out.
+    """
     kind = parse_unit(unit).kind
     others = [u for u in UNITS if u != unit and parse_unit(u).kind == kind]
     out = [{"text": unit_text(unit) if unit != "1" else "", "factor": 1.0}]
@@ -154,7 +157,10 @@ def _units(unit: str) -> list[dict[str, Any]]:
 
 
 def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
-    """Set ``meta`` of each trace: effect, limit, model, measured, single (ordinates) or residual."""
+    """Set ``meta`` of each trace to what it draws: effect, limit, model, measured, single (ordinates) or residual.
+
+    Other traces stay without it.
+    """
     for part in component_styles(fit):
         for trace in data:
             if trace.get("name") == html_text(part.label):
@@ -181,7 +187,10 @@ def _is_title(annotation: dict[str, Any], figure: Figure) -> bool:
 
 
 def finite(value: Any) -> Any:
-    """The value for JSON: arrays become lists, NaN and ±∞ None; numbers have seven digits."""
+    """Copy of the value for JSON: arrays become lists, NaN and ±∞ None.
+
+    Floats are rounded to seven digits, keys become texts.
+    """
     if isinstance(value, dict):
         return {str(k): finite(v) for k, v in value.items()}
     if isinstance(value, list | tuple):

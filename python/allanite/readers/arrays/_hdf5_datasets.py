@@ -18,7 +18,9 @@ Dataset = Any  # h5py.Dataset; h5py is imported in the child process only
 
 
 def datasets(file: Any) -> list[tuple[str, Dataset]]:
-    """List of (name, dataset) of all datasets in an open HDF5 file with numbers, or with numeric fields.
+    """List of (name, dataset) of all datasets of numbers, or with numeric fields, in an open HDF5 file.
+
+    Nothing is read. The order is that of the file, and names contain the groups, as in ``group/name``.
 
     Raises
     ------
@@ -29,7 +31,7 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
     import h5py
 
     def is_external(name: bytes, info: Any) -> bytes | None:
-        """Name of a link that leads to another file, else None, which continues the search."""
+        """Name of a link that leads to another file, which ends the search; None for hard and soft links."""
         return None if info.type in (h5py.h5l.TYPE_HARD, h5py.h5l.TYPE_SOFT) else name
 
     # `visit` examines links without following them. The library would swallow an error raised inside.
@@ -72,7 +74,10 @@ def _refusal(what: str, name: str, kind: str) -> str:
 
 
 def _numeric_fields(dtype: Any) -> list[str] | None:
-    """List of the numeric fields of a compound type; empty for a plain numeric type; None for other types."""
+    """List of the numeric fields of a compound type; empty for a plain numeric type.
+
+    None for other types, and for a compound type without a numeric field.
+    """
     if dtype.names is None:
         return [] if dtype.kind in "iufb" else None
     return [name for name in dtype.names if dtype[name].kind in "iufb"] or None

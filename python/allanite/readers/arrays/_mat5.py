@@ -42,7 +42,10 @@ Named = tuple[str, "NDArray[Any]"]
 
 
 def arrays(content: bytes) -> Iterator[Named]:
-    """Yield (name, array) for each real numeric array in the bytes of a file; a field is named ``structure.field``.
+    """Yield (name, array) for each real numeric array in the bytes of a MATLAB file of version 4 to 7.2, squeezed.
+
+    A field of a structure is named ``structure.field``. Complex arrays, texts, cells and arrays of structures yield
+    nothing.
 
     Raises
     ------
@@ -74,7 +77,10 @@ class _Reader:
         return self.content[self.at - count : self.at]
 
     def element(self) -> tuple[int, memoryview]:
-        """Tuple (type code, contents) of the next element; advances the position to the following element."""
+        """Tuple (type code, contents) of the next element; advances the position past its padding.
+
+        Raises `ValueError` if it is truncated or damaged. A compressed element stays compressed.
+        """
         first, size = struct.unpack(f"{self.order}II", self.take(8))
         if first >> 16:  # a small element: up to four bytes in its tag
             kind, size = first & 0xFFFF, first >> 16
@@ -87,7 +93,10 @@ class _Reader:
         return first, data
 
     def numbers(self) -> NDArray[Any]:
-        """Array of the numbers in the next element, shape (n,); raises `ValueError` if it holds no numbers."""
+        """Array of the numbers in the next element, shape (n,); advances the position.
+
+        Raises `ValueError` if the element holds no numbers.
+        """
         kind, data = self.element()
         if kind not in STORED:
             raise ValueError(f"numbers of unknown type {kind}")
@@ -108,7 +117,10 @@ def _elements(content: memoryview, order: str) -> Iterator[Named]:
 
 
 def _unpacked(data: memoryview, order: str) -> memoryview:
-    """Bytes of a compressed element after decompression, checked against the memory budget first."""
+    """Bytes of a compressed element after decompression.
+
+    Raises `InputError` if they exceed the memory budget, and `ValueError` if they are damaged.
+    """
     unpacker = zlib.decompressobj()
     try:
         head = unpacker.decompress(data, 8)
@@ -123,7 +135,8 @@ def _unpacked(data: memoryview, order: str) -> memoryview:
 def _matrix(data: memoryview, order: str, name: str | None, depth: int) -> Iterator[Named]:
     """Yield (name, array) of a real numeric matrix element, or of every such array in the fields of a structure.
 
-    `name` replaces the name in the element unless it is None. Other elements yield nothing.
+    `name` replaces the name in the element unless it is None. Other elements, and structures nested over 16 deep, yield
+    nothing. Raises `ValueError` for damaged elements.
     """
     if len(data) == 0:
         return
@@ -148,7 +161,10 @@ def _matrix(data: memoryview, order: str, name: str | None, depth: int) -> Itera
 
 
 def _fields(reader: _Reader, name: str, depth: int) -> Iterator[Named]:
-    """Yield (``name.field``, array) for each numeric array in the fields of a structure."""
+    """Yield (``name.field``, array) for each numeric array in the fields of one structure, in their order.
+
+    Advances `reader`. Raises `ValueError` if the structure is damaged.
+    """
     length = reader.numbers()
     names = bytes(reader.element()[1])
     each = int(length[0]) if length.size == 1 else 0
@@ -163,7 +179,10 @@ def _fields(reader: _Reader, name: str, depth: int) -> Iterator[Named]:
 
 
 def _version_4(content: memoryview) -> Iterator[Named]:
-    """Yield (name, array) for each real numeric array in the bytes of a file of version 4."""
+    """Yield (name, array) for each real numeric array in the bytes of a file of version 4.
+
+    Text, sparse and complex arrays are skipped. Raises `ValueError` for a damaged header.
+    """
     order = "<"
     if len(content) >= 4 and not 0 <= struct.unpack("<i", content[:4])[0] < 5000:
         order = ">"

@@ -28,9 +28,10 @@ _SINCE = {
 
 @isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the numeric arrays of the largest length, also in groups.
+    """`Table` of the numeric arrays of the largest length in an HDF5 or netCDF file, also in groups.
 
-    An attribute ``units`` is the unit. An attribute or scalar named rate, fs, … is the sampling rate.
+    An attribute ``units`` is the unit; ``scale_factor`` and ``add_offset`` are applied. An attribute or scalar named
+    rate, fs, … is the sampling rate.
 
     Raises
     ------

@@ -42,7 +42,7 @@ def read(path: Path, pick: Picker) -> Table:
     """`Table` of the numeric arrays of the largest length, also in structures; each array is one or several columns.
 
     A scalar named Fs, rate, … is the sampling rate. An array of three columns named omega gives omega_x, omega_y and
-    omega_z.
+    omega_z. A file written by ``save -ascii`` is read as text.
 
     Raises
     ------
@@ -57,7 +57,9 @@ def read(path: Path, pick: Picker) -> Table:
 
 
 def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> Table:
-    """`Table` of the arrays of the largest length; each array is one or several columns.
+    """`Table` of the arrays of the largest length, in the order of `found`; each array is one or several columns.
+
+    Arrays of more than two dimensions and shorter arrays are left out. Names keep only their last part if it is unique.
 
     Parameters
     ----------
@@ -116,7 +118,7 @@ def _is_hdf5(path: Path) -> bool:
 
 
 def _arrays_up_to_v72(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Yield (name, array) for each numeric array in a file up to version 7.2.
+    """Yield (name, array) for each numeric array in a file up to version 7.2 whose name does not begin with ``__``.
 
     Raises `InputError` if the file is damaged or needs more memory than the budget.
     """
@@ -140,7 +142,10 @@ def _arrays_up_to_v72(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
 
 @isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])
 def read_v73(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the arrays in a file of version 7.3, which is HDF5."""
+    """`Table` of the arrays in a file of version 7.3, which is HDF5, as `assemble` makes it.
+
+    Compound datasets and contents of cells are left out.
+    """
     import h5py
 
     with refused_as("a MATLAB 7.3 file"), h5py.File(path, "r") as file:

@@ -23,7 +23,10 @@ MAX_READ_BYTES = 1 << 26
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of an array of shape (n,) or (n, columns); pickled objects are never loaded."""
+    """`Table` of an array of shape (n,) or (n, columns), without units and rate.
+
+    The only column is ``x``; several are ``x0``, ``x1``, …. Errors are those of `load`.
+    """
     data = load(path)
     k = data.shape[1]
     names = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
@@ -62,7 +65,10 @@ def load(path: Path, largest_read: int = MAX_READ_BYTES) -> NDArray[Any]:
 
 
 def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Tuple (shape, dtype) of the array that follows in an open NPY file; the stream is then at its first byte."""
+    """Tuple (shape, dtype) of the array that follows in an open NPY file; the stream is then at its first byte.
+
+    Raises `ValueError` for another version than 1.0 or 2.0.
+    """
     version = np.lib.format.read_magic(stream)
     # Version 3 is only needed for field names, which an array of numbers does not have.
     readers = {
@@ -78,7 +84,8 @@ def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
 def _check_header(shape: tuple[int, ...], dtype: np.dtype[Any], there: int) -> None:
     """Raise an error if the shape or dtype is no array of samples, or needs more bytes than the file has.
 
-    `there` is the number of bytes after the header. Nothing is allocated before this check.
+    `InputError`: wrong shape or dtype. `ValueError`: the file is too short. `TooShortError`: no samples. `there` is the
+    number of bytes after the header.
     """
     if len(shape) not in (1, 2) or dtype.kind not in "iufb":
         pickled = (

@@ -66,7 +66,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _load_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    """Dict from key to array of an NPZ file; keys that are not needed get empty arrays and are not loaded."""
+    """Dict from key to array of an NPZ file; keys other than those in `KEYS` get empty arrays and are not loaded.
+
+    Raises `InputError` if the file is damaged, holds pickled objects in a needed key, or exceeds the memory budget.
+    """
     key = ""
     try:
         # Opened here, because numpy leaves a damaged file open.
@@ -97,7 +100,8 @@ def _load_arrays(path: Path) -> dict[str, NDArray[Any]]:
 def _texts(found: dict[str, NDArray[Any]], key: str, k: int) -> tuple[str, ...] | None:
     """Tuple of the texts of a key, one for each of `k` channels; None without the key.
 
-    A single text is repeated for every channel.
+    A single text is repeated for every channel. Raises `InputError` for another number of entries, or for entries that
+    are no text.
     """
     if key not in found:
         return None

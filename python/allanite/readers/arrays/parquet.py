@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 @isolated("pyarrow", 0.02, ["pyarrow.parquet", "pyarrow.feather"])
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the numeric columns; a column of date-times is the time. Columns of text and of lists are not read.
+    """`Table` of the numeric columns of a Parquet, Arrow or Feather file; a column of date-times is the time.
+
+    Columns of text and of lists are not read, except text named like a time.
 
     Raises
     ------
@@ -51,12 +53,12 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _wanted_columns(schema: Any) -> list[int]:
-    """List of the indices of columns of numbers, booleans or times, and of text columns named like a time.
+    """List of the indices of columns of numbers, Booleans or times, and of text columns named like a time, ascending.
 
     Raises
     ------
     InputError
-        There is no column of numbers.
+        There is no column of numbers or Booleans.
     """
     import pyarrow as pa
 
@@ -84,14 +86,14 @@ def _is_text(kind: Any) -> bool:
 
 
 def _require_memory_for(schema: Any, rows: int) -> None:
-    """Raise an error if `rows` rows of the columns of a schema need more memory than the budget."""
+    """Raise `InputError` if `rows` rows of the columns of a schema need more memory than the budget."""
     require_memory(
         rows * sum(_bytes_per_value(field.type) for field in schema), "the unpacked file"
     )
 
 
 def _bytes_per_value(kind: Any) -> float:
-    """Bytes per value of an Arrow type; 4 for text, the size of its offset."""
+    """Bytes per value of an Arrow type of fixed width; 4 for any other type, the size of an offset."""
     try:
         return float(kind.bit_width) / 8.0
     except ValueError:
@@ -99,7 +101,10 @@ def _bytes_per_value(kind: Any) -> float:
 
 
 def _parquet_table(path: Path) -> Any:
-    """Arrow table with the wanted columns of a Parquet file; its size is first compared with the memory budget."""
+    """Arrow table with the wanted columns of a Parquet file.
+
+    Raises `InputError` for two columns of the same name, and before reading if the columns exceed the memory budget.
+    """
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -119,7 +124,10 @@ def _parquet_table(path: Path) -> Any:
 
 
 def _arrow_table(path: Path) -> Any:
-    """Arrow table with the wanted columns of an Arrow file, read batch by batch within the memory budget."""
+    """Arrow table with the wanted columns of an Arrow file.
+
+    Raises `InputError` after the first batch that exceeds the memory budget.
+    """
     import pyarrow as pa
 
     size, batches = 0, []
@@ -135,7 +143,10 @@ def _arrow_table(path: Path) -> Any:
 
 
 def _feather_table(path: Path) -> Any:
-    """Arrow table with all columns of a file of Feather version 1, which is not compressed."""
+    """Arrow table with all columns of a file of Feather version 1.
+
+    The memory budget is not checked, because this version is never compressed.
+    """
     from pyarrow import feather
 
     return feather.read_table(str(path), use_threads=False)

@@ -31,8 +31,9 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
     """`Table` of one column of phases in s or frequencies, or of two columns with MJD time tags in d before it.
 
-    A line such as ``# Tau: 1.0`` states the interval in s. Without it, the caller must give the rate. The header, or else
-    the suffix, states whether the values are phases or frequencies.
+    A line such as ``# Tau: 1.0`` states the interval in s; otherwise the rate is None. The header, or else the suffix,
+    states whether the values are phases or frequencies. A file that states neither, has names, or has over two columns
+    stays as in the text.
     """
     with path.open(encoding="latin-1") as stream:
         head = stream.read(8192)

@@ -28,12 +28,12 @@ _BLOCK = re.compile(rb"^TIC[ \t]+(\d+)[ \t]+(\d+)[ \t]*\r?$", re.MULTILINE)
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the time errors in s, one column per channel. The file does not state the rate.
+    """`Table` of the time errors in s, named ``phase``, or ``phase_1``, ``phase_2``, … for several channels. No rate.
 
     Raises
     ------
     InputError
-        The block is missing or incomplete.
+        The block of numbers is missing or incomplete.
     """
     with path.open("rb") as stream:
         head = stream.read(HEAD)
@@ -57,7 +57,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _numbers(stream: IO[bytes], count: int) -> NDArray[np.float64]:
-    """Array of the next `count` numbers of an open text file; shorter if the file ends."""
+    """Array of the next `count` numbers of an open text file, shape (n,); shorter, or empty, if the file ends.
+
+    Raises `InputError` for text instead of numbers.
+    """
     found: list[NDArray[np.float64]] = []
     missing, rest = count, b""
     while missing > 0 and (block := stream.read(BLOCK)):

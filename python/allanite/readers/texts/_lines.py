@@ -24,11 +24,15 @@ MAX_SECONDS_OF_DATES = 2.0**63 / 1e9 - 1.0
 #: Seconds per day. The clock of a terminal restarts at midnight.
 DAY = 86_400.0
 # Source: docs.arduino.cc, "Serial Monitor": IDE 1.8 and 2 with "Show timestamp".
+TERMINAL_NOTE = "the time is that at which the terminal received each line"
 STAMP = re.compile(r"^(?P<clock>\d\d:\d\d:\d\d\.\d{3}) ?-> ?")
 
 
 def first_lines(head: bytes) -> list[str]:
-    """List of the complete lines in the first bytes of a log, stripped, without blank lines."""
+    """List of the complete lines in the first bytes of a log, stripped, without blank lines.
+
+    The last line is left out if it has no line end, unless it is the only line.
+    """
     text = head.decode("utf-8", "replace").lstrip("\ufeff")
     lines = text.splitlines()
     if len(lines) > 1 and not text.endswith(("\n", "\r")):
@@ -53,15 +57,23 @@ def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:
 
 
 def seconds_of_day(clock: str) -> float:
-    """Seconds since midnight of a time stamp of the terminal: ``12:00:00.000``."""
+    """Seconds since midnight of a text ``hh:mm:ss.sss``, as a serial monitor writes it."""
     hour, minute, second = clock.split(":")
     return 3600.0 * int(hour) + 60.0 * int(minute) + float(second)
 
 
-def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
-    """List with one text about the intervals between the lines in s, if they vary; otherwise empty.
+def terminal_times(clocks: Iterable[str]) -> NDArray[np.datetime64]:
+    """Array of the date-times (datetime64[ns]) of texts ``hh:mm:ss.sss``; midnight, a fall by half a day, adds a day."""
+    seconds = np.array([seconds_of_day(clock) for clock in clocks])
+    seconds[1:] += DAY * np.cumsum(np.diff(seconds) < -DAY / 2)
+    return date_times(seconds)
 
-    A time server writes a line when a packet arrives, so that the intervals may vary.
+
+def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
+    """List with one text: median, least and largest interval between the lines, in s.
+
+    Empty if the three agree in six digits. A time server writes a line when a packet arrives, so that the intervals may
+    vary.
     """
     steps = np.diff(seconds)
     if steps.size == 0 or steps.min() == steps.max():

@@ -42,14 +42,15 @@ def _kind(head: bytes) -> str | None:
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the first lines contain the banner of a log of chronyd."""
+    """True if the first lines contain the column titles of one of four logs of chronyd."""
     return _kind(head) is not None
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` with the offset of the clock in s as its first column; further columns depend on the kind of log.
 
-    If there are several sources, the one with most rows is read; a note names the others.
+    Of several sources, the one with most rows is read, and a note names the others. Rows of ``tracking`` are all read,
+    in order of time. Medians in ``refclocks`` are skipped.
 
     Raises
     ------

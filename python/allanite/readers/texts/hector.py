@@ -27,7 +27,7 @@ _PERIOD = re.compile(rb"^#\s*sampling\s+period\s+[0-9.]+", re.IGNORECASE | re.MU
 
 
 def recognizes(head: bytes) -> bool:
-    """True if a comment states the sampling period in days."""
+    """True if a comment states the sampling period (``# sampling period 1.0``)."""
     return _PERIOD.search(head) is not None
 
 

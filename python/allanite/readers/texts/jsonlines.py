@@ -30,7 +30,7 @@ _MOMENT = re.compile(r"\d{4}-\d\d-\d\d[T ]")
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the first lines are JSON objects."""
+    """True if the first lines, up to three, are JSON objects, neither empty nor with a key ``schema``."""
     lines = first_lines(head)[:3]
     return bool(lines) and all(_object(line) is not None for line in lines)
 
@@ -62,12 +62,15 @@ def _flat(value: object, path: str) -> Iterator[tuple[str, object]]:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the numbers of the objects; numbers in nested objects are named by their path.
+    """`Table` of the numbers of the objects, one row per line; numbers in nested objects are named by their path.
+
+    A key that is missing in a line is NaN there. Columns with text are left out; a column of date-times named like a
+    time is the time. Notes say so.
 
     Raises
     ------
     InputError
-        A line is no object, or the lines are of different kinds.
+        A line is no object, a number is infinite, there is no number, or over 5 % of the lines lack a key.
     """
     rows: list[dict[str, object]] = []
     numbers: list[int] = []
@@ -125,7 +128,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _number(value: object) -> float | None:
-    """Float of a JSON value: NaN for null, the number in a text, 1 or 0 for a Boolean; None for other text."""
+    """Float of a JSON value: NaN for null, the number in a text, 1 or 0 for a Boolean.
+
+    None for other text, objects and lists.
+    """
     if value is None:
         return float("nan")
     try:

@@ -35,6 +35,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
     """`Table` of the channels of the first segment; the X values are the time if the header says so.
 
+    Without X values, a single ``Delta_X`` states the sampling interval in s.
+
     Raises
     ------
     InputError
@@ -82,7 +84,8 @@ def _is_positive(cell: str) -> bool:
 def _parsed_header(path: Path) -> tuple[str, bool, dict[str, list[str]], list[str], int]:
     """Tuple (separator, True for decimal commas, dict from key to values, names, index of the first row).
 
-    Raises `InputError` if the headers do not end within the first 200 lines, or no names follow.
+    Columns named Comment at the end are left out of the names. Raises `InputError` if the headers do not end within the
+    first 200 lines, or no names follow.
     """
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         lines = [line.rstrip("\r\n") for _, line in zip(range(HEAD_LINES), stream, strict=False)]

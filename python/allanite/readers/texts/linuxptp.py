@@ -45,10 +45,10 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the offset of a clock in s, its frequency in ppb and the path delay in s.
+    """`Table` of the offset of a clock in s, its frequency in ppb and the path delay in s (NaN if not logged).
 
-    If there are several clocks, the one with most lines is read. Samples before the servo locks are excluded, because the
-    servo steps the clock there. Notes report both.
+    Of several clocks, the one with most lines is read. Samples before the servo first locks (state s2) are excluded,
+    because the servo steps the clock there. Notes report both.
 
     Raises
     ------

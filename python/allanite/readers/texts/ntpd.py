@@ -35,7 +35,7 @@ _PEER = re.compile(
 
 
 def recognizes(head: bytes) -> bool:
-    """True if all first lines are statistics of ntpd (loopstats or peerstats)."""
+    """True if all first lines are statistics of ntpd: all of loopstats, or all of peerstats."""
     lines = first_lines(head)
     return bool(lines) and any(all(map(form.match, lines)) for form in (_LOOP, _PEER))
 

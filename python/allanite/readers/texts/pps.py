@@ -42,7 +42,11 @@ PICOSECONDS_PER_SECOND = 10**12
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the first lines are times of edges of a pulse, one period or whole periods apart."""
+    """True if the first lines are times of edges of a pulse.
+
+    Lines with ``assert`` or a channel suffice; bare numbers need at least 8 unequal steps near whole multiples of a
+    round period.
+    """
     lines = first_lines(head)
     form = _line_pattern(lines)
     if form is None:
@@ -72,7 +76,7 @@ def _are_whole_periods(steps: NDArray[np.float64], period: float) -> bool:
 
 
 def _line_pattern(lines: list[str]) -> re.Pattern[str] | None:
-    """First pattern that at least two of the lines match, or None."""
+    """First of the known patterns that at least two of the lines match, or None."""
     return next(
         (form for form in _LINE_PATTERNS if sum(bool(form.search(line)) for line in lines) >= 2),
         None,
@@ -85,7 +89,10 @@ def _picoseconds(found: re.Match[str]) -> int:
 
 
 def _round_period(step: float) -> float | None:
-    """Nearest round period (1, 2 or 5 times a power of ten, s) of a step; None if it differs by more than 0.1 %."""
+    """Round period (1, 2 or 5 times a power of ten, s) nearest to a step in s, or None.
+
+    None if the step is not positive, or differs from the period by more than 0.1 %.
+    """
     if not step > 0:
         return None
     power = 10.0 ** np.floor(np.log10(step))
@@ -94,12 +101,15 @@ def _round_period(step: float) -> float | None:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the phase in s: the time of each edge minus the whole periods since the first edge.
+    """`Table` of the phase in s, one column per channel: time of an edge minus the whole periods since the first edge.
+
+    Periods without an edge, and the end of shorter channels, are NaN. The rate is one over the period.
 
     Raises
     ------
     InputError
-        The period is not round, a period has two edges, or there is text among the times.
+        The period is not round, a period has two edges, there is text among the times, or channels have different
+        periods.
     """
     with path.open("rb") as stream:
         lines = first_lines(stream.read(8192))
@@ -140,9 +150,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _phase_and_period(
     times: NDArray[np.object_], rows: list[int], of: str
 ) -> tuple[NDArray[np.float64], float]:
-    """Tuple (phase of each period in s, NaN without an edge; period in s).
+    """Tuple (phase in s of each period, shape (n,), NaN without an edge; period in s).
 
-    `times` are in ps; `rows` and `of` are for messages.
+    `times` are in ps; `rows` and `of` are for messages. Raises `InputError` for fewer than two edges, a period that is
+    not round, or two edges in a period.
     """
     if times.size < 2:
         raise InputError(f"only {times.size} edge{of}: a phase needs at least two edges")

@@ -34,7 +34,10 @@ def recognizes(head: bytes) -> bool:
 
 
 def _name_and_unit(field: str) -> tuple[str, str | None]:
-    """Tuple (column name, unit or None) of a field of a message."""
+    """Tuple (column name, unit or None) of a field of a message: ``field.angular_velocity.x`` is ``gyro_x`` in rad/s.
+
+    Units are known for angular velocity, linear acceleration and temperature only.
+    """
     path = field.removeprefix("field.")
     vector = _VECTOR.match(path)
     if vector is None:
@@ -51,7 +54,9 @@ def _is_kept(field: str) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format says which fields are samples
-    """`Table` of the fields that can be samples. The time is the stamp in the header of each message if it is filled in.
+    """`Table` of the fields that can be samples, with the stamp in each header as the time.
+
+    If a stamp is missing (0), the time is that of receipt. A note says which time is used.
 
     Raises
     ------

@@ -108,9 +108,11 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _read_sentences(
     path: Path, start: bytes, fields_of: Callable[[bytes], list[bytes] | None]
 ) -> tuple[list[list[bytes] | None], int, int]:
-    """Tuple (fields of each sentence or None if damaged, number of damaged ones, line of the first damaged one).
+    """Tuple (fields of each sentence or None if damaged, number of damaged ones, line of the first damaged one or 0).
 
-    Sentences begin with `start`. `fields_of` returns the fields of a line, or None if its checksum is wrong.
+    Sentences begin with `start`; other lines are skipped. `fields_of` returns the fields of a line, or None if its
+    checksum is wrong. A sentence with another number of fields than the first sound one is damaged. Raises `InputError`
+    for a log beyond the memory budget.
     """
     rows: list[list[bytes] | None] = []
     damaged = at = 0
@@ -132,7 +134,10 @@ def _read_sentences(
 
 
 def _vectornav_fields(line: bytes) -> list[bytes] | None:
-    """List of the fields after the name of a VectorNav sentence; None if the checksum (XOR of all bytes) is wrong."""
+    """List of the fields after the name of a VectorNav sentence; None if the checksum (XOR of all bytes) is wrong.
+
+    The checksum ``XX`` counts as right.
+    """
     body, _, check = line[1:].partition(b"*")
     if check != b"XX" and check.upper() != b"%02X" % reduce(xor, body, 0):
         return None
@@ -149,7 +154,7 @@ def _novatel_fields(line: bytes) -> list[bytes] | None:
 
 
 def _numbers(rows: list[list[bytes] | None], fields: slice) -> NDArray[np.float64]:
-    """Array of some fields of every row, shape (n, fields), NaN for damaged rows."""
+    """Array of some fields of every row, shape (n, fields), NaN for damaged rows. Raises `InputError` for text."""
     good = [row[fields] for row in rows if row is not None]
     try:
         values = np.array(good, dtype=np.float64)
@@ -161,7 +166,10 @@ def _numbers(rows: list[list[bytes] | None], fields: slice) -> NDArray[np.float6
 
 
 def _vectornav_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
-    """`Table` of accelerations, angular rates and temperature from the fields of VectorNav sentences."""
+    """`Table` of accelerations, angular rates and temperature from the fields of VectorNav sentences.
+
+    It has no time and no rate. Raises `InputError` if the sentences have too few fields.
+    """
     fields = VECTORNAV[start[3:6].decode()]
     values = _numbers(rows, slice(len(fields)))
     if values.shape[1] < len(fields):
@@ -174,9 +182,10 @@ def _vectornav_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Ta
 
 
 def _novatel_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
-    """`Table` of angular rates and accelerations from the fields of NovAtel sentences.
+    """`Table` of angular rates and accelerations from the fields of NovAtel sentences, with the GPS time in s.
 
-    `note` holds the remarks so far. Raises `InputError` if the sentences have too few fields.
+    Damaged rows are left out. Counts of an IMU of unknown scale stay counts without units, which a note states. Raises
+    `InputError` if the sentences have too few fields.
     """
     kind = start[1:].rstrip(b"A,").removesuffix(b"S")
     extended = kind.endswith(b"X")

@@ -6,8 +6,6 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers import text
@@ -16,12 +14,11 @@ from allanite.readers._table import Table, split_unit
 from allanite.readers.sensor_names import role_of
 from allanite.readers.texts import sketch
 from allanite.readers.texts._lines import (
-    DAY,
     STAMP,
-    date_times,
+    TERMINAL_NOTE,
     first_lines,
     rewritten,
-    seconds_of_day,
+    terminal_times,
 )
 
 if TYPE_CHECKING:
@@ -49,7 +46,10 @@ def recognizes(head: bytes) -> bool:
 
 
 def _pairs(line: str) -> list[tuple[str, str]] | None:
-    """List of (label, value) of a line that holds nothing else; None for any other line."""
+    """List of (label, value) of a line that holds nothing else; None for any other line.
+
+    Both are texts. An empty line gives None.
+    """
     found = [(m["label"], m["value"]) for m in _PAIR.finditer(line)]
     rest = _PAIR.sub("", line).strip(_SEPARATORS)
     return found if found and not rest else None
@@ -58,8 +58,8 @@ def _pairs(line: str) -> list[tuple[str, str]] | None:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
     """`Table` of the values after the time stamps or after their labels.
 
-    Lines of text before the first values are skipped. The time stamp of the terminal is the time, unless a column of the
-    log is the time. It states when the line arrived.
+    Lines of text before the first values are skipped, except a line of column names. The time stamp of the terminal,
+    which states when the line arrived, is the time. It is not used if a line lacks it, or if a column is the time.
 
     Raises
     ------
@@ -80,7 +80,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
     # Messages of a starting sketch ("MPU6050 found") become comments. A line with the names of the columns is kept.
     def commented_lines() -> Iterator[str]:
-        """Yield the lines of a plain table; text before the first values becomes comments."""
+        """Yield the lines of a plain table.
+
+        Text before the first values becomes comments, except the names of the columns.
+        """
         for i, line in enumerate(plain_lines):
             is_names = i < first and labels is None and _is_header(line, plain_lines[first:])
             yield line if i >= first or is_names or not line else f"# {line}"
@@ -96,16 +99,18 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
         return table
     if len(stamped) != table.n:
         raise InputError(f"{len(stamped)} lines have a time stamp, but {table.n} rows have values")
-    seconds = np.array([seconds_of_day(m["clock"]) for m in stamped if m])
-    seconds[1:] += DAY * np.cumsum(np.diff(seconds) < -DAY / 2)
-    note = "the time is that at which the terminal received each line"
-    return replace(table, time=date_times(seconds), notes=(*table.notes, note))
+    time = terminal_times(m["clock"] for m in stamped if m)
+    return replace(table, time=time, notes=(*table.notes, TERMINAL_NOTE))
 
 
 def _without_labels(
     lines: Sequence[str], labeled: Sequence[list[tuple[str, str]] | None]
 ) -> tuple[list[str], list[str]]:
-    """Tuple (labels, lines): the labels of the values, and every line with its values only."""
+    """Tuple (labels, lines): the labels of the values, and every line with its values only, separated by commas.
+
+    Lines before the first labeled one are unchanged. Raises `InputError` for a later line without labels or with other
+    labels.
+    """
     labels: list[str] = []
     values: list[str] = []
     for number, (line, pairs) in enumerate(zip(lines, labeled, strict=True), start=1):
@@ -138,7 +143,10 @@ def _is_row(line: str) -> bool:
 
 
 def _is_header(line: str, rows: Sequence[str]) -> bool:
-    """True if a line has as many names as the first of `rows` has values."""
+    """True if a line has as many names as the first of `rows` has values; blanks within a name may count or not.
+
+    False without rows.
+    """
     separated = re.split(r"[\t,;]", line.strip(_SEPARATORS))
     width = len(_cells(rows[0])) if rows else 0
     return width > 0 and width in (len(separated), len(_cells(line)))

@@ -12,7 +12,7 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table
-from allanite.readers.texts._lines import DAY, STAMP, date_times, first_lines, seconds_of_day
+from allanite.readers.texts._lines import STAMP, TERMINAL_NOTE, first_lines, terminal_times
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,7 +45,7 @@ _UNITS = {
 
 
 def recognizes(head: bytes) -> bool:
-    """True if at least two of the first lines have the name of a sensor and three axes."""
+    """True if over half of the first lines match, and at least two have a name and three axes."""
     lines = [STAMP.sub("", line) for line in first_lines(head)]
     found = [
         m["name"].strip().lower()
@@ -72,7 +72,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """
     samples: list[dict[str, float]] = []
     units: dict[str, str | None] = {}
-    stamps: list[float | None] = []
+    stamps: list[str | None] = []
     begin, at = "", 0
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         for number, whole in enumerate(stream, start=1):
@@ -84,7 +84,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             if match["name"] == begin:
                 _require_whole_sample(samples, units, at)
                 samples.append({})
-                stamps.append(seconds_of_day(stamp["clock"]) if stamp else None)
+                stamps.append(stamp["clock"] if stamp else None)
                 at = number
             for column, value, unit in _values(match):
                 if column in samples[-1]:
@@ -97,16 +97,16 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         samples.pop(), stamps.pop()  # cut off by the end of the log
     columns = tuple(np.array([sample[name] for sample in samples]) for name in units)
     table = Table(tuple(units), columns, tuple(units.values()), source="file")
-    if any(stamp is None for stamp in stamps):
+    if None in stamps:
         return table
-    seconds = np.array(stamps, dtype=np.float64)
-    seconds[1:] += DAY * np.cumsum(np.diff(seconds) < -DAY / 2)
-    note = "the time is that at which the terminal received each line"
-    return replace(table, time=date_times(seconds), notes=(note,))
+    return replace(table, time=terminal_times(filter(None, stamps)), notes=(TERMINAL_NOTE,))
 
 
 def _values(match: re.Match[str]) -> list[tuple[str, float, str | None]]:
-    """List of (column name, value, unit or None) of a matched line: three axes, or one temperature."""
+    """List of (column name, value, unit or None) of a matched line: three axes, or one temperature.
+
+    Names are in lower case with underscores, and ``rotation`` becomes ``gyro``.
+    """
     words = plain(match["name"]).strip().lower().replace(" ", "_")
     unit = match["unit"] and _UNITS.get(match["unit"].strip(), plain(match["unit"].strip()))
     if match.re is _SINGLE:
@@ -123,7 +123,10 @@ def _number(text: str) -> float:
 def _require_whole_sample(
     samples: list[dict[str, float]], units: dict[str, str | None], line: int
 ) -> None:
-    """Raise `InputError` if the last sample lacks a column of `units`; the sample begins in row `line`."""
+    """Raise `InputError` if the last sample lacks a column of `units`.
+
+    `line` is the row where it begins. Nothing happens without samples.
+    """
     if samples and samples[-1].keys() != units.keys():
         lacking = ", ".join(units.keys() - samples[-1].keys())
         raise InputError(f"the sample that begins in row {line} has no {lacking}")

@@ -39,7 +39,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of east, north and up of each day; days without a solution are missing samples.
 
-    The positions are in m, which a note states; the units of the columns are None.
+    The positions are in m, which a note states; the units of the columns are None. In a tenv3 file, whole meters and
+    fractions are added.
 
     Raises
     ------

@@ -35,7 +35,10 @@ _KINDS = (re.compile("gyr", re.IGNORECASE), re.compile("acc", re.IGNORECASE))
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the rows begin with one of a few words, one of which is the name of an inertial sensor."""
+    """True if at least 80 % of the rows, and 8, begin with one of 2 to 12 words, one of which names an inertial sensor.
+
+    The word must change at least 4 times between rows.
+    """
     lines = [line for line in first_lines(head) if line[0] not in "%#/"]
     rows = [m["tag"] for line in lines if (m := _ROW.match(line))]
     if len(rows) < max(MIN_ROWS, 0.8 * len(lines)):
@@ -51,10 +54,12 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - roles need all
     """`Table` of the rows of one sensor: of the topic, or else of the gyroscope, or else of the accelerometer.
 
+    If both exist, `others` names the accelerometer, and a note names the other rows.
+
     Raises
     ------
     InputError
-        No row belongs to the topic.
+        No row belongs to the topic, or several topics are given.
     """
     tags: Counter[str] = Counter()
     last, header = "", None

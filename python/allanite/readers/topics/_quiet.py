@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def quiet(module: Any) -> Iterator[None]:
-    """Context in which calls of ``print`` in the given module do nothing. Streams are not redirected.
+    """Context in which calls of ``print`` in the given module do nothing, in all threads. Streams are not redirected.
 
     Parameters
     ----------

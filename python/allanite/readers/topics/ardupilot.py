@@ -29,12 +29,15 @@ FIELDS |= {"T": ("temperature", "degC")}
 
 @isolated("pymavlink", 1.4, ["pymavlink.DFReader"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the messages of the topic, or of the ``IMU`` messages of the first instance; ``IMU.1`` is the second.
+    """`Table` of the messages of the topic, or of the first instance of ``IMU``, or else ``GYR``, ``ACC``, ….
+
+    The topic ``IMU.1`` is the second instance. With ``GYR``, `others` names the accelerometer's messages; a note names
+    the messages not read. Without a topic, only inertial fields and temperature are columns.
 
     Raises
     ------
     InputError
-        The file is no DataFlash log, or has no inertial message.
+        The file is no DataFlash log, has no inertial message, or several topics are given.
     """
     with path.open("rb") as stream:
         if stream.read(2) != b"\xa3\x95":
@@ -130,7 +133,7 @@ def _number(value: Any) -> float:
 def _chosen_messages(
     rows: dict[tuple[str, int], list[tuple[float, ...]]], topics: Sequence[str]
 ) -> tuple[str, int] | None:
-    """Tuple (kind, instance) of the messages to read: of the topic, or of the first kind with inertial samples.
+    """Tuple (kind, instance) of the messages of the first topic, or of the first kind in `TOPICS` that was logged.
 
     None if `rows` has no such messages.
     """

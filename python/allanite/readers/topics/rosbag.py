@@ -49,9 +49,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
-    folder = (
-        path.parent if path.suffix in (".db3", ".mcap") and _has_metadata(path.parent) else path
-    )
+    in_bag = path.suffix in (".db3", ".mcap") and (path.parent / "metadata.yaml").exists()
+    folder = path.parent if in_bag else path
     if folder.is_dir() and not all(file.is_file() or file.is_dir() for file in folder.iterdir()):
         raise InputError("the folder of the bag contains a pipe or a device: remove it")
     with (
@@ -59,11 +58,6 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         AnyReader([folder], default_typestore=get_typestore(Stores.LATEST)) as bag,
     ):
         return _table(bag, topics)
-
-
-def _has_metadata(folder: Path) -> bool:
-    """True if a folder is a ROS 2 bag: it holds ``metadata.yaml``."""
-    return (folder / "metadata.yaml").exists()
 
 
 def _table(bag: Any, requested: Sequence[str]) -> Table:
@@ -154,7 +148,10 @@ def _sensor_prefixes(names: Iterable[str]) -> set[str]:
 
 
 def _is_same_rate(one: NDArray[np.int64], other: NDArray[np.int64]) -> bool:
-    """True if two arrays of time stamps have equal lengths, except for up to one message plus 0.1 %."""
+    """True if two arrays of time stamps have equal lengths, except for up to one message plus 0.1 %.
+
+    The stamps themselves are not compared.
+    """
     return abs(one.size - other.size) <= 0.001 * other.size + 1
 
 
@@ -163,7 +160,8 @@ def _messages_of_topic(
 ) -> tuple[NDArray[np.int64], dict[str, tuple[NDArray[Any], str | None]]]:
     """Tuple (stamps, columns): time stamps of a topic in ns, and a dict from column name to (values, unit or None).
 
-    Raises `InputError` if the topic holds no message or no number.
+    A stamp of 0 is replaced by the time of receipt. Of an IMU, a sensor with only zeros is left out. Raises
+    `InputError` if the topic holds no message or no number.
     """
     rows: list[tuple[float, ...]] = []
     stamps: list[int] = []

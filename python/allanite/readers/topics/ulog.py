@@ -33,13 +33,14 @@ FIELDS = {
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the given topic, or of ``sensor_combined``, or else ``sensor_gyro``, ``sensor_accel``, ….
 
-    ``sensor_gyro.1`` is the second instance. ``sensor_combined`` has no temperature, and gets that of ``sensor_gyro`` or
-    ``sensor_accel``.
+    ``sensor_gyro.1`` is the second instance. A topic without a temperature gets that of ``sensor_gyro``,
+    ``sensor_accel`` or ``sensor_baro``, interpolated. For ``sensor_gyro``, `others` names the accelerometer; a note
+    names topics not read.
 
     Raises
     ------
     InputError
-        The file is damaged, or has no inertial topic.
+        The file is damaged, has no inertial topic, or several topics are given.
     """
     from pyulog import core
 
@@ -98,7 +99,10 @@ def _stamps(data: dict[str, Any]) -> NDArray[np.int64]:
 
 
 def _column_and_unit(topic: str, field: str) -> tuple[str | None, str | None]:
-    """Tuple (column name, unit) of a field, such as ``("gyro_x", "rad/s")``; (None, None) if it is no sample."""
+    """Tuple (column name, unit) of a field, such as ``("gyro_x", "rad/s")``; (None, None) if it is no sample.
+
+    A field ``x``, ``y`` or ``z`` is a gyroscope if the topic's name contains ``gyro``, else an accelerometer.
+    """
     base, _, index = field.partition("[")
     axis = {"0]": "x", "1]": "y", "2]": "z"}.get(index)
     if base in FIELDS and axis:
