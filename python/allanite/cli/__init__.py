@@ -150,9 +150,9 @@ def cli() -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit the process with its exit code.
+    """Run the command line and exit the process with its exit code; never returns.
 
-    Errors are printed as one line, without a traceback.
+    Errors are printed as one line, without a traceback. The arguments default to those of the process.
     """
     code = _run(arguments)
     threads = sys.modules.get("allanite.common.threads")
@@ -174,7 +174,11 @@ def _check_address_space() -> None:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    """Exit code of a command line: runs the command, and prints every error as one line."""
+    """Exit code of a command line: runs the command, and prints every error as one line on standard error.
+
+    0 success or closed output, 2 bad input, 3 too little data or memory, 70 internal error, 130 interrupt. Interrupts
+    outside of the block and `SystemExit` pass.
+    """
     if sys.stdout is None:
         return _print_error(
             "standard output is closed: redirect it to a file, a pipe or /dev/null", 2
@@ -234,7 +238,7 @@ def _discard_output() -> None:
 
 
 def _print_error(message: str, code: int) -> int:
-    """Print a message as one line on standard error, and return `code`."""
+    """Print a message as one line of at most 300 characters on standard error, and return `code`."""
     with suppress(OSError):
         click.echo(plain(f"allanite: {' '.join(message.split())}", 300), err=True)
     return code

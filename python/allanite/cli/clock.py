@@ -69,8 +69,8 @@ class Clock:
     def _filled(self, rows: NDArray[Any], begun: int, end: int) -> Iterator[NDArray[Any]]:
         """Yield arrays with the rows from `begun` to `end`, and rows of NaN in each gap of the time stamps.
 
-        `rows` also holds rows before and after, as neighbors of the stamps at the borders. Raises `InputError` for a
-        stamp that is not finite, or for a jump that is too long to fill.
+        `rows` also holds rows before and after, as neighbors of the stamps at the borders. Updates the sums of the
+        clock. Raises `InputError` for a stamp that is not finite, or for a jump that is too long to fill.
         """
         before = self.rows - begun
         time = rows[:, self.at]
@@ -110,7 +110,7 @@ class Clock:
         self.rows += end - begun
 
     def _add_intervals(self, steps: Steps, first: int, end: int, before: int) -> None:
-        """Add the intervals between stamps from `first` to `end` to the sums.
+        """Add the intervals between stamps from `first` to `end` to the sums, with their repeats, seams and wraps.
 
         `before` is the number of rows before the first row of `steps`.
         """

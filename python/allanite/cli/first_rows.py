@@ -25,14 +25,20 @@ FIRST_ROWS = 100
 
 
 def cells_of(line: str) -> list[str]:
-    """List of the cells (texts) of a row. In rows with semicolons or tabs, a comma is a decimal comma."""
+    """List of the stripped cells (texts) of a row, separated by the first of semicolon, tab, comma or blanks in it.
+
+    In rows with semicolons or tabs, a comma is a decimal comma.
+    """
     line = line.strip("\r\n ")
     mark = next((mark for mark in ";\t," if mark in line), None)
     return [cell.strip() for cell in line.split(mark)]
 
 
 def has_numbers(line: str) -> bool:
-    """True if a line is a row of samples: no comment, and at least half of the filled cells are numbers."""
+    """True if a line is a row of samples: no comment (#), and at least half of its filled cells are numbers.
+
+    False for an empty line.
+    """
     if line.lstrip().startswith("#"):
         return False
     cells = [cell for cell in cells_of(line) if cell]
@@ -80,7 +86,7 @@ def watched_column(
     """`WatchedColumn`: index of the column to watch, and the factor that converts its numbers to the unit of the model.
 
     The unit of the numbers is that in the header, otherwise the given one, otherwise that of the log to which the model
-    was fitted.
+    was fitted. Without a row of numbers: the first column, factor 1.
 
     Parameters
     ----------
@@ -121,7 +127,10 @@ def watched_column(
 def _factor(
     table: Table, roles: Roles, at: int, model: NamedModel, unit: str | None, quantity: str
 ) -> float:
-    """Factor that converts the numbers of the column at index `at` to the unit of the model."""
+    """Factor that converts the numbers of the column at index `at` to the unit of the model.
+
+    A model without a known unit takes the numbers as they are. Raises `InputError` for a unit of another kind.
+    """
     from allanite.common.units import conversion, is_frequency, rate_unit
     from allanite.readers.columns import Request, layout_from_roles
 
@@ -136,9 +145,10 @@ def _factor(
 def _column_index(
     table: Table, roles: Roles, column: str | None, model_column: str, source: str
 ) -> int:
-    """Index of the column to watch: the given one, the model's, or the first sensor that changes.
+    """Index of the column to watch: the given one, the model's, or the first sensor that may be one.
 
-    Prints a note if there are several sensors. Raises `InputError` for a column of time stamps.
+    In a table without names, a sensor must change. Prints a note if there are several sensors. Raises `InputError` for
+    an unknown column and for time stamps.
     """
     from allanite.readers.columns import Request, layout_from_roles
     from allanite.recording import find_column
@@ -170,7 +180,8 @@ def _may_be_sensor(table: Table, at: int) -> bool:
 def _table(lines: Sequence[str]) -> Table | None:
     """`Table` of the rows of numbers in the first lines; None without any row.
 
-    Names come from the header, or are x0, x1, ….
+    Names come from the last line above with as many cells, or are x0, x1, …. Rows of another width than the first are
+    left out.
     """
     from allanite.readers._table import Table, split_header
 

@@ -26,7 +26,7 @@ IMPORT_FILE = "<frozen importlib._bootstrap>"
 
 @contextmanager
 def keep_interrupts(*, process_ends: bool) -> Iterator[None]:
-    """Context in which no interrupt is lost.
+    """Context in which no interrupt (Ctrl-C) is lost, even during imports.
 
     Has no effect outside of the main thread, as only the main thread gets signals, or if another handler is installed.
 
@@ -79,7 +79,7 @@ class _Listener:
         self.lock = _thread.allocate_lock()
 
     def handle(self, _signal: int, frame: FrameType | None) -> None:
-        """Raise `KeyboardInterrupt`, and start a thread that raises the signal again.
+        """Raise `KeyboardInterrupt`, and at the first signal start a thread that raises the signal again.
 
         Nothing is raised after the block has ended, during an import, or while an earlier interrupt is handled.
         """

@@ -75,7 +75,7 @@ class Stop(threading.Event):
                 signal.signal(number, handler)
 
     def _store_signal(self, number: int, _frame: object) -> None:
-        """Signal handler: store the number of the first signal, and set this event."""
+        """Signal handler: store the number of the first signal in `signal`, and set this event."""
         self.signal = self.signal or number
         self.set()
 
@@ -190,7 +190,10 @@ class _Lines:
         self.follows = True
 
     def rows(self, blocks: Iterator[_Block], stop: Stop) -> Iterator[Rows]:
-        """Yield the collected samples as `Rows`: when there are many, after some time, or when the source pauses."""
+        """Yield the collected samples as `Rows`: from 4096 samples on, after 0.2 s, or when the source pauses.
+
+        Before an `InputError` of a bad row, the samples before it are yielded.
+        """
         passed_on = time.monotonic()
         try:
             for block in blocks:
@@ -217,7 +220,10 @@ class _Lines:
         yield from self._flush()
 
     def _restart(self, block: _Block) -> None:
-        """Prepare for reading from a new position: forget the column and the unfinished line."""
+        """Prepare for reading from a new position: forget the unfinished line (with a note) and choose the column anew.
+
+        If the block has first lines, the column is chosen from them at once.
+        """
         if self.rest:
             _print_note(f"{self.name}: the last row is incomplete and is skipped")
         self.offset, self.tail, self.rest = block.begins_at or 0, b"", b""
@@ -228,7 +234,10 @@ class _Lines:
         self.follows = self.follows and block.follows
 
     def _flush(self) -> Iterator[Rows]:
-        """Yield the collected samples as one `Rows`, if there are any, and empty the collection."""
+        """Yield the collected samples as one `Rows`, if there are any, and empty the collection.
+
+        The position is None if the source is no file.
+        """
         if not self.samples:
             return
         position = None
@@ -239,7 +248,7 @@ class _Lines:
         yield rows
 
     def _add_bytes(self, data: bytes, *, counted: int | None = None) -> None:
-        """Split bytes of the source into lines, and collect the sample of each complete line.
+        """Split bytes of the source into lines, collect the sample of each complete line, and keep the rest of the bytes.
 
         `counted`, if given, is the number of bytes that the source really has. Raises `InputError` for a line of over 1
         MB.
@@ -261,7 +270,10 @@ class _Lines:
         self.tail = (self.tail + taken)[-COMPARED_BYTES:]
 
     def _add_line(self, line: str) -> None:
-        """Collect the sample of a line; while the column is unknown, keep the line instead."""
+        """Collect the sample of a line; while the column is unknown, keep the line instead.
+
+        The column is chosen after 100 rows of numbers. Raises `InputError` if 16 MB have fewer.
+        """
         if self.column is not None:
             self._add_sample(line)
             return
@@ -287,7 +299,10 @@ class _Lines:
                 self._add_sample(line)
 
     def _add_sample(self, line: str) -> None:
-        """Append the sample of a line, times the factor of the column; nothing if the line has no number there."""
+        """Append the sample of a line, times the factor of the column; nothing if the line has no number there.
+
+        Raises `InputError` as `sample_of` does.
+        """
         assert self.column is not None
         with about(self.name):
             value = sample_of(line, self.column.index)
@@ -419,7 +434,7 @@ def _is_replaced(path: Path, descriptor: int) -> bool:
 
 
 def _blocks_of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]:
-    """Yield the bytes that `read` returns in a thread of its own as blocks, until `read` returns none.
+    """Yield the bytes that `read` returns in a thread of its own as blocks, until `read` returns none or fails.
 
     Yields empty blocks while nothing arrives. After a signal, reading ends within 0.1 s.
     """

@@ -59,7 +59,10 @@ def _scaled(effect: Effect, factor: float) -> Effect:
 
 
 def models_of(text: str, unit: str | None = None, rate: float | None = None) -> list[NamedModel]:
-    """List of `NamedModel` from a model string (one model) or from a file (one per axis)."""
+    """List of `NamedModel` from a model string (one model) or from a file (one per axis).
+
+    `unit` and `rate` (Hz) are those of a model that states none. Raises `InputError` for an invalid string or file.
+    """
     from allanite.effects.files import model_from_dict
     from allanite.sources import documents_of
 
@@ -78,7 +81,8 @@ def models_of(text: str, unit: str | None = None, rate: float | None = None) -> 
 def start_models(text: str | None, columns: Sequence[Recording]) -> list[Model]:
     """List with the start model of each column, in the unit of its samples.
 
-    `text` is a model string or a file; None stands for the usual models.
+    `text` is a model string or a file; None stands for the usual models. Raises `InputError` if a file has no model of
+    a column.
     """
     if text is None:
         from allanite.effects.files import parse_model

@@ -58,7 +58,10 @@ class LogCommand(click.Command):
     """A click command whose help lists its own options first, and the options of `log_options` below them."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the options in two sections."""
+        """Write the options in two sections: those of the command, then those for reading the log.
+
+        Empty sections are left out.
+        """
         own: list[tuple[str, str]] = []
         shared: list[tuple[str, str]] = []
         for parameter in self.get_params(ctx):
@@ -101,7 +104,7 @@ class Seconds(click.types.FloatParamType):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Positive time in s, as a float, from a text such as ``10min``."""
+        """Positive time in s, as a float, from a text such as ``10min``. Other texts end the command with a usage error."""
         text, factor = str(value).strip(), 1.0
         for unit, size in self.units:
             if text.endswith(unit):
@@ -134,7 +137,10 @@ class RateType(click.ParamType[float | str]):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float | str:
-        """Sampling rate in Hz as a float; a text that ends in an exclamation mark stays a text."""
+        """Sampling rate in Hz as a float; a text that ends in an exclamation mark stays a text.
+
+        Other texts end the command with a usage error.
+        """
         text = str(value).strip()
         try:
             number = float(text.removesuffix("!"))
@@ -326,9 +332,9 @@ def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[
     Raises
     ------
     InputError
-        A column whose samples never change.
+        A column whose samples never change, or all columns are locked. Also the errors of `recording_of`.
     TooShortError
-        Fewer samples than any command can use.
+        Fewer than 16 samples.
     """
     columns = list(recording_of(path, options, for_fit=for_fit))
     for column in columns:
@@ -340,7 +346,7 @@ def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[
 def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
     """List of the columns that are not locked: below 95 % of their samples have the same quantization code.
 
-    Prints a line for each other column, and raises an error if there is no column left.
+    Prints a line for each other column. Raises an error if every column is locked.
     """
     from allanite.fit.locked import locked_error
 
@@ -368,7 +374,7 @@ def recording_of(
     *,
     for_fit: bool = True,
 ) -> Recording:
-    """`Recording` of a log with all columns that the options select, trimmed, checked and decimated.
+    """`Recording` of a log with all columns that the options select, trimmed, checked, decimated and converted.
 
     With `for_fit`, a log that is mostly motion is refused. Findings about motion are printed.
 
@@ -377,7 +383,7 @@ def recording_of(
     InputError
         No column changes, the unit contradicts gravity, or the log is mostly motion.
     TooShortError
-        Fewer samples than any command can use.
+        Fewer than 16 samples.
     """
     from allanite.readers import read
 
@@ -448,7 +454,7 @@ def _prepared_recording(
 
 
 def is_shown_early(finding: Finding) -> bool:
-    """True if a finding is printed before the computation: excluded columns, motion, or a missing unit.
+    """True if a finding is printed before the computation: unused columns, other rate, motion, or a missing unit.
 
     A missing unit counts only as a warning. For a column that may belong to a clock it is a remark, printed later.
     """
@@ -477,7 +483,7 @@ def _rate_varies(column: Recording) -> bool:
 
 
 def _trim_bounds(text: str) -> tuple[float | None, float | None]:
-    """Tuple (start, end) in s from a text ``START:END``; None for an open end."""
+    """Tuple (start, end) in s from a text ``START:END``; None for an open end. Raises `InputError` for any other text."""
     start, colon, end = text.partition(":")
     try:
         bounds = (float(start) if start else None), (float(end) if end else None)

@@ -41,7 +41,7 @@ def dumps(document: Any) -> str:
 
 
 def _jsonable(value: Any) -> Any:
-    """Copy of a value with only types that JSON knows; NaN and infinities become None."""
+    """Copy of a value with only types that JSON knows; NaN and infinities become None, keys become texts."""
     if isinstance(value, dict):
         return {str(key): _jsonable(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -79,7 +79,8 @@ def terminal_width() -> int:
 def wrapped(text: str) -> str:
     """Text with long sentences wrapped at the terminal's width; rows of tables stay on one line.
 
-    If the output goes to a file or another program, the text is unchanged.
+    A line with two blanks in a row counts as a row of a table. If the output goes to a file or another program, the
+    text is unchanged.
     """
     if not sys.stdout.isatty():
         return text
@@ -130,7 +131,7 @@ def check_targets(plot: str | None = None, save: str | None = None) -> None:
 
 
 def save_fits(fits: Sequence[Fit], path: str) -> None:
-    """Write fitted models to one JSON file: one document, or a list with one document per column."""
+    """Write fitted models to one JSON file: one document, or for several fits an object with the list ``columns``."""
     documents = [fit.to_dict() for fit in fits]
     one = {"schema": documents[0]["schema"], "columns": documents}
     with whole_file(path) as draft:
@@ -190,8 +191,8 @@ def progress_of_axes(
 ) -> Iterator[Callable[[str, int, int], None] | None]:
     """Context with a callback (column, steps done, all steps) that draws the progress of all axes.
 
-    After the first step, the callback also prints an estimate of the total time. The callback is None with --quiet, or
-    if standard error is no terminal.
+    After the first step, the callback also prints an estimate of the total time: its time × the number of turns, and
+    five times that. The callback is None with --quiet, or if standard error is no terminal.
     """
     if options.quiet or not sys.stderr.isatty():
         yield None

@@ -28,9 +28,9 @@ MAX_SPACE_SHARE = 0.5
 
 @contextmanager
 def log_file(path: str) -> Iterator[Path]:
-    """Context with the path of a log.
+    """Context with the path of a log; raises `InputError` if standard input is closed or too long.
 
-    Standard input (``-``) is copied to a temporary file, which is deleted at the end.
+    Standard input (``-``) is copied to a temporary file, which is deleted at the end. Other paths are not checked.
     """
     if path != STANDARD_INPUT:
         yield Path(path)
@@ -53,7 +53,7 @@ def _copy(head: bytes, stream: IO[bytes], spool: Path) -> None:
     Raises
     ------
     InputError
-        The pipe has no end, or the file cannot be written.
+        The data exceed half of the free space, or the file cannot be written.
     """
     folder = gettempdir()
     try:

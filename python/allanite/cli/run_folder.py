@@ -73,7 +73,7 @@ class RunFolder:
     def start_model(self, column: Recording, model: Model) -> Model:
         """Model that an earlier run saved for the same samples and options; otherwise the given model.
 
-        Prints a line if a saved model is found.
+        Prints a line if a saved model is found. Stores the digest of the samples for `write`.
         """
         from allanite.effects.files import model_from_dict
         from allanite.sources import documents_of
@@ -92,7 +92,10 @@ class RunFolder:
         return saved
 
     def write(self, study: Study) -> None:
-        """Write the model, table and parameter files of one axis to its folder, and add the axis to `finished`."""
+        """Write the model, table and parameter files of one axis to its folder, and add the axis to `finished`.
+
+        A target that needs several axes gets no file.
+        """
         from allanite.axes.twin import samples_of
         from allanite.axes.working import working_states
         from allanite.cli.output import dumps

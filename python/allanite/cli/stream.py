@@ -41,7 +41,10 @@ MAX_TAUS_PER_OCTAVE = 16
 
 
 def is_too_large(path: str) -> bool:
-    """True if a text log or NPY file is larger than the memory budget; False for other files or no file."""
+    """True if a text log or NPY file is larger than the memory budget; False for other files or no file.
+
+    A file is text if its first 4096 bytes have no null byte.
+    """
     file = Path(path)
     if not file.is_file() or file.stat().st_size <= budget():
         return False
@@ -93,7 +96,10 @@ def deviations_in_chunks(
 
 
 def _read_deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, Deviation]]:
-    """List of (`Stream`, `Deviation`), one pair per column. The caller adds the name of the log to errors."""
+    """List of (`Stream`, `Deviation`), one pair per column.
+
+    The caller adds the name of the log to errors. Raises `TooShortError` below 3 rows, and `InputError` without a rate.
+    """
     from allanite.cli.clock import Clock
     from allanite.common.validation import positive_rate
     from allanite.readers import refuse_contradicting_rate, request_of
@@ -255,7 +261,10 @@ class _Column:
         )
 
     def add(self, chunk: NDArray[Any]) -> None:
-        """Add the samples of this column in a chunk to the sums. Raises `InputError` for an infinite sample."""
+        """Add the samples of this column in a chunk to the sums, and count rows and gaps.
+
+        Raises `InputError` for an infinite sample.
+        """
         x = samples = chunk[:, self.at]
         if self.quantity == "angle":
             # Differences of narrow or unsigned integers would wrap. Differences of 64-bit integers are exact modulo 2^64.
@@ -280,7 +289,10 @@ class _Column:
         self.rows += len(samples)
 
     def result(self, rate: float, audit: tuple[Finding, ...]) -> tuple[Stream, Deviation]:
-        """Tuple (`Stream`, `Deviation`) of all samples so far; `rate` is the sampling rate in Hz."""
+        """Tuple (`Stream`, `Deviation`) of all samples so far, in the requested unit; `rate` is the sampling rate in Hz.
+
+        A log from a file gets a note that it was read in chunks.
+        """
         self.sums.rate = rate
         stream = Stream(self.log, (self.name,), rate, (self.unit,), self.rows, self.gaps, audit)
         found = self.sums.oadev()

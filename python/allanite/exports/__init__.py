@@ -137,7 +137,7 @@ def imus_of(axes: Sequence[Axis]) -> list[list[Axis]]:
     """List with one list of axes per IMU: the first gyroscope with the first accelerometer, and so on.
 
     Columns whose names differ only in the letter of the axis are one sensor. All axes form one IMU in three cases: no
-    kind has more than three axes, gyroscopes and accelerometers have different numbers of axes, or an axis is of
+    kind has more than three axes, gyroscopes and accelerometers have different numbers of sensors, or an axis is of
     another kind.
     """
     groups: dict[str, dict[str, list[Axis]]] = {ANGULAR_RATE: {}, ACCELERATION: {}}
@@ -155,9 +155,10 @@ def imus_of(axes: Sequence[Axis]) -> list[list[Axis]]:
 def export_files(
     axes: Sequence[Axis], target: str, path: Path, rate: float | None = None, **how: Any
 ) -> dict[Path, str]:
-    """Dict from path to text of each file. Several IMUs get one file each: ``imu-1.yaml``, ``imu-2.yaml``.
+    """Dict from path to text of each file; nothing is written.
 
-    The keyword arguments are those of `export`.
+    Several IMUs get one file each: ``imu-1.yaml``, ``imu-2.yaml``. The keyword arguments and errors are those of
+    `export`.
     """
     groups = [list(axes)] if target in TARGETS and TARGETS[target].any_sensor else imus_of(axes)
     if len(groups) == 1:

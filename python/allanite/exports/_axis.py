@@ -163,7 +163,10 @@ class Axis:
 
     @property
     def loudest(self) -> tuple[float, float] | None:
-        """Pair (start, end), s, of the segment with the loudest white noise; None if the level is constant."""
+        """Pair (start, end), s, of the segment of at least 10 s with the loudest white noise.
+
+        None if the level is constant.
+        """
         return _loudest_segment(self.limits, self.span) if self.limits.levels else None
 
     @property
@@ -173,12 +176,18 @@ class Axis:
 
     @property
     def has_noise(self) -> bool:
-        """True if any random process has a positive expected coefficient."""
+        """True if any random process has a positive expected coefficient.
+
+        For a process that was not detected, 0.64 times its limit counts.
+        """
         return any(getattr(e, e.coefficient) > 0.0 for e in self.expected_steady.stochastic)
 
     @property
     def broad(self) -> Model:
-        """`Model` of the random processes without narrow bands, with the filters; of all if all have narrow bands."""
+        """`Model` of the random processes without narrow bands, with the filters.
+
+        If all have narrow bands, of all processes.
+        """
         whole = self.expected_steady
         wide = [e for e in whole.stochastic if e.occupies is None]
         return Model((*(wide or whole.stochastic), *whole.modifiers))
@@ -187,7 +196,7 @@ class Axis:
     def slow(self) -> Model:
         """`Model` of white and slow noise: no narrow bands, no noise that averages out faster than white noise.
 
-        The model is empty if no process remains.
+        Filters are kept. The model is empty if no process remains.
         """
         broad = self.broad
         kept = [
@@ -402,7 +411,10 @@ def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Mode
 
 
 def _forms_at_interval_ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
-    """List of effects: the given one, then all combinations of values and interval ends of its free shapes."""
+    """List of effects: the given one, then all combinations of values and interval ends of its free shapes.
+
+    Without free shapes or intervals, only the given one.
+    """
     found = [effect]
     for name in effect.free_shapes:
         interval = (given.get(name) or {}).get("interval") or [None, None]
@@ -490,10 +502,10 @@ class _HalfWidths:
 
 
 def _half_widths(effect: Effect, name: str, given: Mapping[str, Any]) -> _HalfWidths | None:
-    """`_HalfWidths` of a fitted value: distances to the ends of its interval.
+    """`_HalfWidths` of a fitted value: distances to the ends of its interval, of its logarithm for a positive parameter.
 
-    None if the parameter has no value or was not detected, its interval is open or does not contain the value, or a
-    positive parameter has an interval that reaches 0.
+    None if the parameter has no value or was not detected, or if its interval is open or does not contain the value.
+    None also for a positive parameter whose interval reaches 0.
     """
     value, ends = effect.values[name], given.get("interval") or (None, None)
     if not isinstance(value, float) or None in ends or given.get("detected") is False:
@@ -543,7 +555,8 @@ def _model_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ..
 def warning_of(document: Mapping[str, Any]) -> str:
     """Text with the reason not to trust a fit, without its name; empty if the fit is adequate or was not tested.
 
-    The text is ASCII, because some programs refuse other characters in comments.
+    The reason is two codes of the samples, or else the largest ratio of the Allan deviations. The text is ASCII,
+    because some programs refuse other characters in comments.
     """
     if document.get("adequate") is not False:
         return ""
@@ -632,7 +645,9 @@ def used(
     as_fitted: bool = False,
     inflate: float = 1.0,
 ) -> Axis:
-    """`Axis`, a copy with the sampling rate, the horizon and the factor on deviations that hold for one export.
+    """Copy of an `Axis` with the sampling rate, the horizon and the factor on deviations that hold for one export.
+
+    A factor other than 1 adds a note. Raises `InputError` unless factor and horizon are positive.
 
     Parameters
     ----------

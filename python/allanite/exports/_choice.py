@@ -23,14 +23,14 @@ LIMIT = "not detected, this is the 95 % upper limit"
 
 
 def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> Choice:
-    """`Choice` with the N and K to be written for an axis.
+    """`Choice` with the N and K to be written for an axis: covering its limits, as fitted, or following its model.
 
     Parameters
     ----------
     axis : Axis
         The axis. Its attributes also state the horizon, and whether the coefficients are written as fitted.
     overbound : bool
-        Whether the numbers must cover the upper limits of the model.
+        Whether the numbers must cover the upper limits of the model. This precedes `axis.as_fitted`.
     simulator : bool
         Whether the numbers are for a simulator. Otherwise they are for a filter.
     """
@@ -44,7 +44,8 @@ def choose_lag(
 ) -> Choice:
     """`Choice` with N and a Gauss-Markov process to be written for an axis. `time` fixes the correlation time, s.
 
-    The other parameters are those of `choose`.
+    The other parameters are those of `choose`. As fitted, the first Gauss-Markov process of the model is written if it
+    has this time; otherwise numbers follow the model.
     """
     if overbound:
         return overbound_lag(axis, time)
@@ -101,10 +102,9 @@ def _allan_variance(axis: Axis, part: Model, tau: NDArray[np.float64]) -> NDArra
 
 
 def smallest_covering_walk(axis: Axis, rest: Model) -> float:
-    """Smallest K with which the sum of the random walk K and `rest` has 98 % of the Allan deviation at all τ.
+    """Smallest K (SI) with which the random walk K plus the model `rest` has 98 % of an Allan deviation at all τ.
 
-    The Allan deviation is that of the white and slow noise of an axis, in SI units. The result is 0
-    if `rest` alone is sufficient.
+    The Allan deviation is that of the white and slow noise of the axis. 0 if `rest` alone is sufficient.
     """
     tau = axis.taus
     slow = (1.0 - SLACK) ** 2 * _allan_variance(axis, axis.slow, tau)

@@ -162,7 +162,9 @@ class _Target:
     def candidates_of(self, ratio: Array, time: Array) -> Candidates:
         """`Candidates` with these ratios K/N (1/s) and correlation times (s), each with its N² and cost.
 
-        A correlation time is infinite for a random walk.
+        A correlation time is infinite for a random walk. N² is the smallest that covers the white noise, the Allan
+        variance within 2 %, and, for a filter, the error variance. Short coasting times are ignored, one by one, while
+        the best filter is too pessimistic at the horizon.
         """
         tau, fs = self.tau, self.rate
         white = white_noise(1.0).allan_variance(tau, fs)
@@ -298,7 +300,10 @@ def _filter_errors(
 
 @lru_cache(maxsize=64)
 def _choose_walk(target: _Target) -> Choice:
-    """`Choice` with the N and K that follow a model: the fitted ones if consistent, otherwise the best candidate."""
+    """`Choice` with the N and K that follow a model: the fitted ones if consistent, otherwise the best candidate.
+
+    Cached.
+    """
     fitted = target.scale * _coefficient_of(target.model, "K")
     plain = _fitted_walk(target, fitted)
     if plain is not None:
@@ -311,7 +316,7 @@ def _choose_walk(target: _Target) -> Choice:
 def _choose_gauss_markov(target: _Target, time: float | None) -> Choice:
     """`Choice` with N and a Gauss-Markov process: the fitted ones if consistent, otherwise the best candidate.
 
-    A given `time` (s) fixes the correlation time.
+    Cached. A given `time` (s) fixes the correlation time.
     """
     own = target.gauss_markov_values
     if len(own) == 1 and time in (None, own[0][1]) and target.white > 0.0:
@@ -325,12 +330,12 @@ def _choose_gauss_markov(target: _Target, time: float | None) -> Choice:
 
 
 def small_walk(N: float, axis: Axis) -> float:
-    """A negligible K, which adds the fraction `SMALL_WALK_SHARE` to the Allan variance of N at the horizon of an axis."""
+    """Negligible K (SI): a random walk that adds 1 % to the Allan variance of N at the horizon of an axis."""
     return _negligible_walk(N, axis.horizon, axis.sampling)
 
 
 def _negligible_walk(N: float, horizon: float, rate: float) -> float:
-    """A negligible K, which adds the fraction `SMALL_WALK_SHARE` to the Allan variance of N at the horizon (s)."""
+    """Negligible K: a random walk that adds 1 % to the Allan variance of N at the horizon (s), at least one sample."""
     last = np.array([max(horizon, 1.0 / rate)])
     white, unit = (e.allan_variance(last, rate)[0] for e in (white_noise(N), walk(1.0)))
     return float(np.sqrt(SMALL_WALK_SHARE * white / unit))
@@ -407,7 +412,7 @@ def _times(target: _Target, name: str, ratio: float) -> str:
 
 @lru_cache(maxsize=256)
 def _quality(target: _Target, choice: Choice) -> Quality:
-    """`Quality` of the numbers of `choice` against the whole model: ratio of Allan deviations, and NEES."""
+    """`Quality` of the numbers of `choice` against the whole model: largest ratio of Allan deviations, and NEES. Cached."""
     tau, fs = target.tau, target.rate
     written = choice.model.allan_variance(tau, fs)
     whole = target.scale**2 * target.model.allan_variance(tau, fs)

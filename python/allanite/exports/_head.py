@@ -51,7 +51,8 @@ def head(
 def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
     """Text of the first comment: whether to use the file, reasons against it, and how its numbers fit the model.
 
-    The text is ASCII, because some programs refuse other characters in a comment.
+    "Use: no" if a fit is not adequate, or the NEES of a filter exceeds 1.2. The text is ASCII, because some programs
+    refuse other characters in a comment.
     """
     found = [(axis, quality(axis, choice)) for axis, choice in pairs]
     reasons = [f"{axis.name}: {axis.warning}" for axis, _ in pairs if axis.warning]
@@ -96,8 +97,8 @@ def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
 def _short_log_sentences(axes: Sequence[Axis]) -> list[str]:
     """List of sentences on slow effects that were not detected in short logs; empty if there are none.
 
-    A log is short if a tenth of its length, the longest tau with a reliable deviation, is below the default horizon.
-    Axes whose numbers rest on assumptions instead of a log are skipped.
+    A log is short if a tenth of its length, the longest tau with a reliable deviation, is below 100 s. Axes without a
+    log, whose numbers are assumptions, are skipped.
     """
     of: dict[tuple[str, float], list[str]] = {}
     for axis in axes:
@@ -132,7 +133,10 @@ def _overconfidence_text(axis: Axis, choice: Choice, found: Quality) -> str:
 
 
 def axis_comments(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list[str]:
-    """List of comment lines on one axis: its model, notes, assumptions, and the effects that the numbers cover or omit."""
+    """List of comment lines on one axis: its model, notes, assumptions, and the effects that the numbers cover or omit.
+
+    More than 8 omitted effects are counted by kind. Without a `choice`, the file covers all effects.
+    """
     origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
     if axis.assumptions:
         origin = f"from {axis.source}, without a log"
@@ -165,7 +169,7 @@ def _names_with_counts(names: Iterable[str]) -> list[str]:
 
 
 def _alternative_intervals(axis: Axis) -> Iterator[str]:
-    """Yields a line for each coefficient whose interval is clearly wider under alternative models.
+    """Yield a line for each coefficient whose interval is over 10 % wider at an end under alternative models.
 
     An example is ``K 115 (95 ... 137); 0 ... 190 if it is gauss_markov``.
     """
@@ -187,7 +191,10 @@ def _alternative_intervals(axis: Axis) -> Iterator[str]:
 
 
 def _covered_text(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
-    """Text that names the effects in the numbers of a file."""
+    """Text that names the effects in the numbers of a file, and the axes from which the largest numbers come.
+
+    More than 8 effects are counted by kind. Without a `choice`, all effects are named.
+    """
     if choice is None:
         covered = ", ".join(label for label, _ in _labeled_effects(axis))
     elif choice.overbound:

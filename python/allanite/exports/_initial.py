@@ -21,9 +21,8 @@ ALIGNMENT = 60.0
 def initial_bias(axis: Axis, *, overbound: bool = False) -> float | None:
     """Standard deviation (SI) of the bias at switch-on for a filter that starts with bias 0; None without several logs.
 
-    For a gyroscope, the mean bias counts as well. For an accelerometer, gravity hides the mean, and only the spread
-    counts. A new switch-on deviates from the mean of n others by σ√(1 + 1/n). With `overbound`, σ is the upper end of
-    its interval.
+    For a gyroscope, the mean bias counts as well: √(σ²(1 + 1/n) + mean²) of n logs. For an accelerometer, gravity hides
+    the mean, and only the spread counts. With `overbound`, σ is the upper end of its interval.
     """
     found = axis.turn_on
     if found is None:

@@ -52,7 +52,10 @@ def with_shared_numbers(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis
 
 
 def _donor(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[Axis, Choice]:
-    """The pair (axis, `Choice`) with the largest number called `name`; the first of equal ones."""
+    """Pair (axis, `Choice`) with the largest number called `name`; the first of equal ones.
+
+    Raises `ValueError` without pairs.
+    """
     return max(pairs, key=lambda pair: getattr(pair[1], name))
 
 
@@ -85,7 +88,9 @@ def value_lines(
     mark: str = "#",
     ranges: Mapping[str, tuple[float, float]] | None = None,
 ) -> str:
-    """Text of a file with a head and lines ``key: value``.
+    """Text of a file with a head and lines ``key: value``; each value is the largest of the axes of its sensor.
+
+    A sensor without axes has a comment instead of its lines. Raises `InputError` unless every value is positive.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ class _Limits:
             )
 
     def _curves(self, effect: Effect) -> NDArray[np.float64]:
-        """One array: Allan variance of an effect at all `tau`, then its density at all `f` and `in_bands`."""
+        """Array of the Allan variance of an effect at all `tau`, then of its density at all `f` and `in_bands`."""
         fs = self.axis.sampling
         f = np.concatenate([self.f, self.in_bands])
         return np.concatenate([effect.allan_variance(self.tau, fs), effect.psd(f, fs)])
@@ -88,7 +88,7 @@ class _Limits:
         """Pair: array of the smallest (N², K² or q_c²) whose curves cover the limits, and the mean ratio to the limits.
 
         `slow` is the slow process with coefficient 1. The ratio is the mean over τ plus the mean over frequency,
-        without the points in bands.
+        without the points in bands. Raises `InputError` if the linear program has no solution.
         """
         from scipy.optimize import linprog
 

@@ -53,7 +53,10 @@ class ProcessNoise:
 
 
 def process_noise(axes: Sequence[Axis], *, overbound: bool) -> ProcessNoise:
-    """`ProcessNoise` of angles (gyroscopes) and velocities (accelerometers), with K counted as white noise."""
+    """`ProcessNoise` of angles (gyroscopes) and velocities (accelerometers): K²·horizon²/3 per second, K as white noise.
+
+    N enters only the pairs for the head. A sensor without axes has no variances.
+    """
     variances: dict[str, float] = {}
     pairs, remarks = [], []
     for sensor, states, own in zip(

@@ -82,7 +82,7 @@ class Targets(Mapping[str, Target]):
         return len(self._targets)
 
     def _load(self) -> None:
-        """Add the targets of installed packages, at the first call."""
+        """Add the targets of installed packages at the first call; later calls do nothing."""
         with self._lock:
             if self._complete:
                 return

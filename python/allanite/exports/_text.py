@@ -63,6 +63,9 @@ def xml_comment(lines: list[str]) -> str:
 
 
 def verdict_in(text: str) -> str:
-    """The verdict comment of an exported file, ``Use: yes. …`` or ``Use: no. …``, on one line; empty if there is none."""
+    """Verdict of an exported file, ``Use: yes. …`` or ``Use: no. …``, on one line without comment marks.
+
+    Empty if there is none.
+    """
     found = re.search(r"Use: (yes|no)\b[^\n\"]*(\n(#|%|//|) {5,}[^\n]*)*", text)
     return "" if found is None else re.sub(r"\n(#|%|//|) +", " ", found[0]).strip()

@@ -20,8 +20,11 @@ def in_xyz(
     """Pair: list of the numbers (tuples) of x, y and z in this order, and list of remarks on axes without an own model.
 
     The letter in its name assigns an axis; three axes without letters are taken in their order. An axis without a model
-    gets the largest of each number, because the density and Allan variance of a Gauss-Markov process rise with its
-    strength and correlation time. All three get the largest numbers if a letter is unknown or repeated.
+    gets the largest of each number. All three get the largest numbers if a letter is unknown or repeated.
+
+    Notes
+    -----
+    The largest numbers are safe: density and Allan variance of a Gauss-Markov process rise with strength and time.
     """
     letters = [axis_letter(axis.name) for axis in axes]
     if len(axes) == 3 and None in letters:

@@ -36,8 +36,9 @@ MEMORY_HORIZONS = 2.0
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of a MATLAB script: N as NoiseDensity (double-sided), B as BiasInstability, K as RandomWalk, in SI units.
 
-    K covers other slow processes. If no axis needs B or K, the parameter is not written and keeps MATLAB's default 0. An
-    axis without an effect that other axes have gets 0. With `overbound`, N and K also cover B.
+    K covers other slow processes. If no axis needs B or K, the parameter is not written and keeps MATLAB's default 0.
+    An axis without an effect that other axes have gets 0. With `overbound`, N and K also cover B. Each of x, y and z
+    has its own numbers. Raises `InputError` without one sampling rate.
     """
     fs = rate_of(axes, rate, "matlab")
     convention = [*NOTE]
@@ -77,7 +78,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _fitted_numbers(axis: Axis) -> Choice:
-    """`Choice` with the fitted N, B and K, or their upper limits if not detected; K also covers other slow processes."""
+    """`Choice` with the fitted N, B and K, or their upper limits if not detected; K also covers other slow processes.
+
+    As fitted, K covers nothing else.
+    """
     first = choose(axis, simulator=True) if axis.as_fitted else _white_numbers(axis)
     values = {"B": 0.0, "K": 0.0}
     remarks = {"N": first.remark("N")}

@@ -30,8 +30,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """Text with the covariance of one sample, row-major 3 × 3: N²·rate plus the variance of lines, bands and slow noise.
 
     Filters that read the message treat samples as independent. White noise behind a low-pass filter counts with its
-    unfiltered variance, because it averages out as slowly as unfiltered white noise. A comment states the variance within
-    the band of the filter.
+    unfiltered variance, because it averages out as slowly as unfiltered white noise. A comment states the variance
+    within the band of the filter. Raises `InputError` without one sampling rate.
     """
     fs = rate_of(axes, rate, "ros")
     sensors = split(axes)
@@ -66,7 +66,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = False) -> float:
-    """Variance of a sample in SI, without noise that is slower than the horizon.
+    """Variance of a sample in SI, without noise that is slower than the horizon; amplitudes of lines are included.
 
     Parameters
     ----------

@@ -28,8 +28,9 @@ STATES = 8
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """JSON text ``allanite/state_spaces/1`` with the state space of each axis, and the error of its reduction.
 
-    A state space has at most `STATES` states if possible. An effect that was not detected has its expected size, as in all
-    other files, or its upper limit with `overbound`. A size of 0 would make a filter overconfident.
+    A state space has at most `STATES` states if possible. An effect that was not detected has its expected size, as in
+    all other files, or its upper limit with `overbound`. A size of 0 would make a filter overconfident. Raises
+    `InputError` without one sampling rate.
     """
     fs = rate_of(axes, rate, "statespace")
     out = []
@@ -54,7 +55,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _reduced_state_space(model: Model, rate: float, duration: float) -> StateSpace:
-    """`StateSpace` with at most `STATES` states if the model can be reduced, otherwise with all its states."""
+    """`StateSpace` with at most 8 states if the model can be reduced, otherwise with all its states. `duration` is in s."""
     try:
         return state_space(model, rate, states=STATES, duration=duration)
     except InputError:

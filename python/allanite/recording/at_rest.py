@@ -123,9 +123,9 @@ def motion_of(recording: Recording) -> Motion | None:
     """`Motion` of a recording of gyroscopes or accelerometers: signs of motion and the longest quiet segment.
 
     None for other sensors, for angles, and for fewer than 100 samples or 0.4 s. Four things show motion: changes
-    between averages of 0.2 s and of 1 s that no sensor at rest makes (medians over windows, which outliers do not
-    affect); turns of a gyroscope; sway, in which gravity follows the gyroscopes; and a change of the direction of
-    gravity.
+    between averages of 0.2 s and of 1 s beyond those of a sensor at rest; turns of a gyroscope; sway, in which gravity
+    follows the gyroscopes; and a change of the direction of gravity. Changes are medians over windows, which outliers
+    do not affect.
     """
     if recording.quantity == "angle" or recording.n < 4 * WINDOW_AVERAGES:
         return None
@@ -225,9 +225,9 @@ def _windows_with_turns(
 
 
 def _sway_per_window(recording: Recording, kinds: list[str]) -> NDArray[np.float64] | None:
-    """Standard deviation of the tilt in each window of 20 s, degrees, shape (windows,).
+    """Standard deviation of the tilt in each window of 20 s, degrees, shape (windows,), or None.
 
-    None if no sway is found, or unless three gyroscopes and three accelerometers are logged as rates.
+    None if no sway is found, or unless three gyroscopes and three accelerometers (x, y, z) are logged as rates.
     """
     places: dict[tuple[str, str | None], int] = {}
     for at, (name, kind) in enumerate(zip(recording.columns, kinds, strict=True)):
@@ -359,7 +359,7 @@ def _longest_still_segment(
     """Tuple (start, end), s, of the longest segment without motion where `calm` is True; None without any.
 
     `calm` has one entry for each window of `length` samples. A change between averages of 0.2 s ends the segment,
-    unless it lasts at most `MAX_TAP_AVERAGES` averages within the segment, like a tap.
+    unless it lasts at most 4 averages within the segment, like a tap.
     """
     m = max(1, round(AVERAGING_TIME * recording.rate))
     moved = np.zeros(max(recording.n // m, 1), dtype=bool)
@@ -427,7 +427,7 @@ def quiet_span(recording: Recording) -> tuple[float, float]:
 
 
 def quiet_segment(recording: Recording) -> Recording:
-    """`Recording` of the longest quiet segment, with a finding of kind ``quiet_stretch``."""
+    """`Recording` of the longest quiet segment, with a finding of kind ``quiet_stretch``. Raises as `quiet_span`."""
     start, end = quiet_span(recording)
     found = f"kept the longest quiet segment, {start:.6g}–{end:.6g} s of {recording.duration:.6g} s"
     finding = Finding("quiet_stretch", "info", found, values={"start_s": start, "end_s": end})

@@ -50,7 +50,7 @@ CHUNK = 1 << 18
 def audit(recording: Recording) -> list[Finding]:
     """List of findings about the time stamps and every column of a recording, without no-data markers and repeats.
 
-    Motion comes first, then the findings that the recording already has, time stamps, columns, and a missing unit.
+    The order: motion, findings that the recording already has, time stamps, columns, coarse covariates, a missing unit.
     """
     recording = recording.measured
     findings = list(stamp_findings(recording.stamps, recording.rate)) if recording.stamps else []
@@ -144,7 +144,7 @@ def _count_missing(x: NDArray[Any]) -> int:
 
 
 def _fits_single_precision(x: NDArray[Any]) -> bool:
-    """True if the samples are doubles and the first 4096 of them are single-precision numbers."""
+    """True if the samples are doubles whose first 4096 are single-precision numbers. False for samples of another type."""
     some = x[: 1 << 12]
     return bool(
         x.dtype == np.float64 and np.array_equal(some.astype(np.float32), some, equal_nan=True)
@@ -173,7 +173,12 @@ def _extremes(x: NDArray[Any]) -> tuple[float, float]:
 
 
 def _check_missing(c: _Column) -> Iterator[Finding]:
-    """Iterator over a `Finding` about missing samples and their effect on the Allan deviation; empty without any."""
+    """Iterator over one `Finding` with the number of missing samples and their effect on the Allan deviation.
+
+    Empty without any.
+
+    A decimation is advised if at least 100 averages remain.
+    """
     missing = c.missing
     if missing:
         runs = _run_lengths(c)
@@ -246,7 +251,7 @@ def _check_constant(c: _Column) -> Iterator[Finding]:
 def _check_stuck(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` about the longest run of one value, if noise would not repeat for so long.
 
-    The cause is a sensor that stopped, or a lost link.
+    Empty for a constant column. The run must exceed three times the expected longest run plus 20 samples.
     """
     if c.n < 2 or c.low == c.high:
         return
@@ -267,7 +272,10 @@ def _check_stuck(c: _Column) -> Iterator[Finding]:
 
 
 def _check_clipping(c: _Column) -> Iterator[Finding]:
-    """Iterator over a `Finding` for each end of the range that is far more frequent than the value next to it."""
+    """Iterator over a `Finding` for each end of the range that is over three times as frequent as the value next to it.
+
+    Needs at least 10 samples at the end, at most half of all, and 5 different values.
+    """
     for edge, name in ((c.low, "lowest"), (c.high, "highest")):
         at_edge = sum(int(np.count_nonzero(piece == edge)) for _, piece in c.pieces())
         if at_edge < 10 or at_edge > 0.5 * c.n or np.unique(c.x[:10_000]).size < 5:
@@ -284,7 +292,10 @@ def _check_clipping(c: _Column) -> Iterator[Finding]:
 
 
 def _neighbor_count(c: _Column, edge: float) -> int:
-    """Number of samples at the value next to the extreme value `edge`, which is the smallest or the largest sample."""
+    """Number of samples at the value next to the extreme value `edge`, the smallest or the largest sample.
+
+    0 without another value.
+    """
     nearest, count = math.nan, 0
     for _, piece in c.pieces():
         inner = piece[piece < edge] if edge == c.high else piece[piece > edge]
@@ -300,7 +311,8 @@ def _neighbor_count(c: _Column, edge: float) -> int:
 def _check_step(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` about a column locked to one code, or about a resolution whose rounding adds noise.
 
-    Empty if rounding adds less than 0.1 % of the white variance, or without a step.
+    Empty if rounding adds less than 0.1 % of the white variance, or without a step. Over 30 %, or two codes only, is a
+    warning.
     """
     locked = locked_of(c.x)
     if locked is not None:
@@ -341,7 +353,10 @@ def _check_step(c: _Column) -> Iterator[Finding]:
 
 
 def _check_outliers(c: _Column) -> Iterator[Finding]:
-    """Iterator over a `Finding` about outliers (second differences too large for the noise) or heavy-tailed noise."""
+    """Iterator over at most one `Finding`: outliers (second differences too large for the noise) or heavy-tailed noise.
+
+    Empty below 100 samples, without noise, or without large differences. Over 1 in 10 000 outliers give a warning.
+    """
     level = max(c.white, 0.4 * c.step) * math.sqrt(6)
     if level == 0.0 or c.n < 100:
         return
@@ -392,8 +407,9 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
 def _check_smoothed(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` about values that were averaged or low-passed before they were logged.
 
-    Near half of the sampling rate, such values have less power than in every lower octave, and less than a power law
-    through two neighboring octaves predicts. White noise and power-law noise have more power there.
+    Above 3/8 of the sampling rate, such values have less than a quarter of the power of every lower octave. They also
+    have less than a quarter of what a power law through two neighboring octaves predicts. Empty for fewer than 4
+    complete blocks.
     """
     blocks = c.spread[np.isfinite(c.spread).all(axis=1)]
     if blocks.shape[0] < 4 or blocks.shape[1] < 2**OCTAVES:
@@ -459,6 +475,7 @@ def _check_dominated(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` if a single event makes more than half of the Allan variance at some averaging time.
 
     An event lies within one average or between two, so it makes one second difference of the phase or two in a row.
+    Averaging times are octaves with more than 32 averages.
     """
     changes: dict[int, _Changes] = {}
     for _, piece in c.pieces():
@@ -529,7 +546,7 @@ def _remedy_for_loud_blocks(
 ) -> str:
     """Text of a remedy that names the longest segment without the `loud` blocks (indices), each `span` seconds long.
 
-    Empty if that segment is shorter than a tenth of the record.
+    An empty text if that segment is shorter than a tenth of the record.
     """
     count = blocks.shape[0]
     quiet = np.setdiff1d(np.arange(count), loud)

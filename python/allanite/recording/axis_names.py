@@ -19,9 +19,9 @@ def axis_letter(name: str) -> str | None:
 
 
 def axis_triples(names: Sequence[str]) -> list[tuple[int, ...]]:
-    """List of index triples of names that differ only in the letter of the axis.
+    """List of index triples, in the order x, y, z of the file, of names that differ only in the letter of the axis.
 
-    If there are none, three names of any kind are one triple; else the list is empty.
+    If there are none, three names of any kind are one triple; otherwise the list is empty.
     """
     stems: dict[str, dict[str, int]] = {}
     for place, name in enumerate(names):

@@ -33,7 +33,8 @@ RELAXATIONS = 2.0 ** np.arange(-6.0, 2.5, 0.5)
 def coarse_step_of(values: NDArray[np.float64]) -> float:
     """Step of a column logged in coarse steps, in its unit; 0 for other columns.
 
-    A coarse column changes at least 3 times, at fewer than one of 20 samples, and mostly by the same step.
+    A coarse column changes at least 3 times, at fewer than one of 20 samples, and 90 % of the changes have the same
+    size.
     """
     places = np.flatnonzero(values[1:] != values[:-1])
     if places.size < MIN_CHANGES or values.size < MIN_RUN * places.size:

@@ -67,12 +67,15 @@ class Finding:
 
 
 def names_text(names: Sequence[str]) -> str:
-    """Text of some names: ``GyrX, GyrY``, or ``first … last`` for four or more."""
+    """Text of some names: ``GyrX, GyrY``; for four or more the first and the last, ``GyrX … AccZ``."""
     return ", ".join(names) if len(names) < 4 else f"{names[0]} … {names[-1]}"
 
 
 def merged(findings: Iterable[Finding]) -> list[Finding]:
-    """List of findings in which findings with the same text for several columns are one, ``gx, gy: …``."""
+    """List of findings in which equal findings for several columns are one, ``gx, gy: …``.
+
+    The order of the first ones stays. Findings are equal if severity, text and remedy are.
+    """
     columns: dict[tuple[str, str, str], list[str]] = {}
     first: dict[tuple[str, str, str], Finding] = {}
     for one in findings:
@@ -91,7 +94,12 @@ def merged(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
-    """Iterator over findings about the time stamps of a recording whose sampling rate is `rate`, Hz."""
+    """Iterator over findings about the time stamps of a recording whose sampling rate is `rate`, Hz.
+
+    Empty for regular stamps.
+
+    Covered are rate, guessed unit, jumps, wraps, seams (at most 3), repeats, disorder, jitter over 5 %, drift and gaps.
+    """
     if abs(stamps.rate / rate - 1) > max(1e-3, 3 * stamps.resolution * stamps.rate / stamps.n):
         yield Finding(
             "rate",
@@ -195,7 +203,10 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
 
 
 def _jump_findings(stamps: Stamps) -> Iterator[Finding]:
-    """Iterator over a `Finding` about jumps of time that split the record; empty for a record of one segment."""
+    """Iterator over one `Finding` about jumps of time that split the record; empty for a record of one segment.
+
+    At most four segments are named.
+    """
     if len(stamps.pieces) < 2:
         return
     first, end = stamps.rows

@@ -25,7 +25,10 @@ MEDIAN_SAMPLES = 100_000
 
 
 def mean_acceleration(axes: list[NDArray[Any]]) -> float:
-    """Magnitude (float) of the vector of the medians of three columns, in their unit."""
+    """Magnitude (float) of the vector of the medians of three columns, in their unit.
+
+    NaN samples are ignored; long columns are thinned to about 100 000 samples.
+    """
     middle = [
         float(np.nanmedian(x[:: max(1, x.size // MEDIAN_SAMPLES)].astype(np.float64))) for x in axes
     ]

@@ -42,12 +42,16 @@ class Locked:
 
 
 def locked_of(x: NDArray[np.floating | np.integer]) -> Locked | None:
-    """`Locked` if at least 95 % of the samples have the same code, else None.
+    """`Locked` (share, step, limit of the standard deviation) if at least 95 % of the samples have one code; else None.
 
     None also for more than 16 different values, if the nearest other value is a fill value, or if fewer than 5 samples
-    leave the code. Noise with a standard deviation σ and a mean m within the code leaves it upwards with probability
-    Q((½ − m)/σ) and downwards with Q((½ + m)/σ), in steps. The sum of the two normal quantiles is 1/σ for any mean, so
-    the upper limits of both shares give the upper limit of σ.
+    leave the code.
+
+    Notes
+    -----
+    Noise with a standard deviation σ and a mean m within the code leaves it upwards with probability Q((½ − m)/σ) and
+    downwards with Q((½ + m)/σ), in steps. The sum of the two normal quantiles is 1/σ for any mean. So the upper limits
+    (97.5 %) of both shares give the upper limit of σ.
     """
     if np.unique(x[:FIRST_SAMPLES]).size > MAX_CODES:
         return None

@@ -208,7 +208,10 @@ class Recording(Record):
         return other
 
     def in_units(self, units: Mapping[str, str]) -> Recording:
-        """Recording whose columns have the units in `units` (column name to unit); samples are not converted."""
+        """Recording whose columns have the units in `units` (column name to unit); samples are not converted.
+
+        Other columns keep their unit. Raises `InputError` for an unknown unit.
+        """
         declared_units = [units.get(c, u) for c, u in zip(self.columns, self.units, strict=True)]
         return self._with(
             units=tuple(rate_unit(text, self.quantity).name for text in declared_units)
@@ -268,7 +271,7 @@ class Recording(Record):
 
     @property
     def audit(self) -> list[Finding]:
-        """List of `Finding` about the data; computed at the first access. Nothing is repaired."""
+        """New list of `Finding` about the data; computed at the first access and cached. Nothing is repaired."""
         if self._audit is None:
             from allanite.recording.audit import audit
 
@@ -277,7 +280,7 @@ class Recording(Record):
 
     @property
     def measured(self) -> Recording:
-        """Recording of what the sensor measured: no-data markers become NaN, and repeated samples are removed.
+        """Recording of what the sensor measured: no-data markers become NaN, and repeated samples are removed. Cached.
 
         A recording without markers and repeats is returned itself. Every fit uses these samples, and the audit reports
         the changes.
@@ -296,7 +299,10 @@ class Recording(Record):
         return np.arange(self.n) / self.rate if self.times is None else self.times
 
     def with_samples(self, samples: NDArray[Any]) -> Recording:
-        """Recording whose samples are replaced by `samples` of the same shape."""
+        """Recording whose samples are replaced by `samples` of the same shape, which become read-only.
+
+        Nothing is checked.
+        """
         return self._with(samples=read_only(samples))
 
     def with_rows(self, rows: NDArray[np.bool_], rate: float) -> Recording:
@@ -320,7 +326,10 @@ class Recording(Record):
         return self._with_columns([find_column(name, self.columns)])
 
     def __getitem__(self, columns: str | int | Sequence[str | int]) -> Recording:
-        """``recording["gyro_x"]`` is `column`; ``recording[["gyro_x", "gyro_y"]]`` has several, in that order."""
+        """Recording of one column, ``recording["gyro_x"]``, or of several, ``recording[["gyro_x", "gyro_y"]]``.
+
+        The columns are in the order of the names. Raises `InputError` for an unknown column and for an empty list.
+        """
         names = (columns,) if isinstance(columns, (str, int)) else columns
         if not names:
             raise InputError(f"no column is named: there are {', '.join(self.columns)}")
@@ -355,7 +364,10 @@ class Recording(Record):
         return self._rows(slice(first, last))
 
     def quiet(self) -> Recording:
-        """`Recording` of the longest segment at rest. Raises `TooShortError` if no segment is quiet."""
+        """`Recording` of the longest segment at rest, with a finding.
+
+        Raises `TooShortError` if no segment is quiet, and `InputError` without inertial sensors.
+        """
         from allanite.recording.at_rest import quiet_segment
 
         return quiet_segment(self)
@@ -380,10 +392,9 @@ class Recording(Record):
     def decimate(self, k: int) -> Recording:
         """Recording at 1/k of the rate: averages of `k` rates, sums of k increments, or every k-th angle.
 
-        Covariates are averaged.
-
-        Averaging keeps the white level N; skipping samples would raise it by √k. If samples are missing, the present
-        ones are averaged if they are at least half; otherwise the average is missing.
+        Covariates are averaged. Averaging keeps the white level N; skipping samples would raise it by √k. A group that
+        lacks more than half of its samples is NaN; in others, the present ones are averaged. Raises `InputError` unless
+        1 ≤ k ≤ n.
         """
         if k < 1 or k > self.n:
             raise InputError(
@@ -426,6 +437,11 @@ class Recording(Record):
         ndarray of shape (n,), or (n − 1,) for angles
             int64 of integer rates, else float64; increments are divided by the sampling interval,
             angles are differenced.
+
+        Raises
+        ------
+        InputError
+            The recording has several columns.
         """
         if len(self.columns) != 1:
             raise InputError(
@@ -514,7 +530,7 @@ def _unit_names(unit: Any) -> tuple[str, ...]:
 
 
 def _restore(state: dict[str, Any]) -> Recording:
-    """`Recording` from the dict of fields that `Recording.__reduce__` pickled."""
+    """`Recording` from the dict of fields that `Recording.__reduce__` pickled. Makes the arrays of the dict read-only."""
     recording = object.__new__(Recording)
     state = with_aligned_arrays(state)
     state = {"epoch": None, "times": None, **state}

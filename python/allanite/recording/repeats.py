@@ -50,7 +50,7 @@ class Polling:
 
     @property
     def ratio(self) -> float:
-        """Rate of the sensor divided by the rate of the log."""
+        """Rate of the sensor divided by the rate of the log; below 1."""
         return float(np.mean(self.kept))
 
 

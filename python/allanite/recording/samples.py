@@ -24,7 +24,7 @@ def private_array(samples: object, columns: Sequence[str] | None = None) -> NDAr
     """Samples as a numeric array of one or two dimensions that no other code can change; booleans become 0 and 1.
 
     A writeable array is copied. Raises `InputError` for other values and infinities, and `TooShortError` without
-    samples.
+    samples or if all are NaN.
     """
     array = np.asarray(samples)
     if array.dtype.kind == "b":
@@ -77,7 +77,10 @@ def _infinity_text(
 
 
 def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[str, ...]:
-    """Tuple of the names of the columns of an array, unique and printable; by default x, or x0, x1, …."""
+    """Tuple of the names of the columns of an array, unique and printable; by default x, or x0, x1, ….
+
+    Raises `InputError` for another number of names than columns.
+    """
     k = 1 if array.ndim == 1 else array.shape[1]
     if columns is None:
         return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
@@ -150,7 +153,7 @@ def find_column(name: str | int, columns: Sequence[str]) -> int:
 
 
 def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
-    """Means of groups of k consecutive rows, shape (n // k, …); the rest of the rows is omitted.
+    """Means of groups of k consecutive rows, shape (n // k, …); up to k − 1 last rows are omitted.
 
     Missing samples are ignored; a group that lacks more than half of its samples is NaN.
     """

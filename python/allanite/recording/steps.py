@@ -65,10 +65,10 @@ def usual_step(steps: NDArray[np.float64]) -> float:
 
 
 def _mean_of_rounded_steps(steps: NDArray[np.float64], middle: float) -> float:
-    """Mean step of regular stamps rounded about as coarsely as their interval (1, 2, 2, 1, … ms), else 0.
+    """Mean step of regular stamps rounded about as coarsely as their interval (1, 2, 2, 1, … ms); 0 for other stamps.
 
     The sum of such steps stays within one step of a straight line. With randomly missing samples the sum would stray
-    farther.
+    farther. 0 also for fewer than 200 steps.
     """
     length = 200
     if steps.size < length:
@@ -162,7 +162,10 @@ class Steps:
         self.counts[rows] = self.times[rows] = 0.0
 
     def _undo_wraps(self) -> None:
-        """Undo the wraps of a counter in `clean`, and set `wrap` and `wraps`."""
+        """Add the span of a counter to its wraps in `clean`, and set `wrap` (the span) and `wraps` (rows).
+
+        Nothing changes if no usual span, such as 2¹⁶ or a day, fits.
+        """
         back = np.flatnonzero(self.raw < -20 * self.usual)
         if back.size == 0:
             return
@@ -215,7 +218,7 @@ class Steps:
     def _disorder_around(self, i: int) -> tuple[int, int] | None:
         """Tuple (first, end) of the shortest run of steps around step i over which time advances as usual, or None.
 
-        The run has at most 16 steps; `end` is exclusive.
+        The run has at most 16 steps; `end` is exclusive. None means a seam.
         """
         low = max(i - MAX_DISORDER_ROWS, 0)
         sums = np.concatenate(([0.0], np.cumsum(self.clean[low : i + MAX_DISORDER_ROWS])))
@@ -233,7 +236,10 @@ class Steps:
         return int(starts[row]), int(ends[column])
 
     def _require_constant_interval(self) -> None:
-        """Raise `InputError` if the interval of the stamps changes permanently, as in two joined recordings."""
+        """Raise `InputError` if the interval of the stamps changes permanently by over 30 %, as in two joined recordings.
+
+        Nothing is tested below 1600 steps.
+        """
         blocks = 16
         length = self.clean.size // blocks
         if length < 100:

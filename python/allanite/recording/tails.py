@@ -148,7 +148,7 @@ def tail_of(
 
 
 def outlier_limit(magnitudes: NDArray[np.float64], probability: float, step: float = 0.0) -> float:
-    """Magnitude (float) above which a value is an outlier: the smallest limit of several tail fits.
+    """Magnitude (float) above which a value is an outlier: the smallest limit of several tail fits, plus half a `step`.
 
     Infinite if no law can be fitted.
 
@@ -158,7 +158,7 @@ def outlier_limit(magnitudes: NDArray[np.float64], probability: float, step: flo
     probability : float
         Probability that one value of pure noise exceeds the limit.
     step : float
-        Step of rounded values; each value is then spread at random over one step.
+        Step of rounded values; each value is then spread at random (seed 0) over one step.
     """
     if step > 0.0:
         spread = np.random.default_rng(0).uniform(-0.5 * step, 0.5 * step, magnitudes.size)

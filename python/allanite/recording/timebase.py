@@ -240,7 +240,7 @@ def segments_between_gaps(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[in
 
 
 def _index_of_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> int:
-    """Index of the segment with the number `piece`, counted from 1; by default of the longest segment.
+    """Index, from 0, of the segment with the number `piece`, counted from 1; by default of the longest segment.
 
     Raises `InputError` for an unknown number.
     """
@@ -257,7 +257,7 @@ def _index_of_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) ->
 def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]:
     """Rows of `array` in the segment used, with rows of NaN in place of missing samples.
 
-    The result is in double precision if samples are missing; otherwise it is the array or a view of it.
+    The result is a new array in double precision if samples are missing; otherwise it is the array or a view of it.
     """
     first, end = stamps.rows
     if end - first < len(array):

@@ -25,6 +25,9 @@ MAX_SECONDS = 60.0
 def turns_of(rates: NDArray[np.float64], rate: float) -> list[tuple[float, float, float]]:
     """List of (start in s, end in s, angle in degrees) of each turn in the samples of a gyroscope, sorted by start.
 
+    A turn lasts 3 to 60 s, reaches at least 10°, and exceeds 1 deg/s and six times the noise of averages of 1 s. Empty
+    for fewer than six averages.
+
     Parameters
     ----------
     rates : ndarray of shape (n,)

@@ -24,7 +24,10 @@ class Margin(Percent):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Percentage of zero or more as a float: 5.0 for ``5%`` or ``5``."""
+        """Percentage of zero or more as a float: 5.0 for ``5%`` or ``5``.
+
+        Other texts end the command with a usage error.
+        """
         if str(value).strip().removesuffix("%").strip() in ("0", "0.0"):
             return 0.0
         return super().convert(value, param, ctx)
@@ -124,7 +127,7 @@ def command(
 
 
 def _csv(found: Sequence[Acceptance], log: str, serial: str, date: str) -> str:
-    """CSV text with a header and one row per axis and figure."""
+    """CSV text with a header and one row per axis and figure; numbers have six digits, missing ones are empty."""
     import csv
     import io
 

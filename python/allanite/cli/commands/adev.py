@@ -151,7 +151,10 @@ class _Drawing:
 
 
 def _is_read_in_chunks(log: str, taus: str, options: LogOptions) -> bool:
-    """True if the log is read in chunks: standard input or a large file, and no option needs all samples."""
+    """True if the log is read in chunks: standard input, or a text or NPY file larger than the memory budget.
+
+    False if --trim, --decimate, --piece or another grid of τ than octaves and points per decade is given.
+    """
     from allanite.cli.stream import is_too_large
 
     simple = options.trim is None and options.decimate is None and options.piece is None
@@ -207,7 +210,10 @@ class _Measured:
         return f"{r.path or 'recording'} · {r.columns[0]} · {what}\n{self.deviation}"
 
     def plot(self) -> Figure:
-        """Figure of the deviation over τ, with its interval if there is one."""
+        """Figure of the deviation over τ, with its interval if there is one.
+
+        A dimensionless one has the title and axes of a clock's stability.
+        """
         from allanite.plots import plot_deviation, plot_stability
 
         recording = cast("Recording", self.recording)

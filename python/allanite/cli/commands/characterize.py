@@ -215,8 +215,8 @@ def _working_recordings(
 ) -> list[Recording]:
     """List of the recordings of the --working log; empty without this option.
 
-    The log is read with the same options except --trim; motion is allowed. Raises `InputError` if the log does not fit
-    the log at rest.
+    The log is read with the same options except --trim; motion is allowed. Raises `InputError` if its columns do not
+    fit the recordings `rest`.
     """
     from dataclasses import replace
 
@@ -270,7 +270,10 @@ def _check_output_options(
 
 
 def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
-    """Raise `InputError` if the target cannot hold these columns, for instance without units."""
+    """Raise `InputError` if the target cannot hold these columns, for instance without units.
+
+    It is tested by exporting a simple model; nothing is written.
+    """
     from allanite.common.errors import InputError
     from allanite.common.units import FREQUENCY, parse_unit
     from allanite.effects.files import model_to_dict, parse_model

@@ -108,10 +108,7 @@ def _is_table(item: str) -> bool:
 
 
 def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
-    """List of `NamedModel` of the sheet for the kinds of sensor in these columns.
-
-    It is empty if the sheet has no noise density.
-    """
+    """List of `NamedModel` of the sheet for the kinds of sensor in these columns; empty if the sheet makes no model."""
     from allanite.cli.models import models_of
     from allanite.common.errors import InputError
     from allanite.common.units import parse_unit
@@ -164,7 +161,7 @@ def _datasheet_comparisons(columns: list[Any], datasheet: str, model: str) -> li
 
 
 def _has_figures(sheet: Any, column: Any) -> bool:
-    """True if the data sheet has figures for the kind of sensor of this column."""
+    """True if the data sheet has figures for the kind of sensor of this column; False for an unknown unit."""
     from allanite.common.errors import InputError
     from allanite.common.units import parse_unit
 

@@ -29,7 +29,7 @@ class Percent(click.types.FloatParamType):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Positive percentage as a float: 5.0 for ``5%`` or ``5``."""
+        """Positive percentage as a float: 5.0 for ``5%`` or ``5``. Other texts end the command with a usage error."""
         text = str(value).strip().removesuffix("%").strip()
         try:
             number = float(text)

@@ -123,7 +123,10 @@ def command(
 
 
 def _effect_to_find(text: str, unit: str | None) -> Effect | str:
-    """Effect of --find, with coefficients for samples in the unit of the model; a file name is returned unchanged."""
+    """Effect of --find, with coefficients for samples in the unit of the model; a file name is returned unchanged.
+
+    Raises `InputError` unless the text is one effect, or if only the effect has a unit.
+    """
     from allanite.common.errors import InputError
     from allanite.effects.strings import parse_with_units
     from allanite.sources import is_source_file
@@ -141,7 +144,7 @@ def _effect_to_find(text: str, unit: str | None) -> Effect | str:
 
 
 def _effect_pair(text: str) -> tuple[str, str]:
-    """Tuple of the two effect names in a text such as ``GM,K``."""
+    """Tuple of the two effect names in a text such as ``GM,K``. Raises `InputError` for any other text."""
     from allanite.common.errors import InputError
 
     first, comma, second = (part.strip() for part in text.partition(","))
@@ -151,7 +154,10 @@ def _effect_pair(text: str) -> tuple[str, str]:
 
 
 def _fraction_of(text: str) -> float:
-    """Fraction as a float from a text: 0.1 from ``10%`` or ``0.1``; raises `InputError` for 1 or more without %."""
+    """Fraction as a float from a text: 0.1 from ``10%`` or ``0.1``.
+
+    Raises `InputError` for other text, and for 1 or more without %.
+    """
     from allanite.common.errors import InputError
 
     try:

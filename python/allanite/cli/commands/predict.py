@@ -128,7 +128,8 @@ def _models(
 ) -> Iterator[tuple[str, Any, str, float, Recording | None]]:
     """Yield (name, model, unit, rate in Hz, recording) of each column; the recording is None without a log.
 
-    Effects that were not detected have their expected size; with `overbound`, all effects have their upper limit.
+    Effects that were not detected have their expected size; with `overbound`, all effects have their upper limit. With
+    a log, a model without values is fitted first. Raises `InputError` if the unit or rate is missing.
     """
     from allanite.cli.models import model_for_column, models_of
     from allanite.cli.options import columns_of
@@ -166,7 +167,7 @@ def _models(
 
 
 def _prediction_times(last: float, rate: float) -> list[float]:
-    """List of times in s at 1, 2 and 5 of each decade, from `last`/1000 (or one sample) to `last`."""
+    """List of times in s at 1, 2 and 5 of each decade, ascending, from `last`/1000 (or one sample) to exactly `last`."""
     import math
 
     first = max(last / 1000.0, 1.0 / rate)

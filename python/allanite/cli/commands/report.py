@@ -88,7 +88,10 @@ def command(
 
 
 def _report_path(log: str, output: str | None) -> Path:
-    """Path of the report: that of --output, or ``LOG-report.html`` in the current folder."""
+    """Path of the report: that of --output, or ``LOG-report.html`` in the current folder.
+
+    ``report.html`` for standard input.
+    """
     if output is not None:
         return Path(output)
     return Path(

@@ -146,7 +146,11 @@ def _simulate_all_axes(
     seed: int,
     log: str | None,
 ) -> Recording:
-    """Simulated `Recording` of every axis in a file of characterize; prints the effects that are not simulated."""
+    """Simulated `Recording` of every axis in a file of characterize; prints the effects that are not simulated.
+
+    The logged columns of `log` drive the effects, and give length and rate by default. Raises `InputError` for another
+    file, or a log without such columns.
+    """
     from allanite.axes.twin import twin
     from allanite.common.documents import json_of
     from allanite.common.errors import InputError

@@ -117,7 +117,10 @@ def _phase_and_corrections(
 
 
 def _print_three_cornered_hat(logs: tuple[str, ...], options: LogOptions) -> None:
-    """Print the Allan deviation of each clock of one log, as a table or with --json as JSON."""
+    """Print the Allan deviation of each clock of one log, as a table or with --json as JSON.
+
+    Raises `InputError` for several logs.
+    """
     from allanite.cli import output
     from allanite.cli.options import recording_of
     from allanite.clocks import three_cornered_hat

@@ -107,9 +107,9 @@ def command(
 
 
 def _output_unit_and_factor(unit: str, requested: str | None) -> tuple[str, float]:
-    """Tuple (unit of the results, factor that converts the samples to this unit).
+    """Tuple (unit of the results, factor that converts the samples to this unit); factor 1 if no other unit is requested.
 
-    Raises `InputError` for units other than lengths and times.
+    Raises `InputError` unless both are lengths or both are times.
     """
     from allanite.common.errors import InputError
 

@@ -35,7 +35,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     EK3 uses the variances (dt·σ)², and (dt²·σ)² for delta biases.
 
-    Comments are on their own lines, because ground stations only accept lines with two words.
+    Comments are on their own lines, because ground stations only accept lines with two words. Each number is the
+    largest of the axes of its sensor.
     """
     fs = rate or FILTER_RATE
     convention = (

@@ -23,7 +23,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     Basalt multiplies N by √rate to get the standard deviation of a sample.
 
     ``dicrete_time_gyro_noise_std`` is std·√imu_update_rate, and a random walk over dt has the variance std²·dt
-    (basalt/calibration/calibration.hpp, basalt/linearization/imu_block.hpp).
+    (basalt/calibration/calibration.hpp, basalt/linearization/imu_block.hpp). Raises `InputError` unless both sensors
+    and one sampling rate are known.
     """
     update = rate_of(axes, rate, "basalt")
     check_both_sensors(axes, "basalt")

@@ -24,7 +24,8 @@ ROWS = (
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of the file with N, K and the sampling rate.
 
-    cuvslam.h refers to Kalibr's noise model for the units.
+    cuvslam.h refers to Kalibr's noise model for the units. Each number is the largest of the axes of its sensor. Raises
+    `InputError` unless both sensors and one sampling rate are known.
     """
     check_both_sensors(axes, "cuvslam")
     fs = rate_of(axes, rate, "cuvslam")

@@ -23,7 +23,8 @@ ROWS = (
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of the file with N and K.
 
-    GTSAM's preintegration squares N. The bias changes by K·√Δt between frames (IMUUtils.cpp, fcc306b).
+    GTSAM's preintegration squares N. The bias changes by K·√Δt between frames (IMUUtils.cpp, fcc306b). Each number is
+    the largest of the axes of its sensor. Raises `InputError` unless both sensors are given.
     """
     check_both_sensors(axes, "dmvio")
     convention = (

@@ -22,7 +22,10 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the file with N²·rate and K²·rate, because the filter adds dt²·Q per sample."""
+    """Text of the file with N²·rate and K²·rate, because the filter adds dt²·Q per sample.
+
+    Each number is the largest of the axes of its sensor. Raises `InputError` without one sampling rate.
+    """
     fs = rate_of(axes, rate, "fastlio")
     convention = (
         f"FAST-LIO2 (copy below mapping:): variances per sample at {fs:g} Hz, N^2*rate and K^2*rate.",

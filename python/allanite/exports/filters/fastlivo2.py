@@ -24,7 +24,8 @@ ROWS = (
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of the file with N²·rate and K²·rate.
 
-    IMU_Processing.cpp (107acae) multiplies both by dt² at each sample.
+    IMU_Processing.cpp (107acae) multiplies both by dt² at each sample. Each number is the largest of the axes of its
+    sensor. Raises `InputError` without one sampling rate.
     """
     fs = rate_of(axes, rate, "fastlivo2")
     convention = (

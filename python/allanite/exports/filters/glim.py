@@ -25,7 +25,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     imu_integration.cpp squares N.
 
-    odometry_estimation_imu.cpp (koide3 d1c23be) uses one number for all six biases. It is the larger one of both sensors.
+    odometry_estimation_imu.cpp (koide3 d1c23be) uses one number for all six biases. It is the larger one of both
+    sensors. Raises `InputError` unless both sensors are given.
     """
     check_both_sensors(axes, "glim")
     scans = rate or SCAN_RATE

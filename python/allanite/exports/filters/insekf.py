@@ -24,7 +24,8 @@ SENSORS = (("Gyroscope", "rad/s"), ("Accelerometer", "m/s^2"))
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of a MATLAB script: K² as process noise of the bias states, N²·rate as measurement noise.
 
-    A prediction of insEKF over dt adds dt·AdditiveProcessNoise. The measurement noise is the variance of a sample.
+    A prediction of insEKF over dt adds dt·AdditiveProcessNoise. The measurement noise is the variance of a sample. Each
+    of x, y and z has its own numbers. Raises `InputError` without one sampling rate.
     """
     fs = rate_of(axes, rate, "insekf")
     sensors = [choose_all(own, overbound=overbound) for own in split(axes)]

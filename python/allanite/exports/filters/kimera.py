@@ -20,8 +20,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     ImuFrontend.cpp squares the densities for GTSAM (MIT-SPARK 293b4ff).
 
-    The file selects preintegration type 1. The combined factor (type 0) adds the identity to the covariance of the bias,
-    and no parameter changes this.
+    The file selects preintegration type 1. The combined factor (type 0) adds the identity to the covariance of the
+    bias, and no parameter changes this. Each number is the largest of the axes of its sensor. Raises `InputError`
+    unless both sensors and one sampling rate are known.
     """
     update = rate_of(axes, rate, "kimera")
     check_both_sensors(axes, "kimera")

@@ -23,7 +23,8 @@ ROWS = (
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of the file with N and K.
 
-    GTSAM's preintegration squares N. LIO-SAM multiplies K by √Δt between key frames.
+    GTSAM's preintegration squares N. LIO-SAM multiplies K by √Δt between key frames. Each number is the largest of the
+    axes of its sensor.
     """
     convention = (
         "LIO-SAM (copy below lio_sam:): continuous-time, two-sided densities. LIO-SAM squares them itself.",

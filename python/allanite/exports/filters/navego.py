@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of a MATLAB script: N, and density, correlation time and standard deviation of the bias, as fields in SI units.
 
-    ins_gnss.m squares arw, vrw, gb_psd and ab_psd for the continuous Q; F_update.m has -1/corr for the biases (017fd29).
-    The lines must come after `imu_si_errors`, which computes gb_psd without the factor √2 of a Gauss-Markov process.
+    ins_gnss.m squares arw, vrw, gb_psd and ab_psd for the continuous Q; F_update.m has -1/corr for the biases
+    (017fd29). The lines must come after `imu_si_errors`, which computes gb_psd without the factor √2 of a Gauss-Markov
+    process. Each of x, y and z has its own numbers. Raises `InputError` unless both sensors are given.
     """
     check_both_sensors(axes, "navego")
     convention = [

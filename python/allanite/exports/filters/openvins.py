@@ -29,8 +29,10 @@ MATRICES = {
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of the file that ``relative_config_imu`` names: YAML 1.0 of OpenCV, with all keys below ``imu0``.
 
-    The loader also reads the rotation ``T_i_b``, ``model`` and the calibration matrices (ov_core/utils/opencv_yaml_parse.h,
-    ov_msckf/core/VioManagerOptions.h). The file sets them to the identity.
+    The loader also reads the rotation ``T_i_b``, ``model`` and the calibration matrices
+    (ov_core/utils/opencv_yaml_parse.h, ov_msckf/core/VioManagerOptions.h). The file sets them to the identity. Each
+    number is the largest of the axes of its sensor. Raises `InputError` unless both sensors and one sampling rate are
+    known.
     """
     update = rate_of(axes, rate, "openvins")
     check_both_sensors(axes, "openvins")

@@ -29,7 +29,8 @@ SENSORS = (
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of a MATLAB script: N in °/√h and µg/√Hz, σ of the Gauss-Markov bias in °/h and µg, and its correlation time.
 
-    `imuerrset` of PSINS uses these units.
+    `imuerrset` of PSINS uses these units. Each of x, y and z has its own numbers. Raises `InputError` unless both
+    sensors are given.
     """
     check_both_sensors(axes, "psins")
     pairs = []

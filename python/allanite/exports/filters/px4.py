@@ -38,20 +38,26 @@ ROWS = (
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text with commands of PX4's shell that set N/√dt and K/√dt, with the step dt of the filter.
 
-    The filter uses the variances (dt·σ)².
+    The filter uses the variances (dt·σ)². Each number is the largest of the axes of its sensor.
     """
     form = "param set {key} {value:.6e}  {note}"
     return _file(axes, rate, form, overbound=overbound)
 
 
 def render_tabs(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text for QGroundControl, one line per parameter: system, component, name, value and type, separated by tabs."""
+    """Text for QGroundControl, one line per parameter: system, component, name, value and type, separated by tabs.
+
+    Each number is the largest of the axes of its sensor.
+    """
     form = f"{{note}}\n1\t1\t{{key}}\t{{value:.9g}}\t{REAL32}"
     return _file(axes, rate, form, overbound=overbound)
 
 
 def _file(axes: Sequence[Axis], rate: float | None, form: str, *, overbound: bool) -> str:
-    """Text of a file whose lines have this format."""
+    """Text of a file whose lines have the format `form`: N/√dt, K/√dt and the bias at switch-on.
+
+    The step dt is that of the filter, 1/`rate` or 0.01 s.
+    """
     fs = rate or FILTER_RATE
     convention = (
         f"PX4 EKF2: standard deviations per step of the filter, N*sqrt(rate) and K*sqrt(rate), here at {fs:g} Hz. The rate",

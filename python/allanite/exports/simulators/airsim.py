@@ -27,7 +27,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     The simulator adds N/√dt to a sample and BiasStability/√Tau·√dt to the bias.
 
-    Its ``VelocityRandomWalk`` is in mg (per √Hz), ``AngularRandomWalk`` in °/√h.
+    Its ``VelocityRandomWalk`` is in mg (per √Hz), ``AngularRandomWalk`` in °/√h. Each number is the largest of the axes
+    of its sensor.
     """
     gyro, accel = (choose_all(own, overbound=overbound, simulator=True) for own in split(axes))
     convention = (

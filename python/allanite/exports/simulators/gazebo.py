@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of the sensors in SDF.
 
-    ``stddev`` is N·√rate. ``dynamic_bias_stddev`` is the density q_c of the noise that drives the bias, not σ of the bias.
+    ``stddev`` is N·√rate. ``dynamic_bias_stddev`` is the density q_c of the noise that drives the bias, not σ of the
+    bias. Each of x, y and z has its own numbers. Raises `InputError` without one sampling rate.
     """
     fs = rate_of(axes, rate, "gazebo")
     pairs = []

@@ -26,7 +26,10 @@ SENSORS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Text of a Python file: N in °/√h and m/s/√h; σ and correlation time of the Gauss-Markov bias, which starts at 0."""
+    """Text of a Python file: N in °/√h and m/s/√h; σ and correlation time of the Gauss-Markov bias, which starts at 0.
+
+    Each of x, y and z has its own numbers.
+    """
     pairs = []
     convention = [
         "gnss-ins-sim: continuous-time, two-sided densities. b_stability is sigma of a Gauss-Markov bias, b_corr is its",

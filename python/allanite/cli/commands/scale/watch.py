@@ -161,7 +161,7 @@ class _MotionWarning:
         self.samples: list[Any] = []
 
     def add(self, samples: Any) -> None:
-        """Add samples; once the first minute is complete, test it for motion."""
+        """Add samples; once the first minute is complete, test it for motion. Later samples are ignored."""
         if self.left:
             self.samples.append(samples[: self.left])
             self.left -= len(self.samples[-1])
@@ -169,7 +169,7 @@ class _MotionWarning:
                 self.finish()
 
     def finish(self) -> None:
-        """Test the samples so far for motion, print a warning if there is any, and drop them."""
+        """Test the samples of the first minute so far for motion, print a warning if there is any, and drop them."""
         import numpy as np
 
         from allanite.common.plain import plain
@@ -222,7 +222,7 @@ class _WatchOutput:
 
 
 def _exit_by_signal(stop: Stop) -> None:
-    """Raise `KeyboardInterrupt` after SIGINT and `SystemExit` after SIGTERM; return without a signal."""
+    """Raise `KeyboardInterrupt` after SIGINT and `SystemExit` (128 + signal) after SIGTERM; return without a signal."""
     import signal
 
     if stop.signal == signal.SIGINT:
