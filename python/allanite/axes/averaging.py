@@ -64,7 +64,7 @@ class Averaged:
 
 
 def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> tuple[Averaged, ...]:
-    """Tuple of `Averaged`, one for each axis that several sensors measured.
+    """Tuple of `Averaged`, one for each axis that several sensors measured; often empty.
 
     The column names of an axis differ only in the number of the sensor, and the models of these columns have an N. Axes
     for which `_average_of` returns None are omitted.
@@ -87,9 +87,9 @@ def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> t
 def _average_of(
     recording: Recording, names: Sequence[str], studies: Mapping[str, Study]
 ) -> Averaged | None:
-    """`Averaged` of the named columns with weights proportional to 1/N².
+    """`Averaged` of the named columns with weights proportional to 1/N²; its τ are 1, 10, 100, … samples.
 
-    None if an N is 0, the samples are angles, or the record has fewer than `MIN_AVERAGES` samples.
+    None if an N is 0, the samples are angles, or the record has fewer than 50 samples.
     """
     noise = np.array([float(studies[name].fit["N"]) for name in names])
     most = recording.n // MIN_AVERAGES

@@ -147,7 +147,10 @@ class Characterization:
 
     @cached_property
     def averages(self) -> tuple[Averaged, ...]:
-        """Tuple of `Averaged`, one for each axis that several sensors measured: weights and gain in Allan deviation."""
+        """Tuple of `Averaged`, one for each axis that several sensors measured: weights and gain in Allan deviation.
+
+        Often empty; cached.
+        """
         return averaged(self.recordings, self.studies)
 
     @property
@@ -172,7 +175,10 @@ class Characterization:
         }
 
     def save(self, path: str | Path) -> None:
-        """Write `to_dict` as JSON to `path`, which `allanite simulate`, `export`, `compare` and `predict` read back."""
+        """Write `to_dict` as JSON to `path`, which `allanite simulate`, `export`, `compare` and `predict` read back.
+
+        An existing file is replaced.
+        """
         import json
 
         text = json.dumps(self.to_dict(), indent=1, ensure_ascii=False)

@@ -87,7 +87,7 @@ class CrossSpectrum:
 
     @property
     def significant(self) -> tuple[CrossBand, ...]:
-        """Tuple of `CrossBand`: significant bands, most coherent first."""
+        """Tuple of `CrossBand`: significant bands, most coherent first; empty if there are none."""
         return tuple(sorted((b for b in self.bands if b.significant), key=lambda b: -b.coherence))
 
     def to_dict(self) -> dict[str, Any]:
@@ -98,7 +98,8 @@ class CrossSpectrum:
 def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
     """Tuple of `CrossSpectrum`: coherence of the residuals of every pair of columns with the same length and rate.
 
-    Octaves that a stop band empties in either column are omitted.
+    Octaves that a stop band empties in either column are omitted. A band is significant if its p-value is below 0.01
+    divided by the number of all bands.
     """
     pairs = {}
     for a, b in combinations(fits, 2):
@@ -123,7 +124,10 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
 
 
 def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
-    """Complex array: real-input Fourier transform of the whitened residual of a fit, after its end samples are set to 0."""
+    """Complex array: real-input Fourier transform of the whitened residual of a fit.
+
+    Its samples at both ends are set to 0 first.
+    """
     white = whitened_ordinates(fit.solution, fit.data, fit.solution.level)
     samples = _kernels.inverse_cosine_transform(white)
     # Behind a deep stop band the ends of the transform stand out on every axis, which would look coherent.

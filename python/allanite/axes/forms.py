@@ -74,7 +74,10 @@ class Form:
 
     @property
     def agree(self) -> bool:
-        """True if no parameter differs significantly between the axes, at 5 % over all parameters together."""
+        """True if no parameter differs significantly between the axes, at 5 % over all parameters together (Bonferroni).
+
+        True without parameters.
+        """
         least = min((n.pooled.p_value for n in self.numbers), default=1.0)
         return least * len(self.numbers) >= DIFFERENCE_LEVEL
 
@@ -133,7 +136,10 @@ class _Axis:
         self.values = dict(zip(labels, fit.estimates, strict=True))
 
     def detects(self, label: str) -> bool:
-        """True if the model of the axis has the effect and, for a noise process, the fit detects its coefficient."""
+        """True if the model of the axis has the effect and, for a noise process, the fit detects its coefficient.
+
+        A coefficient without an estimate counts as detected.
+        """
         effect = self.effects.get(label)
         if not isinstance(effect, Stochastic):
             return effect is not None

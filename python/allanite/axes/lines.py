@@ -100,7 +100,7 @@ class _Occurrence:
 def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
     """Tuple of `CommonLine`: lines whose frequencies agree within their errors on several columns, lowest first.
 
-    Repetition rates count as lines.
+    Repetition rates count as lines. Empty without any.
     """
     return tuple(_common_line(group) for group in _groups(fits, _frequencies))
 
@@ -203,7 +203,7 @@ def _weighted_mean(group: list[_Occurrence]) -> tuple[float, float]:
 
 
 def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
-    """True if `line` agrees with the mean of a group, and the group has no occurrence of the same column."""
+    """True if `line` agrees with the weighted mean of a group, and the group has no occurrence of the same column."""
     if line.column in {s.column for s in group}:
         return False
     mean, error = _weighted_mean(group)
@@ -211,7 +211,7 @@ def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
 
 
 def _agree(one: _Occurrence, other: _Occurrence) -> bool:
-    """True if two frequencies or times differ by at most `MAX_DIFFERENCE` standard errors of the difference."""
+    """True if two frequencies or times differ by at most 3.3 standard errors of the difference."""
     return abs(one.value - other.value) <= MAX_DIFFERENCE * float(np.hypot(one.error, other.error))
 
 

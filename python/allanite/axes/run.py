@@ -123,7 +123,7 @@ def characterize(
 
 
 def _without_search_data(study: Study) -> Study:
-    """Copy of a study with the significant suggestions and the first `KEPT_SUGGESTIONS`. Saves memory.
+    """Copy of a study with only the significant suggestions and the first two. Saves memory.
 
     Side effect: the fits of all steps forget the data that only a search needs. A suggestion holds a fit, which is as
     large as the record.
@@ -146,10 +146,11 @@ def improve_columns(
     seconds: float | None = None,
     on_study: Callable[[Study], None] | None = None,
 ) -> list[Study | AllaniteError]:
-    """List with one entry per column: its study, or the exception that explains why there is none.
+    """List with one entry per column: its study, or the package error that explains why there is none.
 
-    `models` are the initial models of the columns. The other parameters are those of `characterize`. Columns are computed
-    in parallel and share `seconds`; `allanite.improve_columns` gives `seconds` to each column.
+    `models` are the initial models of the columns. The other parameters are those of `characterize`. Columns are
+    computed in parallel and share `seconds`; `allanite.improve_columns` gives `seconds` to each column. Errors of other
+    kinds are raised.
     """
     end = None
     if seconds is not None:

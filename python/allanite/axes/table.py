@@ -31,6 +31,8 @@ GAP = "  "
 def table(found: Characterization, width: int = 100, words: Mapping[str, str] = CALL) -> str:
     """Text of a characterization: a table for each sensor, what the axes have in common, and remarks.
 
+    Sections without sentences are left out.
+
     Parameters
     ----------
     found : Characterization

@@ -89,7 +89,9 @@ class TurnOn:
 def turn_on_biases(
     first: Sequence[Recording], others: Sequence[Sequence[Recording]]
 ) -> dict[str, TurnOn]:
-    """Dict from the name of each column of `first` that at least one other log has to its `TurnOn`, in the unit of `first`.
+    """Dict from column name to its `TurnOn`, for each column of `first` that another log has, too; in the unit of `first`.
+
+    Empty without other logs. Raises `InputError` if a column has another kind of unit there.
 
     Parameters
     ----------
@@ -156,7 +158,7 @@ def _best_temperature(
     """Tuple (name, share of the variance, residual deviation, slope) of the logged column that explains most of the means.
 
     The deviation has the unit of the means, the slope this unit per unit of the column. ("", 0, 0, 0) if no column is
-    significant, or if there are fewer than `MIN_LOGS_FOR_TEMPERATURE` logs.
+    significant (5 % over all columns), or if there are fewer than 4 logs.
     """
     from scipy.stats import linregress
 

@@ -83,8 +83,8 @@ def twin(
 ) -> Twin:
     """`Twin`: simulated recording of every axis of a saved characterization, and what the simulation lacks.
 
-    Each axis is simulated independently with the same seed. It has the mean of the measured axis, is rounded to its step
-    and clipped where the measured axis was. Filters, lines, drifts and steps are those of its model.
+    Each axis is simulated independently with the same seed. It has the mean of the measured axis, is rounded to its
+    step and clipped where the measured axis was. Filters, lines, drifts and steps are those of its model.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def twin(
     Raises
     ------
     InputError
-        No characterization, or a length that cannot be simulated.
+        No characterization, a length that cannot be simulated, or axes with different rates and no `rate`.
     """
     if document.get("schema") != "allanite/characterize/1":
         raise InputError(

@@ -117,7 +117,10 @@ def _agreement_text(number: Agreement, sensor: Sensor) -> str:
 
 
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:
-    """List of texts below a table: failed columns, warnings of the audit, inadequate models, alternative explanations."""
+    """List of texts below a table: failed columns, warnings of the audit, inadequate models, alternative explanations.
+
+    A column without a unit is a remark, too. An inadequate model has only its first failing range or doubt.
+    """
     out = [f"{name}: not characterized: {why}" for name, why in found.failed.items()]
     warned = merged(f for study in found.studies.values() for f in study.recording.audit)
     # A missing unit is no warning, since the column may be a clock's, but it is a remark.

@@ -179,6 +179,8 @@ def working_states(
 ) -> dict[str, Working]:
     """Dict from the name of each column of both logs to its `Working` (noise at work).
 
+    Columns of one log only are left out.
+
     Raises
     ------
     InputError
@@ -307,7 +309,8 @@ def _spectrum(log: Recording) -> tuple[Array, Array, int, float]:
 def _lines(f: Array, S: Array, nu: float, rate: float) -> tuple[tuple[Line, ...], Array]:
     """Tuple (lines of a spectrum, density in which the median of the neighboring frequencies replaces each line).
 
-    `nu` is the number of degrees of freedom of a density, `rate` the sampling rate in Hz.
+    `nu` is the number of degrees of freedom of a density, `rate` the sampling rate in Hz. Noise makes a line in one of
+    1000 spectra.
     """
     from scipy.ndimage import median_filter
     from scipy.stats import chi2
@@ -359,7 +362,8 @@ def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
 def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
     """Frequency in Hz below which the log shows motion; the lowest frequency of the spectrum if there is no motion.
 
-    It is the band with the minimum excess over the `quiet` density below 10 Hz, if lower bands are significantly above.
+    It is the start of the band with the minimum excess over the `quiet` density below 10 Hz, if lower bands exceed it
+    by four standard errors.
     """
     top = min(MAX_MOTION_FREQUENCY, f[-1] / 2.0)
     count = max(2, int(BANDS_PER_OCTAVE * np.log2(top / f[0])) + 1)

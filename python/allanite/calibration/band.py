@@ -58,13 +58,11 @@ class Curve:
 
 
 def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] = ()) -> Curve:
-    """`Curve` of a fitted law with its 95 % band at `POINTS` temperatures over the range of `temperature`, °C.
+    """`Curve` of a fitted law with its simultaneous 95 % band at 101 temperatures over the range of `temperature`, °C.
 
-    The band is simultaneous: with 95 % confidence it contains the law at all temperatures at once. Its half-width is
-    the root mean square deviation of random laws at each temperature, times the 95 % quantile of the largest ratio of a
-    random law's deviation to this value. The random laws are drawn from the joint distribution of coefficients, lags
-    and widths of hysteresis over all noise models that agree with the record (`fit.likelihood.marginal`). If several
-    forms have similar evidence, each contributes laws in proportion to its evidence.
+    With 95 % confidence, the band contains the law at all temperatures at once. Laws are drawn at random (seed 0) from
+    the joint distribution of coefficients, lags and widths. If several forms have similar evidence, each contributes
+    laws in proportion to its evidence. Without a law, the band has no width.
 
     Parameters
     ----------
@@ -73,6 +71,12 @@ def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] 
     temperature : ndarray, shape (n,)
     tried : sequence of Tried
         All forms that were fitted.
+
+    Notes
+    -----
+    The half-width is the root mean square deviation of random laws at each temperature, times the 95 % quantile of the
+    largest ratio of a random law's deviation to this value. The joint distribution covers all noise models that agree
+    with the record (`fit.likelihood.marginal`).
     """
     reference = float(temperature.mean())
     grid = np.linspace(float(temperature.min()), float(temperature.max()), POINTS)
@@ -145,7 +149,10 @@ def _coefficients_and_loop(fit: Fit) -> tuple[NDArray[np.float64], float]:
 
 
 def _random_laws(fit: Fit, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Random draws of the coefficients of T, T² and T³ from their posterior distribution, shape (count, 3)."""
+    """Random draws of the coefficients of T, T² and T³ from their posterior distribution, shape (count, 3).
+
+    0 without a law.
+    """
     solution = fit.solution
     places = _power_matrix(fit)
     if not places.any():

@@ -119,7 +119,8 @@ def tried_forms(
 ) -> tuple[Tried, ...]:
     """Tuple of `Tried`: fits of all forms with the same noise model; the constant form is first.
 
-    Omitted are forms whose hysteresis opposes the linear term.
+    Forms whose hysteresis opposes the linear term are omitted. Gains in logL and evidence are relative to the constant
+    form.
 
     Parameters
     ----------
@@ -174,7 +175,10 @@ def _with_best_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[De
 
 
 def with_near_best_evidence(tried: Sequence[Tried]) -> list[Tried]:
-    """List of the fitted forms whose log evidence is at most `MAX_RIVAL_LOG_EVIDENCE` nats below the highest."""
+    """List of the fitted forms whose log evidence is at most `MAX_RIVAL_LOG_EVIDENCE` nats below the highest.
+
+    Their order stays.
+    """
     top = max((one.log_evidence for one in tried), default=0.0)
     return [one for one in tried if one.log_evidence >= top - MAX_RIVAL_LOG_EVIDENCE]
 

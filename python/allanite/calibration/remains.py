@@ -39,8 +39,8 @@ MAX_SAMPLES = 1 << 20
 def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
     """`Loop`: mean bias while cooling minus bias while warming; None if no temperature was passed in both directions.
 
-    The difference is fitted together with a polynomial of the same power, without lag and hysteresis. The noise of the fit
-    weights the samples.
+    The difference is fitted together with a polynomial of the same power, at least linear, without lag and hysteresis.
+    The noise of the fit weights the samples.
     """
     both = runs.both_ways
     if both is None:
@@ -56,7 +56,7 @@ def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
 
 
 def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
-    """`NoiseLaw`: change of the white noise per °C, from the slope of ln(level) against temperature.
+    """`NoiseLaw`: change of the white noise in % per °C, from the slope of ln(level) against temperature.
 
     None if the level cannot be followed over time, or if the temperature is constant.
     """
@@ -124,7 +124,8 @@ def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
 def deviations_before_and_after(fit: Fit, runs: Runs) -> Remainder:
     """`Remainder`: Allan deviation of the samples before and after correction, at common averaging times.
 
-    Each run is evaluated separately. The variances are averaged, weighted by their numbers of samples.
+    Each run is evaluated separately. The variances are averaged, weighted by their numbers of samples. Times with fewer
+    than four averages in every run, or without a value, are omitted.
     """
     x = np.asarray(runs.recording.samples, dtype=float)
     left = x - law_signal(fit)
@@ -149,9 +150,9 @@ def deviations_before_and_after(fit: Fit, runs: Runs) -> Remainder:
 
 
 def error_growths(fit: Fit, runs: Runs) -> tuple[Growth, ...]:
-    """Tuple of one `Growth`: angle, velocity or phase error due to the random effects after `TIMES_AFTER_FIX`.
+    """Tuple of one `Growth`: angle, velocity or phase error due to the random effects after 1 min, 10 min and 1 h.
 
-    Empty for other sensors, or if the runs are shorter than all times.
+    Times longer than the runs are left out. Empty for other sensors, or if no time is left.
     """
     if parse_unit(fit.recording.unit).kind not in QUANTITIES:
         return ()

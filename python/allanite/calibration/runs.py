@@ -119,6 +119,8 @@ class Runs:
 def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tuple[str, ...]:
     """Tuple of the names of the temperature columns that all logs have; only `temperature` if it is given.
 
+    A single common column counts even if nothing shows that it is a temperature.
+
     Raises
     ------
     InputError
@@ -144,7 +146,9 @@ def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tu
 
 
 def join(columns: Sequence[Recording], thermometer: str) -> Runs:
-    """`Runs`: one axis of several logs, joined into one record.
+    """`Runs`: one axis of several logs, joined into one record, with the temperature in °C.
+
+    Missing temperatures are interpolated, and coarse steps of the thermometer are smoothed.
 
     Parameters
     ----------
@@ -156,7 +160,7 @@ def join(columns: Sequence[Recording], thermometer: str) -> Runs:
     Raises
     ------
     InputError
-        The sampling rates differ, or the temperature is missing at more than half of the samples.
+        The sampling rates differ by over 1 %, or the temperature is missing at more than half of the samples.
     TooShortError
         The temperature never changes.
     """

@@ -21,7 +21,10 @@ def thermal_table(found: ThermalCalibration) -> str:
 
 
 def _axis_lines(axis: AxisLaw) -> list[str]:
-    """List of texts: headline of one axis, then indented lines: coefficients, hysteresis, noise, offsets, deviations."""
+    """List of texts: headline of one axis, then indented lines: coefficients, hysteresis, noise, offsets, deviations.
+
+    Results that do not exist have no line.
+    """
     unit = printed(axis.unit)
     lines = [axis.headline]
     if axis.alternatives:

@@ -82,9 +82,10 @@ def render(found: ThermalCalibration, target: str) -> str:
 
 
 def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> list[_Triad]:
-    """List of `_Triad`: sensors of one kind in the order of the log.
+    """List of `_Triad`: sensors of one kind in the order of the log; empty without any.
 
-    Raises `InputError`, which names `consumer`, for more than `most` sensors.
+    Columns whose names differ only in the letter are one sensor. Raises `InputError`, which names `consumer`, for more
+    than `most` sensors.
     """
     groups: dict[str, dict[str, AxisLaw]] = {}
     for axis in found:
@@ -145,7 +146,10 @@ def _comment_lines(found: ThermalCalibration, *lines: str) -> list[str]:
 
 
 def _px4(found: ThermalCalibration) -> str:
-    """Text of PX4 shell commands ``param set TC_G…`` and ``TC_A…``, with comments."""
+    """Text of PX4 shell commands ``param set TC_G…`` and ``TC_A…``, with comments.
+
+    Raises `InputError` for over 4 sensors of a kind, or none.
+    """
     gyros, accels = _gyroscopes_and_accelerometers(found, PX4_SENSORS, "px4")
     lines = [
         f"# {line}"
@@ -178,7 +182,10 @@ def _px4(found: ThermalCalibration) -> str:
 
 
 def _ardupilot(found: ThermalCalibration) -> str:
-    """Text of an ArduPilot parameter file with lines ``INS_TCAL…,value``, with comments."""
+    """Text of an ArduPilot parameter file with lines ``INS_TCAL…,value``, with comments.
+
+    Raises `InputError` for over 3 sensors of a kind, or none.
+    """
     gyros, accels = _gyroscopes_and_accelerometers(found, ARDUPILOT_SENSORS, "ardupilot")
     lines = [
         f"# {line}"
@@ -251,7 +258,7 @@ def _identifiers(found: ThermalCalibration) -> list[str]:
 
 
 def _csv(found: ThermalCalibration) -> str:
-    """CSV text with a header and one row for each axis."""
+    """CSV text with a header and one row for each axis; numbers have full precision."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     head = (

@@ -79,11 +79,16 @@ class ThermalCalibration:
         return len(self.axes)
 
     def export(self, target: str) -> str:
-        """Text of a parameter file for a target.
+        """Text of a parameter file for a target; nothing is written.
 
         Parameters
         ----------
         target : {"px4", "ardupilot", "c", "csv", "json"}
+
+        Raises
+        ------
+        InputError
+            The target is unknown, or has no parameters for these axes.
         """
         from allanite.calibration.targets import render
 

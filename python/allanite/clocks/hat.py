@@ -161,6 +161,8 @@ def three_cornered_hat(
 ) -> Clocks:
     """`Clocks`: the Allan deviation of each of three or more independent clocks by name, with 95 % intervals.
 
+    Averaging times with fewer than two degrees of freedom are left out.
+
     Parameters
     ----------
     recording : Recording
@@ -182,16 +184,12 @@ def three_cornered_hat(
         There are fewer than three clocks, a pair is missing, the columns are differences of pairs without `pairs`, or
         the record is too short.
 
-    References
-    ----------
-    Gray, J. E. & Allan, D. W. (1974). 28th Frequency Control Symposium, 243. Groslambert, J. et al. (1981). 35th, 458.
+    References ---------- Gray, J. E. & Allan, D. W. (1974). 28th Frequency Control Symposium, 243. Groslambert, J. et
+    al. (1981). 35th, 458.
 
-    Examples
-    --------
-    >>> rng = np.random.default_rng(1)
-    >>> x = np.cumsum(rng.standard_normal((20000, 3)) * [1e-9, 2e-9, 3e-9], axis=0)
-    >>> found = al.three_cornered_hat(al.Recording(x, rate=1.0, quantity="angle", columns=["a", "b", "c"]))
-    >>> [bool(one.low[0] < true < one.high[0]) for one, true in zip(found.values(), [1e-9, 2e-9, 3e-9])]
+    Examples -------- >>> rng = np.random.default_rng(1) >>> x = np.cumsum(rng.standard_normal((20000, 3)) * [1e-9,
+    2e-9, 3e-9], axis=0) >>> found = al.three_cornered_hat(al.Recording(x, rate=1.0, quantity="angle", columns=["a",
+    "b", "c"])) >>> [bool(one.low[0] < true < one.high[0]) for one, true in zip(found.values(), [1e-9, 2e-9, 3e-9])]
     [True, True, True]
     """
     require_recording(recording)
@@ -250,7 +248,7 @@ def three_cornered_hat(
 def _differences_of_clocks(
     recording: Recording, pairs: list[tuple[str, str]] | None
 ) -> tuple[list[str], dict[tuple[str, str], Recording]]:
-    """List of the names of the clocks, and dict from each pair of names (a, b) to the `Recording` of a − b.
+    """Tuple (names of the clocks, dict from each pair of names (a, b) to the `Recording` of a − b).
 
     Raises `InputError` for fewer than three clocks, for a pair without a column, and for columns that are differences.
     """
@@ -301,7 +299,10 @@ def _require_no_differences(names: list[str], samples: Array) -> None:
 
 
 def _phase_of(one: Recording) -> Array:
-    """Phase of a difference of two clocks, s, shape (n,); frequencies are summed to a phase of shape (n + 1,) from 0."""
+    """Phase of a difference of two clocks, s, shape (n,); frequencies are summed to a phase of shape (n + 1,) from 0.
+
+    Missing samples are NaN; missing frequencies count as 0 in the sum.
+    """
     if one.quantity == "angle":
         return np.asarray(one.samples, dtype=np.float64)
     y = np.asarray(one.rate_samples(), dtype=np.float64) / one.rate

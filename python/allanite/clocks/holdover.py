@@ -75,8 +75,8 @@ def holdovers_of(
 ) -> list[Holdover]:
     """List of `Holdover`, one for each time in `after`, averaged over noise models and their coefficients.
 
-    The error in holdover depends on slow noise that is hardly visible in the record, so that neither one model nor one
-    set of coefficients is enough. The weight of a model is its evidence. Within a model, the prediction is averaged
+    The error in holdover depends on slow noise that is hardly visible in the record, so one model is not enough. The
+    weight of a model is its evidence; models with under 2 % are left out. Within a model, the prediction is averaged
     over the posterior of the coefficients.
 
     Parameters

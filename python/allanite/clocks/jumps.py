@@ -43,8 +43,8 @@ def jumps_of(times: Array, values: Array) -> list[Jump]:
     """List of `Jump` of a phase in order of time: permanent steps and single outliers.
 
     A jump is a change between neighboring samples so large that normal increments cause one in a hundred records. The
-    median frequency is subtracted. Across a pause of k intervals, increments may be k times as large as usual, because
-    the frequency may have changed there.
+    median frequency is subtracted. Across a pause of k intervals, increments may be k times as large as usual. A jump
+    is an outlier if the next change takes back more than half of it.
 
     Parameters
     ----------

@@ -364,7 +364,7 @@ def _timing_of_column(
 ) -> Timing:
     """`Timing` of one column; `report` is called with the number of noise models fitted.
 
-    Raises `TooShortError` for fewer than `MIN_SAMPLES` samples.
+    Raises `TooShortError` for fewer than 32 samples.
     """
     name = column.columns[0]
     # Samples may be in a multiple of seconds: the scale of the unit converts them.
@@ -470,8 +470,8 @@ class _PhaseFit:
     ) -> _PhaseFit:
         """`_PhaseFit` of a phase (s) without single outliers: noise, offset, frequency, steps, temperature and drift.
 
-        The temperature (`warmth`) is omitted where it is None, empty or constant; the drift, where it does not gain
-        more than ½ ln n of logL.
+        The temperature (`warmth`) is omitted if it is None, empty or constant. The drift is omitted unless it raises
+        logL by over ½ ln n. At most 32 steps are fitted; old samples are thinned out.
         """
         own, values = times[there], phase[there].copy()
         for jump in jumps:
@@ -535,7 +535,7 @@ class _PhaseFit:
         return self._amplitude("temperature", "1")
 
     def drift(self) -> Estimate:
-        """`Estimate` of the change of the fractional frequency per day; not detected if no drift was fitted."""
+        """`Estimate` of the change of the fractional frequency per day; marked as not detected if no drift was fitted."""
         found = self._amplitude("drift", "1/d", 86400.0)
         if found is not None:
             return found
@@ -556,7 +556,10 @@ class _PhaseFit:
         return float(np.sqrt(alone.regressed(self.best.noise).covariance[0, 0]))
 
     def holdover(self, after: Sequence[float]) -> list[Holdover]:
-        """List of `Holdover`, one for each time after the last sample (s), at the mean temperature of the last tenth."""
+        """List of `Holdover`, one for each time after the last sample (s), at the mean temperature of the last tenth.
+
+        The order is that of `after`; empty without times.
+        """
         if not after:
             return []
         # The likelihood filter takes the times in ascending order.

@@ -78,7 +78,7 @@ class Verdict:
 
 
 def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
-    """List of `Verdict`, one for each limit of a mask.
+    """List of `Verdict`, one for each limit of a mask: MTIE and TDEV, then time error and constant time error if limited.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ class Combination:
         return min(fit.recording.rate for fit in self.fits)
 
     def state_space(self) -> Any:
-        """`StateSpace` (F, Q, H, R, P0) of `model` at the sampling rate `rate`."""
+        """New `StateSpace` (F, Q, H, R, P0) of `model` at the sampling rate `rate`; it is not cached."""
         return self.model.state_space(self.rate)
 
     @property
@@ -146,7 +146,10 @@ class Combination:
         return plot_combination(self, path, theme)
 
     def save(self, path: str | Path) -> None:
-        """Write the noise model of the combination to `path` as JSON, with the unit and the rate of its samples."""
+        """Write the noise model of the combination to `path` as JSON, with the unit and the rate of its samples.
+
+        An existing file is replaced.
+        """
         from allanite.effects.files import save_model
 
         save_model(self.model, path, {"unit": self.unit, "rate_hz": self.rate})
@@ -331,8 +334,8 @@ def combine(
 def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[str, list[Recording]]:
     """Dict from the name of each axis with two or more units to a list of recordings of its units, one per board.
 
-    Columns belong to one axis if their units are equal and their names differ only in numbers. The name of the axis has
-    ``#`` for each number: ``gyro#_x``.
+    Columns belong to one axis if their units of measurement are equal and their names differ only in numbers. The name
+    of the axis has ``#`` for each number: ``gyro#_x``. A board without this axis has no entry in the list.
 
     Parameters
     ----------

@@ -53,6 +53,8 @@ class Correlation:
 def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]:
     """Tuple of `Correlation`, one for each pair of units on one board with a significant correlation in any octave.
 
+    Empty without any; units on different boards have no correlation.
+
     Parameters
     ----------
     boards : sequence of mapping of int to Fit

@@ -57,12 +57,16 @@ class DeviatingUnit:
 def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[DeviatingUnit, ...]:
     """Tuple of `DeviatingUnit` whose power differs significantly from the others', in the order in which they were found.
 
-    The logarithm of the power of each unit is compared with the mean over the other units, in every octave and in every
-    range from the lowest octave up, because slow noise has few ordinates in one octave. The variance of the difference
-    is the sum of the statistical error of the records and of the spread between units. This spread is the one observed
-    among the others, moderated by the known spread of units of one type (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3,
-    3), so that three units are enough. After a unit was found it is removed, and the others are compared again
-    while at least `MIN_UNITS` are left.
+    Empty for fewer than three units. The logarithm of the power of each unit is compared with the mean over the others,
+    in every octave and in every range from the lowest octave up. After a unit was found it is removed, and the others
+    are compared again while at least three are left.
+
+    Notes
+    -----
+    The variance of a difference is the sum of the statistical error of the records and of the spread between units. This
+    spread is the one observed among the others, moderated by the known spread of units of one type (Smyth 2004, Stat.
+    Appl. Genet. Mol. Biol. 3, 3), so that three units are enough. Ranges from the lowest octave up are needed because slow
+    noise has few ordinates in one octave.
     """
     edges, levels, variance = _octave_levels(fits)
     ranges = [(k, k + 1) for k in range(levels.shape[1])]
@@ -123,10 +127,10 @@ def _test_of_unit(
 def _octave_levels(
     fits: Sequence[Fit],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Edges of octaves (Hz, ascending); ln of the power of each unit over the first unit's model; variance of this ln.
+    """Tuple (edges of octaves; ln of the power of each unit over the first unit's model; variance of this ln).
 
-    The edges have the shape (octaves + 1,), the other two arrays (units, octaves). The octaves begin with the lowest in
-    which every unit has `MIN_ORDINATES`, or with the lowest of all if there is none.
+    The edges, in Hz and ascending, have the shape (octaves + 1,), the other two arrays (units, octaves). The octaves
+    begin with the lowest in which every unit has 8 ordinates, or with the lowest of all if there is none.
     """
     from scipy.special import digamma, polygamma
 

@@ -10,9 +10,9 @@ C = TypeVar("C", bound=type[Any])
 
 
 def with_aligned_arrays(value: Any) -> Any:
-    """The value, with each misaligned array replaced by an aligned copy, also inside of plain lists, tuples and dicts.
+    """Value in which each misaligned array is replaced by an aligned copy, also inside of plain lists, tuples and dicts.
 
-    An aligned array, and any value of another type, is returned itself.
+    An aligned array, and any value of another type, is returned itself. Lists, tuples and dicts are copied.
     """
     if isinstance(value, np.ndarray):
         if value.flags.aligned:
@@ -28,10 +28,10 @@ def with_aligned_arrays(value: Any) -> Any:
 
 
 def align_when_unpickled(cls: C) -> C:
-    """Class decorator that sets `__setstate__`, so that the arrays of an unpickled instance are aligned.
+    """Class decorator: sets `__setstate__` of the class, so that the arrays of an unpickled instance are aligned.
 
-    The core only accepts aligned arrays. Pickle protocol 5 stores arrays outside of the pickle. A receiver such as Dask
-    uses parts of a network message as memory of the arrays, and such a part may begin at an odd address.
+    The same class is returned. The core only accepts aligned arrays. Pickle protocol 5 stores arrays outside of the
+    pickle, and a receiver such as Dask may place them at odd addresses.
     """
     restore = getattr(cls, "__setstate__", None)
 

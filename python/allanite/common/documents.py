@@ -59,7 +59,7 @@ def json_of(path: str | Path, what: str = "a JSON file") -> Any:
     Raises
     ------
     InputError
-        The document cannot be read (`text_of`), or is not JSON.
+        The file cannot be read (as in `text_of`), or is not JSON.
     """
     text = text_of(path)
     with invalid_as_input_error(f"not {what}"):

@@ -74,7 +74,7 @@ class AllaniteError(Exception):
         self.remedy = remedy
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
-        """Message as one line of at most 288 characters: place, problem and remedy.
+        """Message as one line: place, problem and remedy. In a message of over 288 characters, ``…`` replaces the middle.
 
         `words` maps each parameter to the name to print.
         """

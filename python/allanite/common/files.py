@@ -37,7 +37,7 @@ def exists(text: str | Path) -> bool:
 
 
 def check_target(path: str | Path) -> None:
-    """Raise `InputError` if the folder of a file does not exist, or if the path is a folder.
+    """Raise `InputError` if the folder of a file does not exist, or if the path is a folder; nothing is written.
 
     Call this before a long computation.
     """
@@ -118,7 +118,10 @@ class OwnedFolder:
 
     @classmethod
     def remove_abandoned(cls, kind: str) -> None:
-        """Remove the temporary folders of this kind that belong to this user and whose processes have ended."""
+        """Delete the temporary folders of this kind that belong to this user and whose processes have ended.
+
+        Folders that cannot be deleted are skipped.
+        """
         for folder in Path(gettempdir()).glob(f"{_folder_prefix(kind)}*"):
             with suppress(OSError):
                 if folder.is_symlink() or not _has_own_user(folder):

@@ -149,7 +149,8 @@ def call_isolated(
 def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], None] | None) -> int:
     """Exit code of a new process that executes an order and writes the result to `results`.
 
-    The process is killed if it exceeds its wall time by 5 s. Then the code is −SIGALRM (1 on Windows).
+    The process is killed if it exceeds its wall time by 5 s; then the code is −SIGALRM (1 on Windows). `watch` is
+    called every 20 ms; its exception kills the process. Raises `InputError` if no process can be started.
     """
     end = math.inf if order["wall"] is None else time.monotonic() + order["wall"] + GRACE
     root = str(Path(__file__).resolve().parents[2])

@@ -41,7 +41,10 @@ def address_space() -> float:
 
 
 def cleared_by_free_buffers(kept: Kept) -> Kept:
-    """Decorator above `lru_cache`: registers the cache, so that `allanite.free_buffers` empties it."""
+    """Decorator above `lru_cache`: registers the cache, so that `allanite.free_buffers` empties it.
+
+    The same function is returned.
+    """
     _CACHES.append(kept)
     return kept
 
@@ -62,7 +65,7 @@ def budget() -> float:
 
 
 def require_memory(size: float, what: str) -> None:
-    """Raise an error if a computation needs more memory than the budget.
+    """Raise `InputError` if a computation needs more memory than the budget.
 
     Parameters
     ----------

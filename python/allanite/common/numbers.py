@@ -40,7 +40,7 @@ def number(value: float, figures: int = 3, *, power: bool = False) -> str:
 
 
 def time_scale(span: float) -> tuple[float, str]:
-    """(size in s, name) of the unit for times in a record of `span` seconds.
+    """Tuple (size in s, name) of the unit for times in a record of `span` seconds.
 
     The unit is d from 2 d on, h from 2 h, min from 240 s, else s.
     """
@@ -105,7 +105,11 @@ def trials_text(trials: float) -> str:
 
 
 def with_readable_numbers(sentence: str) -> str:
-    """The sentence with readable numbers: 2370 instead of 2.37e+03, 3·10⁻⁵ instead of 3e-05, − instead of -."""
+    """Sentence with readable numbers: 2370 instead of 2.37e+03, 3·10⁻⁵ instead of 3e-05, − instead of -.
+
+    Only numbers with an exponent, and minus signs before digits, are changed. Numbers with an exponent get three
+    digits.
+    """
     words = _POWER.sub(lambda m: number(float(m[0].replace("−", "-")), 3), sentence)
     return _MINUS.sub("−", words)
 

@@ -73,7 +73,7 @@ class Estimate(float):
         return self
 
     def __setattr__(self, name: str, value: object) -> None:
-        """Raise an error, because an estimate is immutable."""
+        """Raise `AttributeError`, because an estimate is immutable."""
         raise AttributeError(f"an Estimate is immutable: cannot set {name}")
 
     def __getnewargs__(self) -> tuple[Any, ...]:
@@ -84,7 +84,7 @@ class Estimate(float):
 
     @property
     def value(self) -> float:
-        """The value as a plain float."""
+        """Value as a plain float."""
         return float(self)
 
     def to(self, unit: str) -> Estimate:
@@ -153,7 +153,7 @@ class Estimate(float):
 
 
 def _finite_or_none(value: float | None) -> float | None:
-    """The value, or None if the value is None, NaN or infinite."""
+    """The same number; None if it is None, NaN or infinite."""
     return value if value is not None and math.isfinite(value) else None
 
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 
 def plain(text: object, most: int | None = None) -> str:
-    r"""The text of an object, with every unprintable character replaced by its escape (``\n``, ``\x1b``, ``\u202e``).
+    r"""Text of an object, with every unprintable character replaced by its escape (``\n``, ``\x1b``, ``\u202e``).
 
     Line ends, control characters and direction marks could end a comment, control a terminal or break a file.
 
     Parameters
     ----------
     text : object
-        Object whose ``str`` is shown.
+        Object whose ``str`` is taken.
     most : int, optional
-        Maximum number of characters. The middle of a longer text is left out.
+        Maximum number of characters. In a longer text, ``…`` replaces the middle.
     """
     shown = str(text)
     if not shown.isprintable():

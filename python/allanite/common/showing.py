@@ -18,7 +18,7 @@ _CELL = "text-align: {}; vertical-align: top"
 def brief(thing: Any) -> str:
     """One-line text of a dataclass instance, ``Name(field=value, …)``; long values are shortened.
 
-    Arrays are shown by size and range, sequences of more than 8 items by length and type. Use this function as
+    Arrays are given by size and range, sequences of more than 8 items by length and type. Use this function as
     ``__repr__`` of a class.
     """
     inside = [f"{f.name}={_value_text(getattr(thing, f.name))}" for f in fields(thing) if f.repr]

@@ -59,9 +59,9 @@ class Ended(BaseException):
 
 @contextmanager
 def while_wanted(wanted: Callable[[], bool]) -> Iterator[None]:
-    """Context in which `stop_if_unwanted` raises `Ended` once `wanted` returns False.
+    """Context in which `stop_if_unwanted` raises `Ended` once `wanted` returns False, also in the threads of a `Pool`.
 
-    It does so in the threads of a `Pool`, too.
+    Afterwards the function of an outer context holds again.
     """
     token = _wanted.set(wanted)
     try:
@@ -71,7 +71,10 @@ def while_wanted(wanted: Callable[[], bool]) -> Iterator[None]:
 
 
 def stop_if_unwanted() -> None:
-    """Raise `Ended` if the function of `while_wanted` returns False. Call this between steps of long work."""
+    """Raise `Ended` if the function of the innermost `while_wanted` returns False; outside of it, do nothing.
+
+    Call this between steps of long work.
+    """
     wanted = _wanted.get()
     if wanted is not None and not wanted():
         raise Ended
@@ -150,7 +153,10 @@ class Pool(ThreadPoolExecutor):
         error: BaseException | None,
         where: TracebackType | None,
     ) -> None:
-        """Wait for the tasks, unless the user interrupts."""
+        """Wait for the tasks, unless the user interrupts.
+
+        After an error, tasks that have not begun are canceled and running ones are stopped.
+        """
         self._over = kind is not None
         waits = kind is None or not issubclass(kind, KeyboardInterrupt)
         self.shutdown(wait=waits, cancel_futures=self._over)
@@ -204,7 +210,7 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
 
 
 def results_or_raise(found: Sequence[T | AllaniteError]) -> list[T]:
-    """The results of `side_by_side` as a list; raises the first `AllaniteError` among them."""
+    """List of the results of `side_by_side`, unchanged; raises the first `AllaniteError` among them."""
     out = []
     for one in found:
         if isinstance(one, AllaniteError):

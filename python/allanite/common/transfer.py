@@ -29,6 +29,8 @@ KINDS = "biufcmMSU"
 def write_value(value: Any, file: IO[bytes]) -> None:
     """Write a value to a file. Allowed are None, bool, int, float, str, list, tuple, dict (keys: str) and arrays.
 
+    NumPy scalars become plain numbers. The file is flushed, not closed.
+
     Raises
     ------
     TypeError
@@ -41,7 +43,7 @@ def write_value(value: Any, file: IO[bytes]) -> None:
 
 
 def read_value(file: IO[bytes]) -> Any:
-    """The value that `write_value` wrote. Tuples become lists; arrays in files above 4 MiB are memory-mapped.
+    """Value that `write_value` wrote. Tuples become lists; arrays in files above 4 MiB are memory-mapped.
 
     Raises
     ------
@@ -98,7 +100,7 @@ def _to_json(value: Any, file: IO[bytes]) -> Any:
 
 
 def _write_array(array: NDArray[Any], file: IO[bytes]) -> int:
-    """Offset in the file, a multiple of 64, of the elements of the array, after they are written in C order."""
+    """Write the elements of an array to the file in C order; return their offset in the file, a multiple of 64."""
     begin = file.tell()
     file.write(bytes(-begin % ALIGNMENT))
     begin = file.tell()

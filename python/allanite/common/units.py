@@ -111,7 +111,7 @@ class _Quantity:
 
     @property
     def powers(self) -> tuple[Fraction, Fraction, Fraction, Fraction]:
-        """(angle, length, time, magnetic field): powers of the dimensions."""
+        """Tuple (angle, length, time, magnetic field): powers of the dimensions."""
         return (self.angle, self.length, self.time, self.field)
 
     def times(self, other: _Quantity, power: int = 1) -> _Quantity:
@@ -175,17 +175,20 @@ class _Parser:
         self.at = 0
 
     def peek_token(self) -> tuple[str, str]:
-        """(kind, text) of the next token, which is not consumed; ``("end", "")`` at the end."""
+        """Tuple (kind, text) of the next token, which is not consumed; ``("end", "")`` at the end."""
         return self.tokens[self.at] if self.at < len(self.tokens) else ("end", "")
 
     def next_token(self) -> tuple[str, str]:
-        """(kind, text) of the next token, which is then consumed; ``("end", "")`` at the end."""
+        """Tuple (kind, text) of the next token, which is then consumed; ``("end", "")`` at the end."""
         token = self.peek_token()
         self.at += 1
         return token
 
     def parse_all(self) -> _Quantity:
-        """`_Quantity` of the whole text. Raises `ValueError` with the first token that does not fit."""
+        """`_Quantity` of the whole text.
+
+        Raises `ValueError` with the first token that does not fit, or with a scale of 0 or ∞.
+        """
         result = self.parse_product()
         if self.at < len(self.tokens):
             raise ValueError(self.tokens[self.at][1])
@@ -194,7 +197,10 @@ class _Parser:
         return result
 
     def parse_product(self) -> _Quantity:
-        """`_Quantity` of a product or quotient, such as ``deg/s``."""
+        """`_Quantity` of a product or quotient, such as ``deg/s``, from the next tokens, which are consumed.
+
+        Raises `ValueError`.
+        """
         result = self.parse_power()
         while True:
             kind, text = self.peek_token()
@@ -207,7 +213,10 @@ class _Parser:
                 return result
 
     def parse_power(self) -> _Quantity:
-        """`_Quantity` of a base with an optional exponent, such as ``h^1.5``."""
+        """`_Quantity` of a base with an optional exponent, such as ``h^1.5``, from the next tokens, which are consumed.
+
+        Raises `ValueError`.
+        """
         base = self.parse_base()
         if self.peek_token()[1] in ("^", "**"):
             self.next_token()
@@ -215,7 +224,10 @@ class _Parser:
         return base
 
     def parse_base(self) -> _Quantity:
-        """`_Quantity` of a symbol, a number, a root or a product in brackets."""
+        """`_Quantity` of a symbol, a number, a root or a product in brackets, from the next tokens, which are consumed.
+
+        Raises `ValueError` for another token, an unknown symbol or an open bracket.
+        """
         kind, text = self.next_token()
         if kind == "sqrt":
             return self.parse_base().to_power(Fraction(1, 2))
@@ -231,7 +243,10 @@ class _Parser:
         raise ValueError(text)
 
     def parse_exponent(self) -> Fraction:
-        """Exponent (Fraction) after ``^``, such as −2, 1.5, (3/2) or ½."""
+        """Exponent (Fraction) after ``^``, such as −2, 1.5, (3/2) or ½, from the next tokens, which are consumed.
+
+        Raises `ValueError` for another token.
+        """
         kind, text = self.next_token()
         if text == "-":
             return -self.parse_exponent()
@@ -269,7 +284,7 @@ def _quantity_of_symbol(name: str) -> _Quantity:
 
 @lru_cache(maxsize=512)
 def _quantity(text: str) -> _Quantity:
-    """`_Quantity` of a unit expression. Raises `InputError` with the part that is not understood."""
+    """`_Quantity` of a unit expression, cached. Raises `InputError` with the part that is not understood."""
     try:
         result = _Parser(text).parse_all()
     except (ValueError, ZeroDivisionError, OverflowError) as error:
@@ -361,6 +376,8 @@ def units_by_kind(text: str, quantity: str = "rate") -> dict[str, str]:
 def coefficient_unit(unit: str, power_of_second: float) -> str:
     """Unit of a coefficient of samples in U as a text: ``deg/s·s^½`` for U·s^power with power ½.
 
+    Raises `KeyError` for another power than those below.
+
     Parameters
     ----------
     unit : str
@@ -408,7 +425,10 @@ def conversion(from_unit: str, to_unit: str) -> float:
 
 
 def _without_sides(text: str) -> tuple[str, float]:
-    """(unit, factor): the unit without the words one-sided or two-sided; √2 if the text says one-sided, otherwise 1."""
+    """Tuple (unit, factor): the unit without the words one-sided or two-sided; √2 if the text says one-sided, otherwise 1.
+
+    A text of over 160 characters is unchanged.
+    """
     # A longer text is no unit, and a search in many brackets would take long.
     match = _SIDES.search(text) if len(text) <= 2 * MAX_UNIT_LENGTH else None
     if match is None:

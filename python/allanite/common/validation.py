@@ -26,7 +26,7 @@ MAX_RATE = 1e30
 
 
 def positive(value: object, name: str, unit: str, remedy: str) -> float:
-    """The value as a float, if it is positive and at most 1e150.
+    """Value as a float, if it is positive and at most 1e150.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def positive(value: object, name: str, unit: str, remedy: str) -> float:
 
 
 def positive_rate(rate: object) -> float:
-    """The sampling rate in Hz as a float.
+    """Sampling rate in Hz as a float.
 
     Raises
     ------
@@ -68,7 +68,9 @@ def positive_rate(rate: object) -> float:
 
 
 def require_recording(given: object) -> None:
-    """Raise an error if the argument is neither a recording nor a summary.
+    """Raise `InputError` if the argument is neither a recording nor a summary.
+
+    Any object with the attributes ``columns`` and ``rate`` is accepted.
 
     Raises
     ------
@@ -88,7 +90,7 @@ def require_recording(given: object) -> None:
 
 
 def floats(values: object, name: str) -> NDArray[np.float64]:
-    """The values as a float64 array of the same shape; booleans become 0 and 1.
+    """Values as a float64 array of the same shape; booleans become 0 and 1.
 
     Raises
     ------
@@ -121,7 +123,7 @@ def require_frequencies(values: object, name: str, unit: str) -> NDArray[np.floa
 
 
 def check_size(samples: NDArray[np.float64], label: str, of: str) -> None:
-    """Raise an error for samples whose fourth powers are too large or too small for a double.
+    """Raise `InputError` for samples whose fourth powers are too large or too small for a double.
 
     Parameters
     ----------
@@ -132,7 +134,7 @@ def check_size(samples: NDArray[np.float64], label: str, of: str) -> None:
     Raises
     ------
     InputError
-        The largest deviation from the mean is not within `DEVIATION_RANGE`, and the samples are not constant.
+        The largest deviation from the mean is not within 1e-75 to 1e75, and the samples are not constant.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         largest = float(np.abs(samples - samples.mean()).max())
@@ -160,7 +162,7 @@ def sample_index(seconds: float, rate: float) -> int:
 
 
 def whole(value: object, name: str, least: int, most: int, remedy: str = "") -> int:
-    """The value as an int from `least` to `most`; 5.0 is accepted, 1.5 is not.
+    """Value as an int from `least` to `most`; 5.0 is accepted, 1.5 and text are not.
 
     Raises
     ------
@@ -183,7 +185,10 @@ def whole(value: object, name: str, least: int, most: int, remedy: str = "") -> 
 
 
 def _number(value: object) -> float:
-    """The value as a float; NaN if it is no number, infinity if it is an int beyond the range of floats."""
+    """Value as a float; NaN if it is no number, infinity if it is an int beyond the range of floats.
+
+    A text with a number is converted.
+    """
     try:
         return float(value)  # type: ignore[arg-type]
     except OverflowError:

@@ -189,7 +189,10 @@ class Acceptance:
         return "\n".join([*lines, *(f"! {remark}" for remark in self.remarks)])
 
     def plot(self, path: Any = None) -> Any:
-        """Figure of the measured Allan deviation, last model and limits of the sheet; written to `path` if given."""
+        """Figure of the measured Allan deviation, last model and limits of the sheet; written to `path` if given.
+
+        Figures of the sheet without an effect have no line.
+        """
         from allanite.plots import plot_compare
 
         recording = self.recording
@@ -229,8 +232,8 @@ def accept(
     """Acceptance test of one axis: every figure of a data sheet is compared with the measured 95 % interval.
 
     The model N+B+K, extended by the coefficients that the sheet states, is fitted. If it does not describe the record,
-    missing effects are added first (`improve`), so that a vibration or a temperature does not count as noise of the
-    part. The minimum of the Allan deviation is that of the samples themselves, including outliers and lines.
+    missing effects are added first (`improve`). A vibration or a temperature then does not count as noise of the part.
+    The minimum of the Allan deviation is that of the samples themselves, including outliers and lines.
 
     Parameters
     ----------
@@ -252,12 +255,9 @@ def accept(
     InputError
         The sheet has no figure for this kind of sensor, or the margin is negative.
 
-    Examples
-    --------
-    >>> sheet = al.DataSheet("part", (al.Quoted("noise_density", 0.01, "deg/s/sqrt(Hz) one-sided"),))
-    >>> log = al.AngleRandomWalk(N=0.014).simulate(duration=600, rate=50, seed=1, unit="deg/s")
-    >>> al.accept(log, sheet).verdict
-    'does not meet'
+    Examples -------- >>> sheet = al.DataSheet("part", (al.Quoted("noise_density", 0.01, "deg/s/sqrt(Hz) one-sided"),))
+    >>> log = al.AngleRandomWalk(N=0.014).simulate(duration=600, rate=50, seed=1, unit="deg/s") >>> al.accept(log,
+    sheet).verdict 'does not meet'
     """
     from allanite.study import improve
 
@@ -320,7 +320,10 @@ def _verdict_on_coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVe
 
 
 def _verdict(low: float, high: float, limit: float) -> str:
-    """``"meets"``, ``"does not meet"`` or ``"undecided"`` for the interval low … high and its limit."""
+    """Verdict on an interval low … high: ``"meets"``, ``"does not meet"`` or ``"undecided"``.
+
+    It meets the limit if `high` does not exceed it, and does not meet it if `low` exceeds it.
+    """
     if high <= limit:
         return MEETS
     return DOES_NOT_MEET if low > limit else UNDECIDED
@@ -331,6 +334,11 @@ def _needed_length(
 ) -> float | None:
     """Length of a record, s, whose 95 % interval would probably exclude the limit; None above 30 days.
 
+    `duration` (s) is that of the tested record, `value` is None if the effect was not detected. The result is at least
+    1.1 times the duration.
+
+    Notes
+    -----
     The width of an interval decreases with the square root of the length T. If an effect is not detected in white noise
     N, its upper limit is proportional to N T^(power - 1/2), where the unit of the effect is U s^power. The exponent of
     1/T is therefore 1/2 for B, 1 for K and 3/2 for R.

@@ -202,7 +202,7 @@ def compare(
     rate: float | None = None,
     unit: str | None = None,
 ) -> Curves:
-    """`Curves`: overlapping Allan deviations of logs and Allan deviations of models at common averaging times.
+    """`Curves`: overlapping Allan deviations of logs and Allan deviations of models, one curve for each item.
 
     Parameters
     ----------
@@ -217,19 +217,16 @@ def compare(
     -------
     Curves
         One curve for each item, in its own unit and in the given order. Models have the averaging times of the first
-        log.
+        log, or octaves of one sample without a log.
 
     Raises
     ------
     InputError
         There are models only and no rate, or `items` is not a list of such items.
 
-    Examples
-    --------
-    >>> old, new = al.parse_model("N(N=2)"), al.parse_model("N(N=1)")
-    >>> found = al.compare([("old", old, "deg/s"), ("new", new, "deg/s")], rate=10)
-    >>> print((found.curves[0].deviation / found.curves[1].deviation)[:2])
-    [2. 2.]
+    Examples -------- >>> old, new = al.parse_model("N(N=2)"), al.parse_model("N(N=1)") >>> found = al.compare([("old",
+    old, "deg/s"), ("new", new, "deg/s")], rate=10) >>> print((found.curves[0].deviation /
+    found.curves[1].deviation)[:2]) [2. 2.]
     """
     from collections.abc import Sequence
 

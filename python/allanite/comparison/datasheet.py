@@ -248,7 +248,7 @@ def _lowest_deviation(fit: Any) -> float:
 
 
 def _remark_on_unit(figure: Quoted, ratio: Estimate) -> str:
-    """Text of the typical mistake (such as a wrong unit) that explains a ratio; empty if none does or not detected."""
+    """Text of the typical mistake (such as a wrong unit) that explains a ratio; empty if none does, or if not detected."""
     if not ratio.detected:
         return ""
     return slip(figure.coefficient, ratio.value, _tolerance(ratio))

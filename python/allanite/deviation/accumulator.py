@@ -107,7 +107,7 @@ class Accumulator:
 
     @property
     def gaps(self) -> int:
-        """Former name of `missing`; warns of deprecated use."""
+        """Former name of `missing`: the same number; warns of deprecated use."""
         message = "Accumulator.gaps is now Accumulator.missing"
         warnings.warn(message, DeprecationWarning, stacklevel=2)
         return self.missing

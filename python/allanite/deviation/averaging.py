@@ -99,7 +99,10 @@ def one_column(x: object) -> NDArray[Any]:
 
 
 def _array_of_object(x: Any) -> NDArray[Any]:
-    """Array of an object: masked samples become NaN, objects that hold numbers and empty arrays become float64."""
+    """Array of an object: masked samples become NaN, objects that hold numbers and empty arrays become float64.
+
+    Other objects stay an array of objects.
+    """
     if isinstance(x, np.ma.MaskedArray):
         return np.ma.filled(x.astype(np.float64), np.nan)
     array = np.asarray(x)
@@ -114,9 +117,10 @@ def _array_of_object(x: Any) -> NDArray[Any]:
 def averaging_factors(
     src: Samples, taus: str | int | ArrayLike, factors: ArrayLike | None, most: int
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """(factors, remarks): averaging factors from 1 to `most` that `taus` or `factors` request, ascending, shape (k,).
+    """Tuple (factors, remarks): averaging factors from 1 to `most` that `taus` or `factors` request.
 
-    The remarks state what was rounded or omitted. Raises `TooShortError` if no factor is left.
+    The factors are ascending, shape (k,). The remarks state what was rounded or omitted. Raises `TooShortError` if no
+    factor is left, and `InputError` for unusable values.
     """
     if factors is None and isinstance(taus, str):
         if taus not in ("octave", "decade", "all"):
@@ -144,9 +148,10 @@ def averaging_factors(
 def _explicit_factors(
     src: Samples, values: ArrayLike, seconds: bool
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """(factors, remarks): whole, ascending, unique averaging factors from given factors, or from times (if `seconds`).
+    """Tuple (factors, remarks): whole, ascending, unique averaging factors from given factors or times (`seconds`).
 
-    Times are rounded to multiples of the sampling interval. Raises `InputError` for unusable values.
+    Times are rounded to multiples of the sampling interval. Raises `InputError` for unusable values, such as fractional
+    factors.
     """
     try:
         wanted = np.atleast_1d(np.asarray(values))

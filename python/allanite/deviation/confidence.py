@@ -120,7 +120,7 @@ def _generalized_covariance(lag: NDArray[np.float64], d: float) -> NDArray[np.fl
 def interval(
     deviation: NDArray[np.float64], edf: NDArray[np.float64], level: float = 0.95
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(low, high) ends of the confidence interval of a deviation whose square is χ² with `edf` degrees of freedom.
+    """Tuple (low, high): ends of the confidence interval of a deviation whose square is χ² with `edf` degrees of freedom.
 
     Parameters
     ----------
@@ -132,6 +132,7 @@ def interval(
     Returns
     -------
     low, high : ndarray of shape (k,)
+        NaN where the degrees of freedom are NaN.
     """
     from scipy.special import gammaincinv
 

@@ -110,7 +110,7 @@ class DynamicDeviation:
         return al.plots.plot_dynamic(self, path, theme)
 
     def _table(self) -> tuple[str, list[str], list[list[str]], list[str]]:
-        """(title, head, rows, remarks) of a printed table, as texts; at most 24 windows and 6 averaging times."""
+        """Tuple (title, head, rows, remarks) of a printed table, as texts; at most 24 windows and 6 averaging times."""
         columns = self.shown(MAX_COLUMNS)
         rows = np.unique(np.round(np.linspace(0, self.time.size - 1, MAX_ROWS)).astype(np.int64))
         remarks = list(self.diagnostics)

@@ -80,10 +80,10 @@ def estimate(
 def kernel_results(
     row: Estimator, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], int, float]:
-    """(variance, terms, α, missing, scale): arrays at every factor m, number of missing samples, scale of the samples.
+    """Tuple (variance, terms, α, missing, scale): arrays at every factor m, number of missing samples, and a scale.
 
     `terms` are the numbers of terms, α is the noise exponent. The scale is 1 unless squares of floating-point samples
-    overflow or underflow: then the variance is that of the samples divided by the scale, a power of two.
+    overflow or underflow. Then it is a power of two, and the variance is that of the samples divided by it.
     """
     variance, n, alpha, gaps = row.kernel(samples, m, angle)
     # The usual case, quickly: a short record costs no more than its sums.
@@ -109,7 +109,7 @@ def _corrected_variance(
     points: int,
     unbiased: bool,
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """(variance, remarks): variance divided by the published bias of the estimator, and at most one remark.
+    """Tuple (variance, remarks): variance divided by the published bias of the estimator, and at most one remark.
 
     If `unbiased` is False, or if the bias is 1 at all factors, the variance is unchanged.
     """

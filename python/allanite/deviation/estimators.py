@@ -110,7 +110,7 @@ def _register_estimator(**what: Any) -> Estimator:
 
 
 def _with_docstring(function: Any, row: Estimator, more: str, nbs14: str) -> Any:
-    """The same function, after its name, module and docstring were set to those of its estimator.
+    """The function itself, after its name, module and docstring were set to those of its estimator.
 
     `more` is a sentence of the docstring, `nbs14` the output of its example.
     """
@@ -203,7 +203,10 @@ def _family_kernel(name: str) -> Any:
 
 
 def _time_factor(scale: float, tau: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-    """Factor from a modified deviation of the samples to a time deviation, shape (k,): `scale`·τ/√3."""
+    """Factor from a modified deviation of the samples to a time deviation, shape (k,): `scale`·τ/√3.
+
+    The rate is not used.
+    """
     return scale * tau / np.sqrt(3.0)
 
 

@@ -71,7 +71,7 @@ def _freedom(
     counts: NDArray[np.int64],
     points: int,
 ) -> NDArray[np.float64]:
-    """One array: degrees of freedom of the Allan deviation at the factors `near`, then of Theo1 at the factors `far`.
+    """Array of degrees of freedom: those of the Allan deviation at the factors `near`, then of Theo1 at the factors `far`.
 
     `laws` are the noise exponents and `counts` the numbers of terms at all factors.
     """

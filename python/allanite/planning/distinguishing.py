@@ -52,7 +52,9 @@ def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, M
 
 
 def log_odds(truth: Model, other: Model, data: Data, columns: Columns | None = None) -> float:
-    """Expected log odds of `truth`: loss of logL, nats, if the model `other` is fitted to a record of `truth`.
+    """Expected log odds of `truth`, nats: loss of logL if the model `other` is fitted to a record of `truth`.
+
+    Positive or 0.
 
     Parameters
     ----------

@@ -81,7 +81,10 @@ def _errors_from_information(fisher: Array) -> Array:
 
 
 def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[str, float]:
-    """Dict from the name of each free parameter of processes and modifiers to its standard error."""
+    """Dict from the name of each free parameter of processes and modifiers to its standard error; empty without any.
+
+    A parameter with the value 0 is left out; an error is infinite if the record does not show the parameter.
+    """
     spectrum = expected_power(model, data)
     keys: list[str] = []
     sizes: list[float] = []
@@ -133,7 +136,10 @@ def _groups(model: Model, names: list[str]) -> Iterator[list[tuple[str, Determin
 def _errors_of_known_functions(
     effects: list[tuple[str, Deterministic]], data: Data, grid: Data, noise: Model
 ) -> dict[str, float]:
-    """Dict from the name of each parameter of known functions that share ordinates to its standard error."""
+    """Dict from the name of each parameter of known functions that share ordinates to its standard error.
+
+    Held, absent and optional parameters of value 0 are left out; empty without any.
+    """
     j = ordinates_of(effects[0][1], data, grid)
     root = 1.0 / np.sqrt(density(data.terms(noise), j, data.n))
     keys, slopes = [], []

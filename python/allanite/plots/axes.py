@@ -25,7 +25,11 @@ def finite(arrays: Iterable[Any], positive: bool = False) -> np.ndarray[Any, np.
 
 
 def log_axis(label: str, *arrays: Any, margin: float = 1.15) -> Axis:
-    """Logarithmic `Axis` that covers the positive numbers of `arrays`, extended by the factor `margin` at both ends."""
+    """Logarithmic `Axis` that covers the positive numbers of `arrays`, extended by the factor `margin` at both ends.
+
+    It spans at least a factor of about 2; without positive numbers, it lies around 1. From three decades on, ticks are
+    powers of ten, at most 8 of them labeled.
+    """
     values = finite(arrays, positive=True)
     if values.size == 0:
         values = np.array([1.0])
@@ -65,7 +69,10 @@ def power_text(exponent: int, plain: bool, mantissa: int = 1) -> str:
 
 
 def linear_axis(label: str, low: float, high: float, ticks: int = 5, reverse: bool = False) -> Axis:
-    """Linear `Axis` from `low` to `high` with about `ticks` round ticks."""
+    """Linear `Axis` from `low` to `high` with at most about `ticks` round ticks (multiples of 1, 2 or 5).
+
+    Equal or reversed ends are moved apart by 0.5 each.
+    """
     if not high > low:
         low, high = low - 0.5, high + 0.5
     raw = (high - low) / ticks
@@ -77,7 +84,7 @@ def linear_axis(label: str, low: float, high: float, ticks: int = 5, reverse: bo
 
 
 def score_axis(label: str, *scores: Any) -> Axis:
-    """Symmetric linear `Axis` for standard normal scores that covers all scores and at least ±4.6."""
+    """Symmetric linear `Axis` for standard normal scores that covers all scores and at least ±4.6, with three ticks."""
     values = np.abs(finite(scores))
     top = max(4.6, 1.12 * float(values.max()) if values.size else 0.0)
     sizes = [m * 10.0**k for k in range(7) for m in (1, 2, 4, 5)]

@@ -83,7 +83,11 @@ class ComponentStyle:
 
 
 def component_styles(fit: Fit) -> tuple[ComponentStyle, ...]:
-    """Tuple of `ComponentStyle`, one per noise process and known function, in the order of ``fit.curve.components``."""
+    """Tuple of `ComponentStyle`, one per noise process and known function, in the order of ``fit.curve.components``.
+
+    An effect that was not detected is dashed and labeled with its limit. From the seventh effect on, colors repeat and
+    lines are dotted.
+    """
     placed = list(enumerate(fit.model))
     random = [(k, e) for k, e in placed if isinstance(e, Stochastic)]
     known = [(k, e) for k, e in placed if isinstance(e, Deterministic)]
@@ -115,9 +119,10 @@ def _limit_ratio(effect: Effect, values: dict[str, Any]) -> float | None:
 
 
 def failing_tau_ranges(fit: Fit) -> list[tuple[float, float, float]]:
-    """List of (low, high, ratio): ranges of τ (s) in which the measured curve deviates from the model.
+    """List of (low, high, ratio): ranges of τ (s) in which the measured curve deviates from the model; empty if it fits.
 
-    The ratio is measured/model at the τ with the largest z of the range.
+    In a range, all |z| exceed 2 with one sign, and the largest reaches the threshold of the verdict. The ratio is
+    measured/model at the τ with the largest z of the range.
     """
     curve = fit.curve
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
@@ -229,7 +234,8 @@ def ordinates_between(
     """Tuple (frequencies in Hz, two-sided densities) of the single ordinates between the frequencies `low` and `high`.
 
     The model's known functions of time are removed, unless `whole`. With more than `most` ordinates, neighbors are
-    averaged. Both arrays are empty if single ordinates are not meaningful: for summaries, and if many samples are missing.
+    averaged. Both arrays are empty if single ordinates are not meaningful: for summaries, and if many samples are
+    missing.
     """
     data = fit.data
     if not has_all_ordinates(data):
@@ -249,7 +255,10 @@ def ordinates_between(
 
 
 def _around_narrow_bands(fit: Fit) -> list[tuple[float, float]]:
-    """List of (low, high): frequency ranges in Hz around the bands of the model that are narrower than a bin."""
+    """List of (low, high): frequency ranges in Hz around the bands of the model that are narrower than a bin.
+
+    Empty for summaries, and if many samples are missing.
+    """
     if not has_all_ordinates(fit.data):
         return []
     aside = LINE_ORDINATES * fit.data.rate / (2.0 * fit.data.n)
@@ -261,7 +270,10 @@ def _around_narrow_bands(fit: Fit) -> list[tuple[float, float]]:
 
 
 def _single_ordinates(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -> list[Line]:
-    """List of `Line`: single ordinates around failing ranges, missing lines, and lines and narrow bands of the model."""
+    """List of `Line`: single ordinates around failing ranges, missing lines, and lines and narrow bands of the model.
+
+    Ranges without ordinates have no line.
+    """
     out = [
         Line(*ordinates_between(fit, *near), "raw", SINGLE, 1.0)
         for near in _around_narrow_bands(fit)
@@ -424,7 +436,7 @@ def _merged_cells(count: Array) -> tuple[NDArray[np.int64], Array]:
     """Tuple (index of the first bin of each plotted point, degrees of freedom of each point).
 
     The bins of a cell are drawn as one point, because a screen could not resolve them. Cells are merged until they have
-    `MIN_DOF` degrees of freedom.
+    4 degrees of freedom; the last point may get more.
     """
     cells = cells_of(count.size)
     first, total = [0], 0.0

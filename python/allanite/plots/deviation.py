@@ -166,7 +166,10 @@ def _guide(deviation: Deviation, slope: float, name: str, x: Axis, y: Axis) -> t
 
 
 def _table(deviations: Sequence[Deviation]) -> str:
-    """Text table of τ and each deviation with its interval, one line per averaging time common to all."""
+    """Text table of τ and each deviation with its interval, one line per averaging time common to all.
+
+    Numbers that are not finite are dashes.
+    """
     common = [t for t in deviations[0].tau if all(np.isclose(d.tau, t).any() for d in deviations)]
     rows = [
         [

@@ -26,6 +26,8 @@ def plot_dynamic(
 ) -> Figure:
     """`Figure`: deviation over time, one line for each of up to six averaging times; gaps interrupt the lines.
 
+    Up to 80 windows, points mark the values.
+
     Parameters
     ----------
     dynamic : DynamicDeviation

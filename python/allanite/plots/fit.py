@@ -52,7 +52,7 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
 def plot_check(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure` as from `plot_fit`, with failing ranges shaded and the strongest missing effect in the subtitle.
 
-    Written to `path` (SVG, PNG, PDF) if given.
+    Written to `path` (SVG, PNG, PDF) if given; raises as `plot_fit`.
     """
     fit = check.fit
     spans = spectrum_spans(fit, check.where.worst_frequency)
@@ -81,7 +81,10 @@ def _figure(
 
 
 def goodness_of_fit_text(fit: Fit) -> str:
-    """Text: χ² per degree of freedom, p-value, and rms residual of the Allan deviation with its expected scatter."""
+    """Text: χ² per degree of freedom, p-value, and rms residual of the Allan deviation with its expected scatter.
+
+    The residual is left out if it is not known.
+    """
     misfit, error = fit.misfit, fit.error
     text = f"χ²/dof {number(misfit.reduced)} ({p_text(misfit.p_value)})"
     if error.adev_rms_percent is not None and error.chance_rms_percent is not None:

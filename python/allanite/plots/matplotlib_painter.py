@@ -244,7 +244,10 @@ def _without_table(figure: Figure) -> Figure:
 
 
 def _table_in_blocks(table: str, letters: int) -> str:
-    """Text of a table in blocks of at most `letters` width; each block repeats the first column."""
+    """Text of a table in blocks of at most `letters` width; each block repeats the first column.
+
+    A narrower table is unchanged.
+    """
     lines = table.splitlines()
     if max(map(len, lines)) <= letters:
         return table
@@ -285,7 +288,10 @@ def _apply_sizes(canvas: Any, form: Style) -> None:
 
 
 def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[float, float]:
-    """Draw title, subtitle, table and legend; returns the tuple (top, bottom) of the panels as fractions of the height."""
+    """Draw title, subtitle, table and legend; returns the tuple (top, bottom) of the panels as fractions of the height.
+
+    The title has at most two lines. The legend is below the panels, or with a table inside the first one.
+    """
     width, height = canvas.get_size_inches()
     grown = 1.0 if form.points is None else form.points / 9.5
     bottom = 0.0
@@ -513,7 +519,7 @@ def _draw_span_text(axes: Any, mark: Span, line: int, axis: Axis, look: Theme) -
 
 
 def _draw_points(axes: Any, mark: Points, look: Theme) -> None:
-    """Draw markers with error bars."""
+    """Draw markers, with error bars where both ends are finite, into matplotlib `axes`."""
     if mark.low is not None and mark.high is not None:
         kept = np.isfinite(mark.low) & np.isfinite(mark.high)
         axes.vlines(
@@ -529,7 +535,7 @@ def _draw_points(axes: Any, mark: Points, look: Theme) -> None:
 
 
 def _draw_bars(axes: Any, mark: Bars, panel: Panel, look: Theme) -> None:
-    """Draw bars with their texts."""
+    """Draw horizontal bars, each with its text at the end, into matplotlib `axes`; NaN has the length 0."""
     places = np.arange(mark.values.size)
     values = np.nan_to_num(mark.values)
     axes.barh(places, values, height=0.5, color=[look.color(c) for c in mark.colors], zorder=LINE)
@@ -550,7 +556,7 @@ def _draw_bars(axes: Any, mark: Bars, panel: Panel, look: Theme) -> None:
 
 
 def _draw_heat_map(canvas: Any, axes: Any, mark: HeatMap, look: Theme) -> None:
-    """Draw a heat map with its color bar and frames around marked cells."""
+    """Draw a heat map with its color bar and frames around marked cells; cells that are NaN have the color of the grid."""
     from matplotlib.colors import LinearSegmentedColormap
 
     blank = LinearSegmentedColormap.from_list("ratio", list(look.diverging))

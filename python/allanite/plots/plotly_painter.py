@@ -109,7 +109,7 @@ def _title(figure: Figure, look: Theme) -> dict[str, Any]:
 
 
 def _row_gap(figure: Figure) -> float:
-    """Gap between rows as a fraction of the figure, larger if panels above the last row have tick texts."""
+    """Gap between rows as a fraction of the figure: 0.17 if panels above the last row have tick texts, else 0.03."""
     labeled = any(p.show_x and p.row + p.rows < len(figure.heights) for p in figure.panels)
     return GAP_BELOW_LABEL if labeled else GAP_Y
 
@@ -122,7 +122,10 @@ def _bare_columns(figure: Figure) -> frozenset[int]:
 def _domain(
     sizes: tuple[float, ...], place: int, span: int, gap: float, bare: frozenset[int] = frozenset()
 ) -> list[float]:
-    """List [start, end] (0 … 1) in the figure of the grid rows or columns `place` … `place` + `span` − 1."""
+    """List [start, end] (0 … 1) in the figure of the grid rows or columns `place` … `place` + `span` − 1, counted from 0.
+
+    The gap before a column in `bare` is a quarter of `gap`.
+    """
     gaps = [0.25 * gap if i + 1 in bare else gap for i in range(len(sizes) - 1)]
     unit = (1.0 - sum(gaps)) / sum(sizes)
     start = sum(s * unit for s in sizes[:place]) + sum(gaps[:place])
@@ -131,7 +134,10 @@ def _domain(
 
 
 def _matching_axis(figure: Figure, panel: Panel) -> str | None:
-    """Name of the x axis (``x``, ``x2``, …) of a panel above in the same column with an equal x axis; None if none."""
+    """Name of the x axis (``x``, ``x2``, …) of the first panel in the same column with an equal x axis.
+
+    None without one above.
+    """
     for count, other in enumerate(figure.panels, 1):
         if other is not panel and other.column == panel.column and other.x == panel.x:
             return None if other.row > panel.row else ("x" if count == 1 else f"x{count}")
@@ -273,7 +279,7 @@ def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> 
 
 
 def _trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
-    """Dict: plotly scatter trace with a label for the legend, if not empty."""
+    """Dict: plotly scatter trace; with a label, it has a legend entry. Numbers that are not finite become None."""
     plain = [[None] if list(v) == [None] else _numbers(v) for v in (x, y)]
     return {
         "type": "scatter",

@@ -30,7 +30,10 @@ def sample_axis(unit: str, axis: Axis, words: str) -> Axis:
 
 
 def in_figure_units(figure: Figure) -> Figure:
-    """Copy of a figure whose deviations, densities and samples have the units of figures."""
+    """Copy of a figure whose deviations, densities and samples have the requested units, or else those of data sheets.
+
+    Panels whose y axis states no quantity are unchanged.
+    """
     return replace(figure, panels=tuple(map(_in_figure_unit, figure.panels)))
 
 

@@ -22,7 +22,10 @@ ALIGNED_TEXT_FRACTION = 0.15
 
 
 def side_of_text(place: float) -> str:
-    """Alignment ``"left"``, ``"center"`` or ``"right"`` of a text at a `place` from 0 to 1 along the axis."""
+    """Alignment ``"left"``, ``"center"`` or ``"right"`` of a text at a `place` from 0 to 1 along the axis.
+
+    It is left below 0.15 and right above 0.85.
+    """
     if place < ALIGNED_TEXT_FRACTION:
         return "left"
     return "right" if place > 1.0 - ALIGNED_TEXT_FRACTION else "center"
@@ -275,7 +278,10 @@ class Figure:
     below: str = ""
 
     def legend(self) -> tuple[Mark, ...]:
-        """Tuple of `Mark`: marks with a label, each label once: points, model, then the others in drawing order."""
+        """Tuple of `Mark`: marks with a label, one per label: points, model, then the others in drawing order.
+
+        Of marks with one label, the first counts.
+        """
         seen: dict[str, Mark] = {}
         for panel in self.panels:
             for mark in panel.marks:

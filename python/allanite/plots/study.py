@@ -75,7 +75,7 @@ def _model_text(model: Model, letters: int = LEGEND) -> str:
 
 
 def _step_texts(ladder: Sequence[Rung]) -> tuple[str, ...]:
-    """Tuple of one text per step: its changes, with values if they fit between the texts above and below."""
+    """Tuple of one text per step: its changes, with values if they fit between the texts above and below, else without."""
     full, short = ([_step_text(step, numbers) for step in ladder] for numbers in (True, False))
     lines = [text.count("\n") + 1 for text in full]
     neighbor_lines = [

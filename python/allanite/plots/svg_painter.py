@@ -81,7 +81,7 @@ def inline(figure: Figure, size: tuple[float, float], label: str) -> str:
 
 
 def _left_width(panel: Panel) -> float:
-    """Width in pixels of the texts left of a panel."""
+    """Width in pixels of the texts left of a panel, estimated from the longest tick text; 12 without y tick texts."""
     texts = [line for _, text in panel.y.ticks for line in text.split("\n")]
     longest = max(map(len, texts), default=0) if panel.show_y else 0
     return max(LEFT if panel.y.label else 0.0, 10 + LETTER * longest) if panel.show_y else 12.0
@@ -287,7 +287,10 @@ def _simplified_line(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _path(x: Array, y: Array, unit: float = 0.1) -> str:
-    """Text for the attribute d of an SVG path through points rounded to `unit` pixels, with gaps at non-finite points."""
+    """Text for the attribute d of an SVG path through points rounded to `unit` pixels, with gaps at non-finite points.
+
+    Repeated points are left out.
+    """
     out: list[str] = []
     last = None
     for a, b in zip(x, y, strict=True):

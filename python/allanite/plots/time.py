@@ -31,6 +31,8 @@ MIN_CLOSE_COLUMNS = 4
 def plot_time(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure`: heat map of measured divided by expected power, by time and octave band; significant cells are framed.
 
+    A record that is too short for a map has a note instead.
+
     Parameters
     ----------
     check : Check
@@ -67,7 +69,8 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
 def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, span: float) -> Panel:
     """`Panel` of the map; `rows` are its cells, `worst` the failing time range in s or None, `span` the duration in s.
 
-    Without cells, the panel has only a note.
+    Colors are the logarithm of the ratio from ¼ to 4. Cells with |z| > 4.3 are marked. Without cells, the panel has
+    only a note.
     """
     size, name = time_scale(span)
     label = f"time ({name})"
@@ -99,10 +102,10 @@ def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, sp
 
 
 def close_up(check: Check) -> Panel | None:
-    """`Panel` of measured divided by expected power, by time and frequency, around the range in which a model fails most.
+    """`Panel` of measured over expected power, by time and frequency, around the range in which a model fails most.
 
-    The panel shows lines and bands that drift. None if the model does not fail within an octave, or if the record is too
-    short to resolve this range in time.
+    The panel shows lines and bands that drift. None if the failing range spans an octave or more, if fewer than 4 times
+    can be resolved, or if single ordinates are not known.
     """
     fit, worst = check.fit, check.where.worst_frequency
     data = fit.data

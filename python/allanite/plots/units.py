@@ -33,7 +33,11 @@ def requested_units(units: Mapping[str, str]) -> Iterator[None]:
 
 
 def figure_unit(unit: str, *, samples: bool = False) -> str:
-    """Unit in which figures show deviations, or `samples`, of a sensor whose samples are in `unit`."""
+    """Unit in which figures show deviations, or `samples`, of a sensor whose samples are in `unit`.
+
+    A requested unit comes first, then that of data sheets (°/h, µg), or for samples °/s and mg. Other kinds keep
+    `unit`.
+    """
     sheet = SAMPLE_UNITS if samples else standard()[DEVIATION].parameter(DEVIATION).sheet
     return table_unit(unit, 0.0, sheet)
 
@@ -44,7 +48,7 @@ def factor_to_figure_unit(unit: str) -> float:
 
 
 def in_sheet_unit(value: Estimate, parameter: Parameter) -> Estimate:
-    """`Estimate` in the unit of data sheets.
+    """`Estimate` in the unit of data sheets; unchanged if there is none.
 
     A parameter without a unit of data sheets gets that of the standard coefficient with the same power of seconds: an
     amplitude or σ is in °/h like B, the driving noise of a Gauss-Markov process in °/h/√h like K. A change with a

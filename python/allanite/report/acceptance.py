@@ -104,7 +104,10 @@ def overall_verdict(found: Sequence[Acceptance]) -> str:
 
 
 def _description_rows(found: Sequence[Acceptance], serial: str, date: str) -> list[tuple[str, str]]:
-    """List of rows (name, text) that describe the part, the test, and the record, with up to two warnings of the audit."""
+    """List of rows (name, text) that describe the part, the test, and the record, with up to two warnings of the audit.
+
+    Rows on the temperature of the sheet and the margin are left out if there are none.
+    """
     first = found[0]
     recording = first.recording
     rows = [

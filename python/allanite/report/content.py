@@ -285,13 +285,16 @@ def _first_model_title(check: Any) -> str:
 
 
 def _failures(check: Any) -> list[Block]:
-    """List of `Block`: sentences on the τ, frequencies and times at which a model fails, or one sentence if none."""
+    """List with one `Block`: the τ, frequencies and times at which a model fails, or one sentence if it does not fail."""
     sentences = tuple(sentence(s) for s in check.left)
     return [Bullets(sentences)] if sentences else [Paragraph(sentence(check.nowhere))]
 
 
 def _cards(check: Any, place: str) -> list[Block]:
-    """List of `Block`: cards of the first `MAX_CARDS` suggestions under group titles, and a sentence naming the others."""
+    """List of `Block`: cards of the first 3 suggestions under group titles, and a sentence naming the others.
+
+    Empty without suggestions.
+    """
     cards: list[Block] = []
     rest = []
     left = MAX_CARDS
@@ -311,7 +314,7 @@ def _cards(check: Any, place: str) -> list[Block]:
 
 
 def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, rank: int) -> Card:
-    """`Card` of a suggestion: values, evidence, size, alternatives, and how to confirm it."""
+    """`Card` of a suggestion: values, evidence, size, alternatives, and how to confirm it. Its title begins with `rank`."""
     evidence = described["evidence"]
     terms: list[tuple[str, Cell]] = []
     values: list[str | Number] = []
@@ -362,7 +365,10 @@ def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, ra
 
 
 def _steps_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
-    """List of `Block`: section on the stepwise model building: a table of steps and a plot."""
+    """List of `Block`: section on the stepwise model building: a table of steps and a plot.
+
+    A single step gives one sentence.
+    """
     ladder = document["improve"]["ladder"]
     if len(ladder) == 1:
         words = "No effect was added: there is only one step."

@@ -120,7 +120,10 @@ class Report:
     axes: Characterization | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON, schema ``allanite/report/1``; several columns are in the list ``columns``."""
+        """Dict for JSON, schema ``allanite/report/1``; several columns are in the list ``columns``.
+
+        A single column is the document itself. Axes that were characterized together add ``common``.
+        """
         documents = [{**e.to_dict(), "options": dict(self.options)} for e in self.entries]
         if len(documents) == 1:
             return documents[0]
@@ -145,7 +148,7 @@ class Report:
         Parameters
         ----------
         figures : str, optional
-            Folder of the figures, as a link from the file. Without it no figures are shown.
+            Folder of the figures, as a link from the file. Without it the text has no figures. No figure is written.
         """
         from allanite.report.markdown import text
 

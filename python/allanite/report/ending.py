@@ -49,7 +49,7 @@ def method_section(report: Report) -> list[Block]:
 def column_blocks(entries: Sequence[Entry], places: Sequence[str]) -> list[list[Block]]:
     """List of lists: all blocks of each column; several columns are computed in parallel.
 
-    `places` are the paths of the columns in the JSON document.
+    `places` are the paths of the columns in the JSON document. Raises the error of the first column that fails.
     """
 
     def blocks(entry: Entry, place: str) -> list[Block]:

@@ -29,9 +29,10 @@ COEFFICIENTS = ("N", "B", "K")
 
 
 def summary(report: Report) -> list[Block]:
-    """List of `Block` of the first page.
+    """List of `Block` of the first page: description, verdicts, filter values, one figure, and the next step.
 
-    It has the sensor, serial number, date, temperature, duration, verdicts, filter values, one figure, and the next step.
+    The description has sensor, serial number and date ("not stated" if not given), temperature and duration of the
+    first column. Coefficients that no axis has are left out.
     """
     first = report.entries[0].recording
     rows: list[tuple[Cell, ...]] = [
@@ -63,7 +64,10 @@ def _picture(report: Report) -> Picture:
 
 
 def temperature_text(recording: Recording) -> str:
-    """Text ``30.1 °C on average, 25.0 to 35.2 °C`` of the first logged temperature; "not logged" if there is none."""
+    """Text ``30.1 °C on average, 25.0 to 35.2 °C`` of the first logged temperature; "not logged" if there is none.
+
+    A column is a temperature by its unit, or by ``temp`` in its name.
+    """
     for name, column in recording.covariates.items():
         unit = recording.covariate_units.get(name, "")
         values = np.asarray(column, dtype=float)

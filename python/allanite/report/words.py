@@ -71,7 +71,7 @@ def with_unit(unit: str | None) -> str:
 
 
 def sentence(text: str) -> str:
-    """`text` as a sentence with a capital letter, a full stop and readable numbers."""
+    """`text` as a sentence with a capital letter, one full stop and readable numbers."""
     return with_readable_numbers(f"{text[:1].upper()}{text[1:].rstrip('.')}.")
 
 
@@ -109,7 +109,10 @@ def parameter_cells(value: dict[str, Any], place: str) -> tuple[Cell, Cell, str]
 
 
 def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -> str:
-    """Text of a parameter in the unit of data sheets, ``0.72 °/√h``, or ``< limit``; empty if it has no such unit."""
+    """Text of a parameter in the unit of data sheets, ``0.72 °/√h``, or ``< limit`` if not detected.
+
+    Empty if it has no such unit or no value.
+    """
     wanted = parameter.sheet.get(parse_unit(sensor).kind)
     found, interval = value.get("value"), value.get("interval")
     if wanted is None or not isinstance(found, float | int):
@@ -123,6 +126,8 @@ def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -
 
 def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:
     """Tuple (tone ``"good"`` or ``"bad"``, text of the verdict).
+
+    Good if the last model is adequate or within the tolerance.
 
     The text says whether the first model fits, which effects were added, and how the errors changed.
     """

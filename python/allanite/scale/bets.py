@@ -142,7 +142,10 @@ class Bets:
         return np.concatenate([self._wide_fixed - half * wide, narrow], axis=-1)
 
     def take(self, samples: Array) -> None:
-        """Bet on the next segment and update the capital, in place. A segment with missing samples is only counted."""
+        """Bet on the next segment and update the capital, in place.
+
+        A segment with a missing sample is counted but not bet on.
+        """
         self.segments += 1
         if np.isnan(samples).any():
             return

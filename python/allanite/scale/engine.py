@@ -131,7 +131,10 @@ def _summary_task(array: Any, rate: float | None, unit: Any, columns: Sequence[s
 
 
 def _results(tasks: list[Any], client: Any) -> list[Any]:
-    """List of the results of Dask tasks, in the order of the tasks; waits for them. Without a client, Dask's default."""
+    """List of the results of Dask tasks, in the order of the tasks; waits for them.
+
+    Without a client, Dask's default scheduler. Raises the error of a task.
+    """
     # Worker processes, and replacements of dead ones, start in this block.
     with safe_path():
         if client is not None:

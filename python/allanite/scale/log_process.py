@@ -138,9 +138,10 @@ class LogProcess:
         self._lock = threading.Lock()
 
     def answer(self, path: str) -> Answer:
-        """`Answer` with the rows of a log, or with one failed row; waits for the child.
+        """`Answer` with the rows of a log, or with one failed row; waits for the child, which is started if needed.
 
         If a used child ends, a new child tries the log again, because earlier logs may have damaged the used child.
+        Raises `InputError` if the child refuses the setup.
         """
         used = self._process is not None
         answer = self._try(path)
@@ -155,9 +156,10 @@ class LogProcess:
         self._end()
 
     def _try(self, path: str) -> Answer | None:
-        """`Answer` of the child for a log; None if no child starts, or if the log ended the child.
+        """`Answer` of the child for a log.
 
-        Then `_why` is set to the reason.
+        None if no child starts, or if the log ended the child, with the reason in `_why`. A log that exceeds the
+        deadline gets a failed row, and the child is killed.
         """
         if self._process is None and not self._start():
             return None
@@ -403,7 +405,10 @@ def _set_time_limit(seconds: float) -> None:
 
 
 def _free_memory() -> None:
-    """Free the memory that a log used, so that it does not count for the memory limit of the next log."""
+    """Free the memory that a log used, in Python and in the compiled core.
+
+    It would otherwise count for the memory limit of the next log.
+    """
     from allanite import _kernels
 
     gc.collect()

@@ -48,7 +48,7 @@ FORMULA_STARTS = tuple("=+-@")
 def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
     """List of `Path`: logs of a folder, a pattern, a list in a text file or a sequence, sorted by name; or the single log.
 
-    Hidden files, journals, and tables that have a journal are not logs.
+    Folders are searched with their subfolders. Hidden files, journals, and tables that have a journal are not logs.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def _logs_in_list(path: Path) -> list[Path]:
 
 
 def _is_file(path: Path) -> bool:
-    """True if the path is a file that can be accessed."""
+    """True if the path is a file that can be accessed; False for a path that is too long or invalid."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -131,6 +131,7 @@ def rows_of(
     """List of dicts, one per axis of a log; a failed axis, or a log that cannot be read, has a row with the reason.
 
     The entry ``numbers`` is a JSON text: name → [value, low, high, standard error], for samples in the unit of the row.
+    Only `MemoryError` is raised.
     """
     from allanite.axes.turn_on import column_means
     from allanite.readers import read
@@ -175,7 +176,7 @@ def _reason(error: Exception) -> str:
 def _study_columns(study: Study) -> dict[str, Any]:
     """Dict of the entries model, verdict, discrepancy_percent, effects (JSON) and numbers (JSON) of a row.
 
-    ``effects`` maps each added effect to its p-value.
+    ``effects`` maps each added effect that is still in the model to its p-value, corrected for at least 1000 trials.
     """
     from scipy.special import chdtrc
 

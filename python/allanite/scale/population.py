@@ -214,7 +214,7 @@ class Fleet:
 
 
 def _sort_key(name: str) -> int:
-    """Integer sort key by which N, B and K come first, in this order."""
+    """Integer sort key of a parameter name: 0 for N, 1 for B, 2 for K, 3 for all others."""
     return FIRST_NAMES.index(name) if name in FIRST_NAMES else len(FIRST_NAMES)
 
 
@@ -310,9 +310,10 @@ def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
 
 
 def _discoveries(found: list[Deviating]) -> tuple[Deviating, ...]:
-    """Tuple of `Deviating`: the significant ones of `found`, at most one entry per axis (effects before parameters).
+    """Tuple of `Deviating`: the significant ones of `found`, by p-value, at most one entry per axis.
 
-    Significance follows Benjamini & Hochberg (1995) over all units and parameters.
+    Effects precede parameters. Significance follows Benjamini & Hochberg (1995) over all units and parameters, with a
+    false discovery rate of 1 %.
     """
     found = sorted(found, key=lambda one: one.p_value)
     last = 0

@@ -49,8 +49,8 @@ class ClippedPower:
     def bound(self) -> float:
         """Upper bound on the mean of (w² − LOW_CLIP)₊; infinity before the first sample.
 
-        It is the larger of two bounds. The first bounds the mean of the observed excess. The second bounds the mean of the
-        excess up to HIGH_CLIP, and assumes that the tail above falls at least as w⁻⁴, as with four degrees of freedom. The
+        It is the larger of two bounds. The first bounds the mean of the observed excess. The second bounds the mean of
+        the excess up to HIGH_CLIP, and assumes that the tail above falls at least as w⁻⁴ (four degrees of freedom). The
         excess over HIGH_CLIP is then at most HIGH_CLIP times the fraction of samples there.
         """
         n = self.samples
@@ -82,7 +82,7 @@ class ClippedPower:
 
 
 def _upper_mean(total: float, squares: float, n: int) -> float:
-    """Upper bound of a mean: the mean of n values plus `STANDARD_ERRORS` standard errors.
+    """Upper bound of a mean: the mean of n values plus three standard errors.
 
     `total` and `squares` are the sums of the values and of their squares.
     """

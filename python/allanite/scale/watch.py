@@ -197,6 +197,8 @@ class Watch:
     def update(self, chunk: Any) -> Alarm | None:
         """Add the next samples; returns the alarm if these samples raise it, else None (also after an earlier alarm).
 
+        The alarm is raised once, when the evidence reaches 100. Only complete segments of 1024 samples are tested.
+
         Parameters
         ----------
         chunk : array_like, shape (n,)
@@ -289,7 +291,10 @@ class Watch:
     # -- restarts --------------------------------------------------------------------------------
 
     def save(self, path: str | Path) -> None:
-        """Write the state to `path`, and the summary of the samples to a file next to it (``.summary``)."""
+        """Write the state to `path`, and the summary of the samples (if any) to a file next to it (``.summary``).
+
+        Both replace existing files.
+        """
         state = {
             "schema": SCHEMA,
             "model": str(self.model),

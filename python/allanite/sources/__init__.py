@@ -106,7 +106,10 @@ def documents_of(
 def _of_file(
     path: Path, unit: str | None, rate: float | None, record_length: float | None
 ) -> list[dict[str, Any]]:
-    """List of model documents (dicts) in a file. The suffix selects the reader; unknown suffixes are read as JSON."""
+    """List of model documents (dicts) in a file.
+
+    The suffix selects the reader; unknown suffixes are read as JSON. Raises `InputError` as each reader does.
+    """
     suffix = path.suffix.lower()
     if suffix == ".toml":
         from allanite.sources.datasheet import documents_of_sheet, read_datasheet

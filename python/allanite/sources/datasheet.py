@@ -165,7 +165,10 @@ class DataSheet:
     temperature: str = ""
 
     def of_kind(self, kind: str) -> DataSheet:
-        """Copy of the sheet with only the figures of one kind of sensor (``"angular rate"``, ``"acceleration"``, …)."""
+        """Copy of the sheet with only the figures of one kind of sensor (``"angular rate"``, ``"acceleration"``, …).
+
+        They may be none.
+        """
         return replace(self, figures=tuple(f for f in self.figures if f.kind == kind))
 
     def folded(self, rate: float) -> tuple[float, float] | None:
@@ -206,7 +209,7 @@ class DataSheet:
 
 
 def read_datasheet(path: str | Path) -> DataSheet:
-    r"""Data sheet read from a TOML or JSON file.
+    r"""`DataSheet` read from a TOML or JSON file; its name defaults to that of the file without suffix.
 
     Parameters
     ----------
@@ -222,13 +225,10 @@ def read_datasheet(path: str | Path) -> DataSheet:
     InputError
         No such file, bad syntax, an unknown figure, a value without a unit.
 
-    Examples
-    --------
-    >>> with open("sheet.toml", "w", encoding="utf-8") as file:
-    ...     _ = file.write("[figures]\nnoise_density = '0.03 deg/s/sqrt(Hz)'\n")
-    >>> quoted = al.read_datasheet("sheet.toml").figures[0]
-    >>> quoted.name, round(quoted.in_unit("deg/s"), 4)  # one-sided 0.03 is N = 0.03/√2
-    ('noise_density', 0.0212)
+    Examples -------- >>> with open("sheet.toml", "w", encoding="utf-8") as file: ...     _ =
+    file.write("[figures]\nnoise_density = '0.03 deg/s/sqrt(Hz)'\n") >>> quoted =
+    al.read_datasheet("sheet.toml").figures[0] >>> quoted.name, round(quoted.in_unit("deg/s"), 4)  # one-sided 0.03 is N
+    = 0.03/√2 ('noise_density', 0.0212)
     """
     path = Path(path)
     with about(path):

@@ -35,12 +35,11 @@ MAX_ROWS = 100_000
 
 
 def is_deviation_table(path: Path) -> bool:
-    """True if a text file is a table of Allan deviations over averaging times.
+    """True if a text file is a table of Allan deviations over averaging times; False if it cannot be read as numbers.
 
-    A file with a header is a table if its first column is named ``tau`` or ``averaging…``. A file
-    without a header is a table if its times grow, all its values are positive, each column falls by
-    a third or more, and the columns are smooth: neighboring values differ by less than 30 % in the
-    median. The first column of a log may grow as well.
+    The times must grow, all values be positive, and there be at least 5 rows. A header must name the first column
+    ``tau`` or ``averaging…``. Without a header, each column must fall by a third or more. Neighboring values must then
+    differ by less than 30 % in the median.
     """
     try:
         header, numbers = _read(path)

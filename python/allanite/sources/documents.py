@@ -24,7 +24,7 @@ def model_document(
     assumptions: Sequence[str] = (),
     intervals: Mapping[str, tuple[float, float]] | None = None,
 ) -> dict[str, Any]:
-    """Dict: model document (``allanite/fit/1``) of one axis with its coefficients Q, N, B, K, R.
+    """Dict: model document (``allanite/fit/1``) of one axis with its coefficients Q, N, B, K, R; other names are ignored.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def model_document(
     values : mapping of str to float
         Q, N, B, K, R in their canonical units for samples in `unit`.
     source : str
-        File or text that the values came from.
+        File or text of the values.
     rate : float, optional
         Sampling rate in Hz. A value that is not a positive number means unknown.
     assumptions : sequence of str

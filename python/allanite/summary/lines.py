@@ -53,9 +53,9 @@ def octave_power(reading: Reading, level: int) -> NDArray[np.float64]:
 def without_lines(
     reading: Reading, level: int, rate: float
 ) -> tuple[NDArray[np.float64], list[Line]]:
-    """Tuple (`octave_power`, U², with lines replaced by the median around them; list of the lines).
+    """Tuple (`octave_power`, U², with lines replaced by the median around them; list of the lines, strongest score first).
 
-    At most 32 lines. The search, from the highest score down, ends at the first peak that is too weak or too wide.
+    At most 32 lines. The search ends at the first peak that is too weak (score below 5.6) or too wide.
     """
     power = octave_power(reading, level)
     freedom = max(reading.octaves[level].frames, 1.0)

@@ -116,7 +116,7 @@ class Summary(Record):
 
     @property
     def extremes(self) -> Extremes:
-        """`Extremes` of the first column over all segments."""
+        """New `Extremes` of the first column over all segments; later changes of it do not affect the summary."""
         out = self.stretches[0].copy().extremes[0]
         for one in self.stretches[1:]:
             out.merge(one.extremes[0])
@@ -256,12 +256,18 @@ class Summary(Record):
 
     @property
     def covariates(self) -> dict[str, NDArray[np.float64]]:
-        """Dict from the name of each covariate to its samples at the rate of the kept samples of the first column."""
+        """Dict from the name of each covariate to its samples at the rate of the kept samples of the first column.
+
+        Empty without covariates.
+        """
         return self.low_rate(len(self.column(0).reading().octaves)) if self.covariates_named else {}
 
     @property
     def audit(self) -> list[Finding]:
-        """List of `Finding`: those in `told`, then gaps, repeated samples, outliers and lines of each column."""
+        """List of `Finding`: those already stored, then gaps, repeated samples, outliers and lines of each column.
+
+        Repeated samples count if they are over half of all.
+        """
         out = list(self.told)
         for name, unit, one in zip(self.columns, self.units, self, strict=True):
             found = one.extremes
@@ -313,7 +319,10 @@ class Summary(Record):
         return out
 
     def save(self, path: str | Path) -> None:
-        """Write the summary to `path` as one file, which `load` reads back; the name is kept as it is."""
+        """Write the summary to `path` as one file, which `load` reads back.
+
+        The name is kept as it is, and an existing file is replaced.
+        """
         storage.save(self, path)
 
     @classmethod

@@ -58,7 +58,9 @@ class Functions:
 
 
 def seconds_of(text: str, epoch: float | None) -> float:
-    """Parse a date or a time; returns seconds since the first sample.
+    """Seconds since the first sample of a date or a time span, given as text.
+
+    Dates without a time zone are in UTC.
 
     Parameters
     ----------
@@ -97,7 +99,10 @@ def seconds_of(text: str, epoch: float | None) -> float:
 
 
 def date_of(seconds: float, epoch: float | None) -> str:
-    """ISO date of a time in s since the first sample, with the time of day unless midnight; ``12 d`` without `epoch`."""
+    """ISO date of a time in s since the first sample, with the time of day unless midnight.
+
+    Without `epoch`, the days: ``12 d``.
+    """
     if epoch is None or not math.isfinite(epoch):
         return f"{seconds / 86400.0:.6g} d"
     whole = np.datetime64(round(epoch + seconds), "s")

@@ -442,7 +442,8 @@ def _trend(
 ) -> Trend:
     """`Trend` of one column; `report` is called with the number of fits done and the number of all fits.
 
-    Raises `TooShortError` for too few samples, and `InputError` if all samples are equal or a step is unsuitable.
+    With `find_steps`, up to 50 significant steps are added, one by one. Raises `TooShortError` for too few samples, and
+    `InputError` if all samples are equal or a step is unsuitable.
     """
     name = column.columns[0]
     samples = np.asarray(column.samples, dtype=np.float64)
