@@ -93,7 +93,7 @@ def test_tables_of_commands_are_in_units_of_data_sheets(log, command, capsys):
 
     for column, model, units in (
         ("gyro_x", "N+SIN(f=2.5)+RES(f=7,damping=0.05)", ("°/√h", "°/h", "°/h")),
-        ("accel_x", "N+SIN(f=2.5)", ("µg/√Hz", "µg")),
+        ("accel_x", "N+SIN(f=2.5)", ("m/s/√h", "µg")),
     ):
         with pytest.raises(SystemExit):
             main([command, str(log), "--rate", "20", "--column", column, "--model", model])

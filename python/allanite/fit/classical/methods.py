@@ -140,7 +140,8 @@ def _cell(estimate: Estimate | None, factor: float) -> str:
             if estimate.interval is None
             else f"< {number(factor * estimate.interval[1], 3)}"
         )
-    return _value_cell(float(estimate), *(estimate.interval or (None, None)), factor)
+    low, high = estimate.interval or (None, None)
+    return _value_cell(float(estimate), low, high, factor)
 
 
 def _value_cell(value: float | None, low: float | None, high: float | None, factor: float) -> str:

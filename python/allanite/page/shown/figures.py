@@ -227,7 +227,7 @@ def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
     if fit is None or first is None or not first.effect.follows:
         return figure
     said = (
-        f"{effect_text(fit, first.effect)} explains {number(first.removes_percent, 2)} % of the misfit:"
+        f"{effect_text(fit, first.effect)} {first.removes_text}:"
         f" {values_text(first.effect, first.estimates)}"
     )
     return replace(figure, subtitle=f"{said}\n{figure.subtitle}")
