@@ -96,7 +96,8 @@ class Check:
         if self.adequate:
             return "no view fails significantly"
         if self.significant:
-            return "no view fails significantly, but an effect is significantly missing"
+            names = dict.fromkeys(self.fit.display_name(s.effect) for s in self.significant)
+            return f"no view fails significantly, but significantly missing: {', '.join(names)}"
         return (
             "no single τ, frequency or time stands out, but the whole curve differs significantly"
         )
