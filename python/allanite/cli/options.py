@@ -19,6 +19,7 @@ from allanite.common.validation import SEEDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from pathlib import Path
 
     from allanite.recording import Recording
     from allanite.recording.findings import Finding
@@ -323,11 +324,13 @@ def is_points_per_decade(taus: str) -> bool:
     return taus.isascii() and taus.isdigit() and len(taus) <= MAX_DIGITS
 
 
-def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[Recording]:
+def columns_of(
+    path: str, options: LogOptions, *, for_fit: bool = True, copy: Path | None = None
+) -> list[Recording]:
     """List with one `Recording` per sensor column of a log, read as the options say and checked.
 
     With `for_fit`, a log that is mostly motion is refused, and columns locked to one quantization code are left out
-    with a note.
+    with a note. `copy` is a file with the content of standard input, if it was already read.
 
     Raises
     ------
@@ -336,7 +339,7 @@ def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[
     TooShortError
         Fewer than 16 samples.
     """
-    columns = list(recording_of(path, options, for_fit=for_fit))
+    columns = list(recording_of(path, options, for_fit=for_fit, copy=copy))
     for column in columns:
         if not _rate_varies(column):
             raise _constant_column_error(path, column)
@@ -373,10 +376,12 @@ def recording_of(
     options: LogOptions,
     *,
     for_fit: bool = True,
+    copy: Path | None = None,
 ) -> Recording:
     """`Recording` of a log with all columns that the options select, trimmed, checked, decimated and converted.
 
-    With `for_fit`, a log that is mostly motion is refused. Findings about motion are printed.
+    With `for_fit`, a log that is mostly motion is refused. Findings about motion are printed. `copy` is that of
+    `columns_of`.
 
     Raises
     ------
@@ -387,7 +392,7 @@ def recording_of(
     """
     from allanite.readers import read
 
-    with log_file(path) as file, errors_name_input(file, path):
+    with log_file(str(copy or path)) as file, errors_name_input(file, path):
         recording = read(file, **options.read_arguments())
     return _prepared_recording(recording, path, options, for_fit=for_fit)
 

@@ -128,6 +128,24 @@ def _read(path: Path, pick: Picker) -> Table:
 
     `pick` sees the first rows. Raises `InputError` for a table of deviations, damaged cells, or too little memory.
     """
+    first, cells, delimiter = first_rows_of(path)
+    wanted = sorted(set(pick(first)))
+    require_memory(
+        MEMORY_PER_CELL * len(wanted) * _rows_expected(path), f"a log with {len(wanted)} columns"
+    )
+    _, columns, _ = _kernels.read_text(str(path), delimiter=delimiter, columns=wanted, finite=True)
+    found = dict(zip(wanted, columns, strict=True))
+    for i in first.dates & found.keys():
+        if _SLASHED.match(cells[i]):
+            found[i] = with_day_and_month(found[i])
+    return replace(first, columns=tuple(found.get(i) for i in range(len(first.names))))
+
+
+def first_rows_of(path: Path) -> tuple[Table, list[str], str | None]:
+    """Tuple (table, cells, delimiter) of a text log: first rows of all columns, one cell of each column, and delimiter.
+
+    The delimiter is None if the core recognizes it.
+    """
     delimiter = None
     reader = _kernels.TextReader(str(path))
     header = reader.header
@@ -146,17 +164,7 @@ def _read(path: Path, pick: Picker) -> Table:
         refuse_deviation_header(_first_lines(path))
         names, units = (), ()
     first, cells = first_rows(reader, names, units)
-    first = replace(first, rate=stated_rate(path))
-    wanted = sorted(set(pick(first)))
-    require_memory(
-        MEMORY_PER_CELL * len(wanted) * _rows_expected(path), f"a log with {len(wanted)} columns"
-    )
-    _, columns, _ = _kernels.read_text(str(path), delimiter=delimiter, columns=wanted, finite=True)
-    found = dict(zip(wanted, columns, strict=True))
-    for i in first.dates & found.keys():
-        if _SLASHED.match(cells[i]):
-            found[i] = with_day_and_month(found[i])
-    return replace(first, columns=tuple(found.get(i) for i in range(len(first.names))))
+    return replace(first, rate=stated_rate(path)), cells, delimiter
 
 
 def all_numbers(first: Table) -> list[int]:

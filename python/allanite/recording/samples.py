@@ -36,14 +36,14 @@ def private_array(samples: object, columns: Sequence[str] | None = None) -> NDAr
     if array.size == 0:
         raise TooShortError("no samples")
     if array.dtype.kind == "f":
-        _require_finite(array, columns)
+        require_finite(array, columns)
     if array.flags.writeable:
         # A view, or an array of the caller, could change during a computation.
         array = array.copy()
     return array
 
 
-def _require_finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
+def require_finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
     """Raise `InputError` for infinite samples, and `TooShortError` if all samples are NaN."""
     count, first, present = 0, "", False
     for at in range(0, len(array), CHUNK):

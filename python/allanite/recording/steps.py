@@ -82,6 +82,15 @@ def _mean_of_rounded_steps(steps: NDArray[np.float64], middle: float) -> float:
     return usual if near and float(np.median(strays)) < 1.2 * middle else 0.0
 
 
+def stalled_error() -> InputError:
+    """`InputError` (not raised) for stamps that nowhere advance at a steady rate."""
+    return InputError(
+        "the time column nowhere advances at a steady rate",
+        missing="rate",
+        remedy="; give {rate} and leave the column out",
+    )
+
+
 @dataclass(slots=True)
 class Steps:
     """Steps between stamps, separated into usual steps and irregularities.
@@ -150,11 +159,7 @@ class Steps:
         """Number of samples per unit of the stamps. Raises `InputError` if the stamps nowhere advance steadily."""
         span = float(self.times.sum())
         if not span > 0.0:
-            raise InputError(
-                "the time column nowhere advances at a steady rate",
-                missing="rate",
-                remedy="; give {rate} and leave the column out",
-            )
+            raise stalled_error()
         return float(self.counts.sum()) / span
 
     def _exclude_from_rate(self, rows: NDArray[np.int64]) -> None:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
 from allanite.recording.stamp_units import TIME_UNITS, stamp_numbers, unit_of_stamps
-from allanite.recording.steps import Steps
+from allanite.recording.steps import Steps, stalled_error
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -146,51 +147,99 @@ def read_stamps(
         an unknown segment.
     """
     t, unit = stamp_numbers(time, unit)
-    # Differences before the conversion to float keep nanoseconds since 1970 exact.
-    with np.errstate(over="ignore"):
-        raw = np.clip(np.diff(t).astype(np.float64), -MAX_STEP, MAX_STEP)
-    raw[np.abs(raw) < 1.0 / MAX_STEP] = 0.0
-    steps = Steps(raw, t)
-    why = "given"
-    if unit is None:
-        unit, why = unit_of_stamps(t, 1.0 / steps.rate, rate)
-    elif unit not in TIME_UNITS:
-        raise InputError(f"unknown unit of time {unit!r}: one of {', '.join(TIME_UNITS)}")
-    second = TIME_UNITS[unit]
-    late = [row for row, _ in steps.gaps]
-    regular = np.ones(raw.size, dtype=bool)
-    regular[late] = False
-    forward = raw[raw > 0]
-    resolution = float(forward.min()) * second
-    jitter = float(np.std(steps.clean[regular])) * second if regular.any() else 0.0
-    drift, changed = (0.0, -1)
-    if not (steps.coarse or steps.lost):
-        drift, changed = _interval_drift(steps.clean[regular] * second, jitter, resolution)
-    equal, back = np.flatnonzero(raw == 0), np.flatnonzero(raw < 0)
-    back = np.setdiff1d(back, steps.wraps, assume_unique=True)
-    pieces = segments_between_gaps(int(t.size), steps.gaps)
-    return Stamps(
-        rate=steps.rate / second,
-        unit=unit,
-        why=why,
-        n=int(t.size),
-        jitter=jitter,
-        resolution=resolution,
-        duplicates=int(equal.size),
-        backwards=int(back.size),
-        first_backwards=int(back[0]) + 1 if back.size else -1,
-        gaps=tuple(steps.gaps),
-        coarse=steps.coarse,
-        first_duplicate=int(equal[0]) + 1 if equal.size else -1,
-        lost=steps.lost,
-        seams=tuple((row, -float(raw[row]) * second) for row in steps.seams),
-        wraps=tuple(steps.wraps),
-        wrap=steps.wrap * second,
-        drift=drift,
-        changed=int(np.flatnonzero(regular)[changed]) if changed >= 0 else -1,
-        pieces=pieces,
-        piece=_index_of_segment(pieces, piece),
-    )
+    sums = StampSums(unit, rate)
+    steps = sums.add(t, 0, t.size)
+    stamps = sums.stamps(piece)
+    if steps.coarse or steps.lost:
+        return stamps
+    regular = np.setdiff1d(np.arange(steps.raw.size), [row for row, _ in steps.gaps])
+    clean = steps.clean[regular] * TIME_UNITS[stamps.unit]
+    drift, changed = _interval_drift(clean, stamps.jitter, stamps.resolution)
+    return replace(stamps, drift=drift, changed=int(regular[changed]) if changed >= 0 else -1)
+
+
+class StampSums:
+    """Sums over the intervals between time stamps that are added in chunks; `unit` and `rate` as in `read_stamps`."""
+
+    def __init__(self, unit: str | None, rate: float | None) -> None:
+        if unit is not None and unit not in TIME_UNITS:
+            raise InputError(f"unknown unit of time {unit!r}: one of {', '.join(TIME_UNITS)}")
+        self.unit, self.rate = unit, rate
+        self.why = "given"
+        self.rows = self.duplicates = self.backwards = 0
+        self.first_duplicate = self.first_backwards = -1
+        self.counts = self.times = self.squares = self.wrap = 0.0
+        self.resolution = math.inf
+        self.gaps: list[tuple[int, int]] = []
+        self.seams: list[tuple[int, float]] = []
+        self.wraps: list[int] = []
+        self.coarse = self.lost = False
+
+    def add(self, t: NDArray[Any], begun: int, end: int) -> Steps:
+        """Add the stamps `t` from index `begun` to `end`; the others are neighbors. `Steps` of all of `t`."""
+        before = self.rows - begun
+        self.rows += end - begun
+        # Differences before the conversion to float keep nanoseconds since 1970 exact.
+        with np.errstate(over="ignore"):
+            raw = np.clip(np.diff(t).astype(np.float64), -MAX_STEP, MAX_STEP)
+        raw[np.abs(raw) < 1.0 / MAX_STEP] = 0.0
+        steps = Steps(raw, t)
+        if self.unit is None:
+            self.unit, self.why = unit_of_stamps(t, 1.0 / steps.rate, self.rate)
+        second = TIME_UNITS[self.unit]
+        self.coarse |= steps.coarse
+        self.lost |= steps.lost
+        first, last = max(begun - 1, 0), end - 1
+        raw = raw[first:last]
+        self.gaps += [(before + row, missing) for row, missing in steps.gaps if first <= row < last]
+        self.counts += float(steps.counts[first:last].sum())
+        self.times += float(steps.times[first:last].sum())
+        self.resolution = min(self.resolution, float(raw[raw > 0].min(initial=math.inf)))
+        here = [row for row in steps.wraps if first <= row < last]
+        self.wraps += [before + row for row in here]
+        self.wrap = max(self.wrap, steps.wrap * second * bool(here))
+        seams = [row for row in steps.seams if first <= row < last]
+        self.seams += [(before + row, -float(steps.raw[row]) * second) for row in seams]
+        equal = np.flatnonzero(raw == 0)
+        back = np.setdiff1d(np.flatnonzero(raw < 0), np.array(here, int) - first)
+        if equal.size and not self.duplicates:
+            self.first_duplicate = before + first + int(equal[0]) + 1
+        if back.size and not self.backwards:
+            self.first_backwards = before + first + int(back[0]) + 1
+        self.duplicates += int(equal.size)
+        self.backwards += int(back.size)
+        regular = np.ones(steps.raw.size, dtype=bool)
+        regular[[row for row, _ in steps.gaps]] = False
+        clean = steps.clean[first:last][regular[first:last]]
+        self.squares += float(np.var(clean)) * raw.size if clean.size else 0.0
+        return steps
+
+    def stamps(self, piece: int | None) -> Stamps:
+        """`Stamps` of all stamps, without drift. Raises `InputError` if they do not advance, or for an unknown segment."""
+        if not self.times > 0.0:
+            raise stalled_error()
+        second = TIME_UNITS[self.unit or "s"]
+        pieces = segments_between_gaps(self.rows, self.gaps)
+        return Stamps(
+            rate=self.counts / self.times / second,
+            unit=self.unit or "s",
+            why=self.why,
+            n=self.rows,
+            jitter=math.sqrt(self.squares / max(self.rows - 1, 1)) * second,
+            resolution=self.resolution * second,
+            duplicates=self.duplicates,
+            backwards=self.backwards,
+            first_backwards=self.first_backwards,
+            gaps=tuple(self.gaps),
+            coarse=self.coarse,
+            first_duplicate=self.first_duplicate,
+            lost=self.lost,
+            seams=tuple(self.seams),
+            wraps=tuple(self.wraps),
+            wrap=self.wrap,
+            pieces=pieces,
+            piece=index_of_segment(pieces, piece),
+        )
 
 
 def _interval_drift(
@@ -239,7 +288,7 @@ def segments_between_gaps(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[in
             return tuple(zip(starts.tolist(), ends.tolist(), strict=True))
 
 
-def _index_of_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> int:
+def index_of_segment(pieces: tuple[tuple[int, int], ...], piece: int | None) -> int:
     """Index, from 0, of the segment with the number `piece`, counted from 1; by default of the longest segment.
 
     Raises `InputError` for an unknown number.

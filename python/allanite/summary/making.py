@@ -16,7 +16,7 @@ from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate
 from allanite.recording import Recording
 from allanite.recording.samples import column_names
-from allanite.summary.stream_segment import StreamSegment
+from allanite.summary.stream_segment import TAUS_PER_OCTAVE, StreamSegment
 from allanite.summary.summary import Summary
 
 if TYPE_CHECKING:
@@ -89,6 +89,7 @@ def summary_of_chunks(
     columns: Sequence[str] | None,
     path: str | None,
     threads: int,
+    taus_per_octave: int = TAUS_PER_OCTAVE,
 ) -> Summary:
     """`Summary` as `summarize` returns it, computed with `threads` threads.
 
@@ -98,7 +99,9 @@ def summary_of_chunks(
     if start < 0:
         raise InputError(f"start is {start}: the index of the first sample, from 0")
     with Pool(threads) if threads > 1 else nullcontext() as pool:
-        return _summary_with_pool(chunks, (rate, unit, columns), start, path, threads, pool)
+        return _summary_with_pool(
+            chunks, (rate, unit, columns), start, path, threads, taus_per_octave, pool
+        )
 
 
 def _summary_with_pool(
@@ -107,6 +110,7 @@ def _summary_with_pool(
     start: int,
     path: str | None,
     threads: int,
+    taus_per_octave: int,
     pool: Pool | None,
 ) -> Summary:
     """`Summary` of chunks; `options` are rate, unit and columns. Without a pool, all is computed in this thread.
@@ -127,6 +131,7 @@ def _summary_with_pool(
                 about["units"],
                 # The columns and their curves are computed side by side.
                 max(1, threads - 1 if width == 1 else threads // width),
+                taus_per_octave,
             )
         elif {**about, "path": None} != {**head, "path": None}:
             raise InputError(

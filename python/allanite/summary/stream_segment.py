@@ -139,6 +139,7 @@ class StreamSegment:
         rate: float,
         units: tuple[str, ...],
         threads: int = 1,
+        taus_per_octave: int = TAUS_PER_OCTAVE,
     ) -> StreamSegment:
         """`StreamSegment` without samples that begins at index `start`, for this number of columns and covariates."""
         return cls(
@@ -148,7 +149,7 @@ class StreamSegment:
                 Level(0, start, start, i < columns, threads=threads)
                 for i in range(columns + covariates)
             ],
-            [Accumulator(rate, TAUS_PER_OCTAVE, unit=unit, start=start) for unit in units],
+            [Accumulator(rate, taus_per_octave, unit=unit, start=start) for unit in units],
             [Extremes() for _ in range(columns)],
         )
 

@@ -269,9 +269,11 @@ class Summary(Record):
         Repeated samples count if they are over half of all.
         """
         out = list(self.told)
+        # A gap of the time column is reported once.
+        known = {0, *(f.values.get("missing") for f in self.told if f.kind == "gaps")}
         for name, unit, one in zip(self.columns, self.units, self, strict=True):
             found = one.extremes
-            if one.missing:
+            if one.missing not in known:
                 out.append(
                     Finding(
                         "gaps",

@@ -54,7 +54,7 @@ def test_seconds_and_the_rest_are_one_stamp(tmp_path, whole, part):
 
 
 def test_seconds_and_the_rest_of_a_log_read_in_chunks(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("allanite.cli.stream.is_too_large", lambda path: True)
+    monkeypatch.setattr("allanite.readers.long_log.is_too_large", lambda path: True)
     rows = [(int(s) // 10**9, int(s) % 10**9, x) for s, x in zip(STAMPS, _signal(), strict=True)]
     path = _log(tmp_path / "log.csv", ("sec", "nanosec", "gyro_x"), rows)
     with pytest.raises(SystemExit) as stop:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -14,12 +15,14 @@ from allanite.cli.options import (
     log_options,
     plot_option,
 )
-from allanite.cli.pipe import STANDARD_INPUT
+from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT, errors_name_input, log_file
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.deviation import ESTIMATORS
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from allanite.deviation import Deviation
     from allanite.plots.spec import Figure
     from allanite.recording import Recording
@@ -27,6 +30,8 @@ if TYPE_CHECKING:
 
 #: Values of --taus that are names.
 GRIDS = ("octave", "decade", "all")
+#: Maximum number of averaging times per octave (limit of `Accumulator`).
+MAX_TAUS_PER_OCTAVE = 16
 
 
 @click.command(
@@ -94,10 +99,8 @@ def command(
             " times in seconds use Python: al.oadev(…, taus=[1, 10])"
         )
     kinds = kind or ("oadev",)
-    in_chunks = kinds == ("oadev",) and _is_read_in_chunks(log, taus, options)
-    results = (
-        _read_in_chunks(log, options, taus) if in_chunks else _read_whole(log, kinds, taus, options)
-    )
+    with log_file(log) as file, errors_name_input(file, log):
+        results = _measured(log, file, kinds, taus, options)
     results = [replace(r, deviation=r.deviation.at_confidence(confidence)) for r in results]
     if plot is not None and len(kinds) > 1:
         _plot_kinds(results, len(kinds), plot)
@@ -150,43 +153,54 @@ class _Drawing:
         return self.figure
 
 
-def _is_read_in_chunks(log: str, taus: str, options: LogOptions) -> bool:
-    """True if the log is read in chunks: standard input, or a text or NPY file larger than the memory budget.
-
-    False if --trim, --decimate, --piece or another grid of τ than octaves and points per decade is given.
-    """
-    from allanite.cli.stream import is_too_large
-
-    simple = options.trim is None and options.decimate is None and options.piece is None
-    if not simple or not (is_points_per_decade(taus) or taus == "octave"):
-        return False
-    return log == STANDARD_INPUT or is_too_large(log)
-
-
-def _read_in_chunks(log: str, options: LogOptions, taus: str) -> list[_Measured]:
-    """List of `_Measured` with the overlapping Allan deviation of each column of a log read in chunks."""
-    from allanite.cli.stream import deviations_in_chunks
-
-    return [
-        _Measured(stream, deviation)
-        for stream, deviation in deviations_in_chunks(options, taus, log)
-    ]
-
-
-def _read_whole(
-    log: str, kinds: tuple[str, ...], taus: str, options: LogOptions
+def _measured(
+    log: str, file: Path, kinds: tuple[str, ...], taus: str, options: LogOptions
 ) -> list[_Measured]:
-    """List of `_Measured` with the deviation of each column and kind, of a log that is held in memory."""
+    """List of `_Measured` with the deviation of each column and kind of a log; `file` holds its content.
+
+    A large file is read in chunks if no option needs all samples.
+    """
+    from allanite.readers import long_log
+
+    simple = kinds == ("oadev",) and options.trim is None and options.decimate is None
+    if simple and (is_points_per_decade(taus) or taus == "octave") and long_log.is_too_large(file):
+        return _summarized(log, file, taus, options)
+    from allanite import deviation
     from allanite.cli.options import columns_of
 
-    columns = columns_of(log, options, for_fit=False)
-    from allanite import deviation
-
+    columns = columns_of(log, options, for_fit=False, copy=file)
     grid = int(taus) if is_points_per_decade(taus) else taus
     return [
         _Measured(column, getattr(deviation, kind)(column, taus=grid))
         for column in columns
         for kind in kinds
+    ]
+
+
+def _summarized(log: str, file: Path, taus: str, options: LogOptions) -> list[_Measured]:
+    """List of `_Measured` with the overlapping Allan deviation of each column of a log that is summarized."""
+    from allanite.readers import request_of
+    from allanite.readers.long_log import summary_of_log
+
+    per_octave = 1
+    if is_points_per_decade(taus):
+        # A decade has log2(10) octaves.
+        per_octave = math.ceil(int(taus) / math.log2(10))
+        if not 1 <= per_octave <= MAX_TAUS_PER_OCTAVE:
+            raise InputError(
+                f"--taus {taus}: a log that is read in chunks can have 1 to"
+                f" {int(MAX_TAUS_PER_OCTAVE * math.log2(10))} averaging times per decade"
+            )
+    request = request_of(**{**options.read_arguments(), "topic": None})
+    unit = ",".join(options.output_units.values()) or None
+    summary = summary_of_log(file, request, unit, per_octave)
+    if log == STANDARD_INPUT:
+        summary = replace(summary, path=INPUT_NAME)
+    why = "log read in chunks, as it is larger than half of the free memory"
+    results = [_Measured(column, column.oadev()) for column in summary]
+    return [
+        replace(r, deviation=replace(r.deviation, diagnostics=(why, *r.deviation.diagnostics)))
+        for r in results
     ]
 
 
@@ -205,13 +219,9 @@ class _Measured:
         return {**head, "recording": self.recording.describe(), **self.deviation.to_dict()}
 
     def __str__(self) -> str:
-        from allanite.effects.sheet_units import in_figure_unit
-
         r = self.recording
         what = f"{r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s), {r.unit}"
-        return (
-            f"{r.path or 'recording'} · {r.columns[0]} · {what}\n{in_figure_unit(self.deviation)}"
-        )
+        return f"{r.path or 'recording'} · {r.columns[0]} · {what}\n{self.deviation}"
 
     def plot(self) -> Figure:
         """Figure of the deviation over τ, with its interval if there is one.

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 from allanite.common.numbers import number, value_and_interval_text
 from allanite.common.parameters import Estimate
-from allanite.common.printing import printed
+from allanite.common.printing import printed, to_table_unit
 from allanite.effects import Deterministic
-from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.estimates import has_interval
 from allanite.fit.models import parameter_label
 
@@ -51,7 +50,7 @@ def _in_table(fit: Fit, name: str, value: Estimate) -> Estimate:
     label, _, parameter = name.rpartition(".")
     effect = fit.model.effects[fit.model.labels.index(label or name)]
     declared = effect.parameter(parameter)
-    return in_sheet_unit(value, declared)
+    return to_table_unit(value, declared.unit, declared.sheet, fit.recording.unit)
 
 
 def _pooled_in_table(fit: Fit, row: Pooled) -> Pooled:

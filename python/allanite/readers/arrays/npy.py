@@ -27,7 +27,11 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
     The only column is ``x``; several are ``x0``, ``x1``, …. Errors are those of `load`.
     """
-    data = load(path)
+    return table_of(load(path))
+
+
+def table_of(data: NDArray[Any]) -> Table:
+    """`Table` of an array of shape (n, columns)."""
     k = data.shape[1]
     names = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
     return Table(names, columns_of(data), (None,) * k, named=False)

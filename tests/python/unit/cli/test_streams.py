@@ -1,6 +1,7 @@
 """Pipes, logs larger than memory, and files that are whole or absent."""
 
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ def test_a_log_from_a_pipe(run, log, tmp_path):
 
 
 def test_a_log_larger_than_memory_is_read_in_chunks(run, log, tmp_path, monkeypatch):
-    from allanite.cli import stream
+    from allanite.readers import long_log
 
     def adev(*arguments):
         code, out, err = run("adev", *arguments, "--json")
@@ -38,8 +39,8 @@ def test_a_log_larger_than_memory_is_read_in_chunks(run, log, tmp_path, monkeypa
     for file, options in ((log, ()), (tmp_path / "x.npy", ("--rate", 10, "--column", "x1"))):
         whole = adev(file, *options)
         with monkeypatch.context() as patch:
-            patch.setattr(stream, "budget", lambda: 500.0)
-            assert stream.is_too_large(str(file))
+            patch.setattr(long_log, "budget", lambda: 500.0)
+            assert long_log.is_too_large(Path(file))
             chunked = adev(file, *options)
         assert "chunks" in chunked["diagnostics"][0]
         assert chunked["recording"]["n"] == whole["recording"]["n"]
@@ -49,17 +50,20 @@ def test_a_log_larger_than_memory_is_read_in_chunks(run, log, tmp_path, monkeypa
         assert len(near) == 5
         for point in near:
             assert point["deviation"] == pytest.approx(same[point["m"]], rel=1e-9)
-    assert not stream.is_too_large(str(log))
-    assert not stream.is_too_large("no such file")
+    assert not long_log.is_too_large(Path(log))
+    assert not long_log.is_too_large(Path("no such file"))
 
 
 @pytest.mark.long
-def test_adev_of_a_pipe_needs_no_memory_of_it(run, log):
+def test_adev_of_a_pipe_needs_no_memory_of_it(run, log, monkeypatch):
     needs("deviation.accumulator")
+    direct = strict(run("adev", log, "--json")[1])
+    monkeypatch.setenv("ALLANITE_MEMORY", "1000")
     code, out, err = piped(log.read_bytes(), "adev", "-", "--json")
     assert (code, err) == (0, "")
     streamed = strict(out)
-    direct = strict(run("adev", log, "--json")[1])
+    assert "chunks" in streamed["diagnostics"][0]
+    assert streamed["recording"]["path"] == "standard input"
     assert streamed["recording"]["n"] == direct["recording"]["n"] == 4000
     assert streamed["recording"]["column"] == "gyro_x"
     assert streamed["recording"]["rate_hz"] == pytest.approx(100)
@@ -96,7 +100,7 @@ def stamped(tmp_path, name, time, header=""):
 
 
 @pytest.mark.long
-def test_a_stream_sees_the_gaps_of_its_time_column(run, tmp_path):
+def test_a_stream_sees_the_gaps_of_its_time_column(run, tmp_path, monkeypatch):
     n = 150_000
     keep = np.ones(n, bool)
     # Within a chunk, at the border of two (65 536 rows), a single row, and close to the end.
@@ -113,7 +117,9 @@ def test_a_stream_sees_the_gaps_of_its_time_column(run, tmp_path):
         # The rate of 50 Hz contradicts stamps of 100 Hz: the user insists.
         for options in ((), ("--rate", "50!")):
             whole = strict(run("adev", path, "--json", *options)[1])
-            code, out, _ = piped(path.read_bytes(), "adev", "-", "--json", *options)
+            with monkeypatch.context() as patch:
+                patch.setenv("ALLANITE_MEMORY", "1M")
+                code, out, _ = piped(path.read_bytes(), "adev", "-", "--json", *options)
             assert code == 0
             stream = strict(out)
             for key in ("column", "n", "gaps", "duration_s"):
@@ -126,12 +132,14 @@ def test_a_stream_sees_the_gaps_of_its_time_column(run, tmp_path):
             pairs = zip(stream["points"][:5], whole["points"][:5], strict=True)
             for ours, theirs in pairs:
                 assert ours["deviation"] == pytest.approx(theirs["deviation"], rel=1e-9)
+    monkeypatch.setenv("ALLANITE_MEMORY", "500")
     text = b"time,x\n" + b"".join(b"%d,%d\n" % (k, k % 7) for k in range(100)) + b"nan,1\n"
     refused(piped(text, "adev", "-"), 2, "time column", "row 100")
 
 
 @pytest.mark.slow
-def test_a_stream_reads_the_unit_in_a_name(run, tmp_path):
+def test_a_stream_reads_the_unit_in_a_name(run, tmp_path, monkeypatch):
+    monkeypatch.setenv("ALLANITE_MEMORY", "100")
     path = tmp_path / "dps.csv"
     x = np.random.default_rng(3).standard_normal(60)
     path.write_text("GyrX_dps\n" + "".join(f"{v}\n" for v in x))
@@ -141,23 +149,24 @@ def test_a_stream_reads_the_unit_in_a_name(run, tmp_path):
 
 
 @pytest.mark.slow
-def test_what_a_stream_does_not_need_may_be_text(run, tmp_path):
+def test_what_a_stream_does_not_need_may_be_text(run, tmp_path, monkeypatch):
     path = tmp_path / "notes.csv"
     x = np.random.default_rng(3).standard_normal(60)
     path.write_text("gx,label\n" + "".join(f"{v},foo\n" for v in x))
     options = ("--rate", 1, "--column", "gx", "--json")
-    stream = strict(piped(path.read_bytes(), "adev", "-", *options)[1])
     whole = strict(run("adev", path, *options)[1])
+    monkeypatch.setenv("ALLANITE_MEMORY", "100")
+    stream = strict(piped(path.read_bytes(), "adev", "-", *options)[1])
     assert stream["points"][0]["deviation"] == pytest.approx(whole["points"][0]["deviation"])
 
 
 def test_large_integers_in_chunks(run, tmp_path, monkeypatch):
-    from allanite.cli import stream
+    from allanite.readers import long_log
 
     x = 2**60 + np.random.default_rng(3).integers(0, 100, 5_000)
     np.save(tmp_path / "counts.npy", x)
     whole = strict(run("adev", tmp_path / "counts.npy", "--rate", 1, "--json")[1])
-    monkeypatch.setattr(stream, "budget", lambda: 500.0)
+    monkeypatch.setattr(long_log, "budget", lambda: 500.0)
     chunked = strict(run("adev", tmp_path / "counts.npy", "--rate", 1, "--json")[1])
     assert chunked["points"][0]["deviation"] == whole["points"][0]["deviation"] > 20
     # Angles that fall: differences of unsigned and of narrow integers must not wrap.
@@ -172,7 +181,8 @@ def test_large_integers_in_chunks(run, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_averaging_times_that_a_stream_does_not_have():
+def test_averaging_times_that_a_stream_does_not_have(monkeypatch):
+    monkeypatch.setenv("ALLANITE_MEMORY", "100")
     text = b"x\n" + b"1\n2\n" * 50
     for taus in ("0", "1000"):
         refused(piped(text, "adev", "-", "--rate", 1, "--taus", taus), 2, f"--taus {taus}")
@@ -255,7 +265,7 @@ def test_an_infinite_sample_is_named_by_line_and_column(tmp_path, run, monkeypat
     code, _, err = piped(text.encode(), "adev", "-", "--rate", 1, "--column", "a")
     assert (code, err) == (0, "")
 
-    from allanite.cli import stream
+    from allanite.readers import long_log
 
     x = RNG.standard_normal((100, 2))
     x[41, 1] = -np.inf
@@ -263,7 +273,7 @@ def test_an_infinite_sample_is_named_by_line_and_column(tmp_path, run, monkeypat
     np.save(path, x)
     words = "column x1: sample 42, counted from 1, is -inf"
     refused(run("adev", path, "--rate", 1), 2, "x.npy", words)
-    monkeypatch.setattr(stream, "budget", lambda: 50.0)
+    monkeypatch.setattr(long_log, "budget", lambda: 50.0)
     refused(run("adev", path, "--rate", 1), 2, "x.npy", words)
 
 

@@ -1,0 +1,189 @@
+"""Logs larger than the memory: text and NPY files are read in chunks, and summarized."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.common.errors import InputError, TooShortError, about
+from allanite.common.memory import budget
+from allanite.common.plain import plain
+from allanite.common.threads import processors
+from allanite.common.units import rate_unit
+from allanite.common.validation import positive_rate
+from allanite.readers import refuse_contradicting_rate
+from allanite.readers.arrays import npy
+from allanite.readers.columns import layout_of
+from allanite.readers.text import core_errors_with_remedy, first_rows_of
+from allanite.readers.unit_names import no_unit_findings
+from allanite.recording.findings import stamp_findings
+from allanite.recording.samples import factors_to, require_finite
+from allanite.recording.stamps_in_chunks import fill_gaps_in_chunks, read_stamps_in_chunks
+from allanite.summary.making import summary_of_chunks
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from allanite.readers._table import Table
+    from allanite.readers.columns import Layout, Request
+    from allanite.readers.time_parts import TimeParts
+    from allanite.recording.timebase import Stamps
+    from allanite.summary import Summary
+
+    _Rows = Callable[[Sequence[int]], Iterator[NDArray[Any]]]
+
+#: First bytes of an NPY file.
+NPY = b"\x93NUMPY"
+#: Number of rows per chunk.
+CHUNK_ROWS = 1 << 16
+
+
+def is_too_large(path: Path) -> bool:
+    """True if a text log or NPY file is larger than the memory budget; False for other files or no file.
+
+    A file is text if its first 4096 bytes have no null byte.
+    """
+    if not path.is_file() or path.stat().st_size <= budget():
+        return False
+    head = _head(path)
+    return head.startswith(NPY) or b"\0" not in head
+
+
+def summary_of_log(
+    path: Path, request: Request, unit: str | None = None, taus_per_octave: int = 2
+) -> Summary:
+    """`Summary` of the sensor columns of a text log or NPY file of any size, read in chunks.
+
+    Its audit includes the findings about columns and time stamps.
+
+    Parameters
+    ----------
+    path : Path
+        The log.
+    request : Request
+        Options of the caller. Covariates are not read.
+    unit : str, optional
+        Unit to which the samples are converted, as in `Recording.to`.
+    taus_per_octave : int
+        Number of averaging times of the Allan curve.
+
+    Raises
+    ------
+    InputError
+        There is no rate, a cell is invalid, or a column is unknown.
+    TooShortError
+        There are too few rows.
+    """
+    with about(path), core_errors_with_remedy(str(path)):
+        first, rows = (_open_npy if _head(path).startswith(NPY) else _open_text)(path)
+        if first.n < 3:
+            raise TooShortError("fewer than 3 rows of numbers")
+        layout = layout_of(first, request)
+        refuse_contradicting_rate(request, first.rate, None)
+        stamps = _stamps_of(rows, layout, request)
+        rate = request.rate if request.rate is not None else first.rate
+        rate = stamps.rate if rate is None and stamps is not None else rate
+        if rate is None:
+            raise InputError(
+                "no sampling rate", missing="rate", remedy=": give {rate} or a time column"
+            )
+        rate = positive_rate(rate)
+        refuse_contradicting_rate(request, None, stamps)
+        units = tuple(rate_unit(one, layout.quantity).name for one in layout.units)
+        factors = np.array([layout.columns[i].scale for i in layout.samples])
+        factors *= 1.0 if layout.quantity == "rate" else rate
+        if unit is not None:
+            conversions, units = factors_to(unit, units)
+            factors *= conversions
+        names = [first.names[i] for i in layout.samples]
+        chunks = rows(layout.samples)
+        if stamps is not None:
+            chunks = fill_gaps_in_chunks(chunks, stamps)
+        if layout.quantity == "angle":
+            chunks = _differences(chunks)
+        if (factors != 1.0).any():
+            chunks = (chunk * factors for chunk in chunks)
+        summary = summary_of_chunks(
+            chunks, rate, units, 0, names, plain(path), processors(), taus_per_octave
+        )
+        findings = [*layout.findings, *(stamp_findings(stamps, rate) if stamps else ())]
+        if request.unit is None and layout.quantity == "rate":
+            findings += no_unit_findings(
+                [first.names[i] for i in layout.samples if first.units[i] is None]
+            )
+        return replace(summary, told=tuple(findings))
+
+
+def _stamps_of(rows: _Rows, layout: Layout, request: Request) -> Stamps | None:
+    """`Stamps` of the time columns of a log, or None without a time column."""
+    if layout.time is None:
+        return None
+    chunks = rows(layout.time_columns)
+    unit = layout.time_unit
+    if layout.parts is None:
+        times: Iterable[NDArray[Any]] = (chunk[:, 0] for chunk in chunks)
+    else:
+        times, unit = _joined(chunks, layout.parts), "s"
+    return read_stamps_in_chunks(times, unit, request.rate, request.piece)
+
+
+def _joined(chunks: Iterable[NDArray[Any]], parts: TimeParts) -> Iterator[NDArray[np.float64]]:
+    """Yield the time of each row of the chunks, s since the first row; their columns are the parts of the time."""
+    origin: list[float] | None = None
+    for chunk in chunks:
+        arrays = list(chunk.T)
+        origin = [float(x[0]) for x in arrays] if origin is None else origin
+        yield parts.joined(arrays, origin)
+
+
+def _differences(chunks: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
+    """Yield the differences of consecutive rows of the chunks, also across chunks."""
+    last: NDArray[Any] | None = None
+    for chunk in chunks:
+        # Differences of narrow or unsigned integers would wrap. Those of 64-bit integers are exact modulo 2^64.
+        x = chunk.astype(np.int64) if chunk.dtype.kind in "iu" else chunk
+        x = x if last is None else np.concatenate((last, x))
+        last = x[-1:]
+        yield np.diff(x, axis=0)
+
+
+def _head(path: Path) -> bytes:
+    """First bytes of a file."""
+    with path.open("rb") as stream:
+        return stream.read(4096)
+
+
+def _open_text(path: Path) -> tuple[Table, _Rows]:
+    """Tuple (table of the first rows, function that yields the given columns of all rows in chunks) of a text log."""
+    first, _, delimiter = first_rows_of(path)
+
+    def rows(wanted: Sequence[int]) -> Iterator[NDArray[Any]]:
+        """Yield the given columns of all rows in chunks, shape (rows, columns)."""
+        reader = _kernels.TextReader(str(path), delimiter=delimiter, finite=True)
+        reader.select(wanted)
+        while (chunk := reader.next(CHUNK_ROWS)) is not None:
+            yield chunk
+
+    return first, rows
+
+
+def _open_npy(path: Path) -> tuple[Table, _Rows]:
+    """Tuple as of `_open_text` of an NPY file, which is mapped into memory."""
+    array = npy.load(path, largest_read=0)
+    if array.dtype.kind == "f":
+        require_finite(array, None)
+
+    def rows(wanted: Sequence[int]) -> Iterator[NDArray[Any]]:
+        """Yield the given columns of all rows in chunks, shape (rows, columns)."""
+        for at in range(0, len(array), CHUNK_ROWS):
+            part = np.asarray(array[at : at + CHUNK_ROWS])
+            # Integers keep their type, as doubles do not hold all 64-bit integers.
+            yield (part if part.dtype.kind in "iu" else part.astype(np.float64))[:, wanted]
+
+    return npy.table_of(array[:CHUNK_ROWS]), rows
