@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from allanite.axes.forms import labels_of
 from allanite.common.numbers import number, value_and_interval_text
 from allanite.common.parameters import Estimate
-from allanite.common.printing import printed, relative_unit, table_unit
+from allanite.common.printing import printed, relative_unit
 from allanite.common.units import ACCELERATION, parse_unit
+from allanite.effects.sheet_units import in_sheet_unit, sheet_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -93,6 +94,7 @@ def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fi
     parameter = next(cell[1] for cell in cells if cell is not None)
     power = parameter.unit
     if not isinstance(power, float):
+        cells = [None if c is None else (*c[:2], in_sheet_unit(c[2], c[1])) for c in cells]
         # Units that cannot be converted (per °C; a fitted power) get a row each.
         own = {cell[2].unit: cell[0].follows or "" for cell in cells if cell is not None}
         return [
@@ -104,7 +106,7 @@ def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fi
             )
             for unit, follows in own.items()
         ]
-    units = [table_unit(unit, power, parameter.sheet)]
+    units = [sheet_unit(parameter, unit)]
     if (label, kind) in FURTHER_UNITS:
         units.append(FURTHER_UNITS[label, kind])
     if kind in SI:

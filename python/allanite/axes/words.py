@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from allanite.common.errors import CALL
 from allanite.common.numbers import value_and_interval_text, with_readable_numbers
 from allanite.common.parameters import Estimate
-from allanite.common.printing import printed, to_table_unit
+from allanite.common.printing import printed
+from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.table import undecided_sentence
 from allanite.recording.findings import merged
 
@@ -109,7 +110,7 @@ def _agreement_text(number: Agreement, sensor: Sensor) -> str:
     """Item ``N = 0.3 (0.2 … 0.4) °/√h, p 0.4`` for a list of parameters that agree between axes."""
     pooled, declared = number.pooled, number.parameter
     value = Estimate(pooled.value, None, pooled.interval, pooled.unit)
-    value = to_table_unit(value, declared.unit, declared.sheet, number.sample_unit)
+    value = in_sheet_unit(value, declared)
     unit = "" if value.unit in ("", "1") else f" {printed(value.unit)}"
     assert value.interval is not None
     text = value_and_interval_text(float(value), value.interval)

@@ -69,15 +69,17 @@ def numbers_text(values: Iterable[float], *, times: bool) -> str:
     return f"{len(found)}: {number(min(found), 5)} … {number(max(found), 5)}"
 
 
-def harmonics_text(frequency: float, overtones: Iterable[float], unit: str) -> str:
-    """Text of the harmonics of a spectral line: ``34.6 Hz 0.00795 °/s (harmonic 2)``.
+def harmonics_text(
+    frequency: float, overtones: Iterable[float], unit: str, factor: float = 1.0
+) -> str:
+    """Text of the harmonics of a spectral line: ``34.6 Hz 28.6 °/h (harmonic 2)``.
 
     `frequency` is that of the line, Hz. `overtones` is a flat sequence: multiple, amplitude and phase of the first
     harmonic, then of the second, and so on. If a multiple is no whole number, the text states the number, spacing,
-    highest frequency and range of amplitudes of the lines.
+    highest frequency and range of amplitudes of the lines. Amplitudes times `factor` are in `unit`.
     """
     given = list(overtones)
-    multiples, amplitudes = given[::3], given[1::3]
+    multiples, amplitudes = given[::3], [factor * a for a in given[1::3]]
     if any(m != round(m) for m in multiples):
         apart = min(b - a for a, b in itertools.pairwise(sorted([1.0, *multiples]))) * frequency
         sizes = f"{number(min(amplitudes))} … {number(max(amplitudes))} {unit}".rstrip()
@@ -128,10 +130,16 @@ def figures_for_interval(interval: tuple[float, float], least: int) -> int:
 
 def value_and_interval_text(value: float, interval: tuple[float, float]) -> str:
     """Text of a value and its interval, ``0.5998 (0.594 … 0.606)``, with enough figures to show the interval."""
+    middle, first, last = value_and_interval_texts(value, interval)
+    return f"{middle} ({first} … {last})"
+
+
+def value_and_interval_texts(value: float, interval: tuple[float, float]) -> tuple[str, str, str]:
+    """Texts of a value and of both ends of its interval, with enough figures to show the interval."""
     low, high = interval
     figures = figures_for_interval(interval, 3)
     shown = [(value, max(4, figures)), (low, figures), (high, figures)]
     # All three numbers get the same notation: not 9.925·10⁻⁵ and 0.00010004 side by side.
     power = any("e-" in f"{v:.{f}g}" for v, f in shown)
     middle, first, last = (number(v, f, power=power) for v, f in shown)
-    return f"{middle} ({first} … {last})"
+    return middle, first, last

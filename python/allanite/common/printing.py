@@ -14,8 +14,6 @@ from allanite.common.units import FREQUENCY, conversion, normalized, parse_unit
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from allanite.common.parameters import Estimate
-
 #: Units that the user requested, by kind of sensor. Each is a unit of samples or of a coefficient.
 REQUESTED_UNITS: ContextVar[Mapping[str, str]] = ContextVar(
     "requested_units", default=MappingProxyType({})
@@ -81,40 +79,6 @@ def relative_unit(sample: str, power: float) -> str:
         -0.5: f"{name}/sqrt(s)",
         -1.0: f"{name}/s",
     }.get(power, f"({name})*s^{power:g}")
-
-
-def to_sheet_unit(value: Estimate, sheet: Mapping[str, str]) -> Estimate:
-    """`Estimate` in the unit of data sheets: the first unit in `sheet` (kind of sensor to unit) to which it converts.
-
-    If the user requested a unit for this kind, the estimate is in that unit, or unchanged if that unit does not fit.
-    Without a fitting unit in `sheet`, the estimate is unchanged.
-    """
-    for kind, unit in sheet.items():
-        try:
-            found = value.to(unit)
-        except InputError:
-            continue
-        requested = REQUESTED_UNITS.get().get(kind)
-        if requested is None:
-            return found
-        try:
-            return value.to(requested)
-        except InputError:
-            return value
-    return value
-
-
-def to_table_unit(
-    value: Estimate, power: float | str, sheet: Mapping[str, str], sample: str
-) -> Estimate:
-    """`Estimate` converted to the unit that tables print (`table_unit`).
-
-    `power` and `sheet` are the declared ``unit`` and ``sheet`` of the parameter, `sample` is the unit U of the samples.
-    If `power` is not a float, the unit is not U·s^power and the estimate is unchanged.
-    """
-    if not isinstance(power, float):
-        return value
-    return value.to(table_unit(sample, power, sheet))
 
 
 def sample_unit(text: str) -> str:

@@ -156,7 +156,7 @@ class Curves:
 
 def _in_figure_unit(curve: Drawn) -> Drawn:
     """`Drawn`: curve converted to the unit in which figures show deviations of its kind of sensor."""
-    from allanite.plots.units import figure_unit
+    from allanite.effects.sheet_units import figure_unit
 
     unit = figure_unit(curve.unit)
     if unit == curve.unit:

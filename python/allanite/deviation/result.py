@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.units import conversion
 from allanite.deviation.confidence import interval
 
 if TYPE_CHECKING:
@@ -133,6 +134,31 @@ class Deviation:
         if not 0.0 < level < 1.0:
             raise InputError(f"a confidence lies between 0 and 1, found {level:g}: give 0.95")
         return replace(self, level=float(level), _bands={})
+
+    def to(self, unit: str) -> Deviation:
+        """`Deviation` of samples in another unit of the same kind of sensor; the same object if `unit` is unchanged.
+
+        Parameters
+        ----------
+        unit : str
+            Unit of samples, e.g. ``"deg/h"``.
+
+        Raises
+        ------
+        InputError
+            The unit is that of another kind of sensor.
+
+        Examples
+        --------
+        >>> curve = al.AngleRandomWalk(N=1.0).simulate(n=1000, rate=10, seed=1, unit="deg/s").oadev()
+        >>> bool(np.isclose(curve.to("deg/h").deviation[0], 3600.0 * curve.deviation[0]))
+        True
+        """
+        if unit == self.unit:
+            return self
+        factor = conversion(self.unit, unit)
+        bands = {k: v if k == "edf" else factor * v for k, v in self._bands.items()}
+        return replace(self, unit=unit, deviation=factor * self.deviation, _bands=bands)
 
     def _interval_array(self, name: str) -> NDArray[np.float64]:
         """Array ``"low"``, ``"high"`` or ``"edf"``, shape (k,). All three are computed at the first call."""

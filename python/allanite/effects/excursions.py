@@ -101,8 +101,8 @@ class Excursions(Away):
     def together(cls, events: Sequence[Away]) -> Self | None:
         """One effect with all excursions of `events`, in order of time; never None.
 
-        Overlapping excursions are split at all edges, and their heights add. If a sum is nearly 0, the bias is back
-        there: a long excursion with a return inside becomes two excursions.
+        Overlapping excursions are split at all edges, and their heights add, so that no two overlap. If a sum is nearly
+        0, the bias is back there: a long excursion with a return inside becomes two excursions.
         """
         alone = sorted(
             (one.values["start"], one.values["end"], one.values["height"])
@@ -115,9 +115,7 @@ class Excursions(Away):
             there = [h or 0.0 for start, end, h in alone if start <= first and last <= end]
             if there and abs(sum(there)) > MIN_NET_HEIGHT * max(map(abs, there)):
                 apart.append((first, last, sum(there)))
-        starts, ends, heights = zip(
-            *(apart if 0 < len(apart) <= len(alone) else alone), strict=True
-        )
+        starts, ends, heights = zip(*(apart or alone), strict=True)
         return cls(starts=starts, ends=ends, heights=heights)
 
     @property
@@ -132,8 +130,8 @@ class Excursions(Away):
 
     @property
     def numbers(self) -> int:
-        """Number of parameters: two times and one height for each excursion."""
-        return 3 * len(self.starts or ())
+        """Number of parameters: one height for each excursion, and one for each different time."""
+        return len(self.starts or ()) + len({*(self.starts or ()), *(self.ends or ())})
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.common.printing import column_unit
 from allanite.common.units import coefficient_unit
-from allanite.effects import Model
+from allanite.effects import Deterministic, Model
 from allanite.fit.covariance import joint_covariance, logl_scale, shape_widening
 from allanite.fit.likelihood.heavy import widened_by_tails
 from allanite.fit.likelihood.marginal import slow_amplitudes
@@ -23,7 +23,7 @@ from allanite.fit.shapes.narrow import ordinates_delta_logl
 from allanite.fit.solution import Process, Regressed
 
 if TYPE_CHECKING:
-    from allanite.effects import Deterministic, Effect
+    from allanite.effects import Effect
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.marginal import Mixture
     from allanite.fit.solution import Solution
@@ -53,6 +53,14 @@ def free_parameters(solution: Solution) -> int:
             effect = own.effect
             count += (effect.coefficient not in effect.held) + len(effect.free_shapes)
     return count + sum(len(effect.free_shapes) for effect in solution.model.modifiers)
+
+
+def min_detected_delta_logl(effect: Effect, amplitudes: int = 1) -> float:
+    """Minimum loss of logL without an effect for it to be detected, nats; `amplitudes` is the number of fitted ones."""
+    if amplitudes > 1 or effect.free_shapes:
+        return MIN_SHAPED_DELTA_LOGL
+    signed = isinstance(effect, Deterministic)
+    return MIN_SIGNED_DELTA_LOGL if signed else MIN_COEFFICIENT_DELTA_LOGL
 
 
 def _unit(
@@ -193,7 +201,7 @@ def _coefficient(
     if is_fitted_to_ordinates(effect, data):
         # A narrow band is detected mainly by the single ordinates within the bins.
         drop += _loss_of_single_ordinates(solution, own, data)
-    detected = drop > (MIN_SHAPED_DELTA_LOGL if effect.free_shapes else MIN_COEFFICIENT_DELTA_LOGL)
+    detected = drop > min_detected_delta_logl(effect)
     if not detected:
         low = 0.0
     elif relative is not None and not low:
@@ -322,11 +330,7 @@ def _deterministic_values(
     """Dict of the values of a deterministic effect by parameter name, numbers as `Estimate`."""
     effect, amplitudes, covariance = own.effect, own.amplitudes, own.covariance
     drop = 0.5 * float(amplitudes @ np.linalg.pinv(covariance, hermitian=True) @ amplitudes)
-    detected = drop > (
-        MIN_SHAPED_DELTA_LOGL
-        if amplitudes.size > 1 or effect.free_shapes
-        else MIN_SIGNED_DELTA_LOGL
-    )
+    detected = drop > min_detected_delta_logl(effect, amplitudes.size)
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
         value = effect.values[parameter.name]

@@ -8,9 +8,10 @@ import numpy as np
 
 from allanite.common.errors import TooShortError
 from allanite.common.parameters import Estimate
-from allanite.common.printing import printed, to_table_unit
+from allanite.common.printing import printed
 from allanite.common.units import coefficient_unit
 from allanite.effects.angle_random_walk import AngleRandomWalk
+from allanite.effects.sheet_units import in_sheet_unit
 from allanite.recording.locked import locked_of
 
 if TYPE_CHECKING:
@@ -36,6 +37,6 @@ def locked_error(column: Recording) -> TooShortError | None:
         density = locked.most / np.sqrt(column.rate)
         declared = AngleRandomWalk().parameter("N")
         limit = Estimate(density, None, (0.0, density), coefficient_unit(column.unit, 0.5))
-        limit = to_table_unit(limit, declared.unit, declared.sheet, column.unit)
+        limit = in_sheet_unit(limit, declared)
         found += f", only N < {float(limit):.3g} {printed(limit.unit)} (95 %) for white noise"
     return TooShortError(found, remedy="; log with a finer step or more noise")

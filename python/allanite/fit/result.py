@@ -451,12 +451,10 @@ class Fit:
     def _repr_html_(self) -> str:
         """HTML table for notebooks."""
         from allanite.common.showing import html_list, html_table
-        from allanite.fit.table import misfit_line, parameter_rows
+        from allanite.fit.table import method_text, misfit_line, parameter_rows
 
         r = self.recording
-        title = (
-            f"{self.model.name} fitted to {r.path or 'recording'} · {r.columns[0]} ({self.method})"
-        )
+        title = f"{self.model.name} fitted to {r.path or 'recording'} · {r.columns[0]}{method_text(self)}"
         head = ("effect", "parameter", "value", "95 % interval")
         return html_table(title, head, parameter_rows(self), (2, 3)) + html_list(
             [misfit_line(self)]

@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import figures_for_interval, harmonics_text, number, numbers_text
+from allanite.common.numbers import (
+    harmonics_text,
+    number,
+    numbers_text,
+    value_and_interval_texts,
+)
 from allanite.common.parameters import Estimate
-from allanite.common.printing import printed, relative_unit, to_table_unit
+from allanite.common.printing import printed
+from allanite.common.units import coefficient_unit, conversion
+from allanite.effects.sheet_units import in_sheet_unit, sheet_unit
 from allanite.fit.models import parameter_label
 
 if TYPE_CHECKING:
@@ -23,6 +30,14 @@ MAX_NAMED_MODELS = 3
 MIN_CHOSEN_PROBABILITY = 0.05
 
 
+def method_text(fit: Fit) -> str:
+    """Clause that says how a model was fitted; empty for the usual fit to the spectrum."""
+    return {
+        "gls": ", fitted to the Allan curve",
+        "lines": ", straight lines on the Allan curve",
+    }.get(fit.method, "")
+
+
 def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
     """List of table rows (effect, parameter, value, 95 % interval) of all parameters that have a value, as text.
 
@@ -34,28 +49,28 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
         for name, value in values.items():
             if value is None:
                 continue
+            declared = effect.parameter(name)
             if isinstance(value, Estimate):
-                declared = effect.parameter(name)
-                value = to_table_unit(value, declared.unit, declared.sheet, fit.recording.unit)
+                value = in_sheet_unit(value, declared)
             if isinstance(value, tuple) and name == "overtones":
-                unit = printed(relative_unit(fit.recording.unit, 0.0))
-                frequency = float(values["frequency"])
-                value = harmonics_text(frequency, value, "" if unit == "1" else unit)
+                unit, factor = _unit_and_factor(effect.parameter("amplitude"), fit.recording.unit)
+                value = harmonics_text(float(values["frequency"]), value, unit, factor)
             elif isinstance(value, tuple):
-                declared = effect.parameter(name)
-                value = numbers_text(value, times=declared.role == "time")
-                unit = printed(_unit_of(declared, fit.recording.unit))
-                value = value if unit == "1" else f"{value} {unit}"
+                unit, factor = _unit_and_factor(declared, fit.recording.unit)
+                shown = [factor * v for v in value]
+                value = f"{numbers_text(shown, times=declared.role == 'time')} {unit}".rstrip()
             number, interval = _cells(value, effect.follows)
             rows.append((title, name, number, effect.kept(name) or interval))
             title = ""
     return rows
 
 
-def _unit_of(parameter: Parameter, unit: str) -> str:
-    """Unit of a parameter as a text, for samples in the unit `unit`."""
-    power = parameter.unit
-    return relative_unit(unit, power) if isinstance(power, float) else power
+def _unit_and_factor(parameter: Parameter, sample: str) -> tuple[str, float]:
+    """Printed unit of a parameter of samples in `sample` (empty for no unit), and the factor that converts to it."""
+    unit, factor = sheet_unit(parameter, sample), 1.0
+    if isinstance(parameter.unit, float):
+        factor = conversion(coefficient_unit(sample, parameter.unit), unit)
+    return "" if unit == "1" else printed(unit), factor
 
 
 def _cells(value: Any, column: str | None) -> tuple[str, str]:
@@ -67,16 +82,13 @@ def _cells(value: Any, column: str | None) -> tuple[str, str]:
         return str(value), ""
     unit = "" if value.unit == "1" else printed(value.unit, column or "")
     if not value.detected and value.interval is not None:
-        return "not detected", f"< {value.interval[1]:.3g} {unit}"
+        return "not detected", f"< {number(value.interval[1], 3)} {unit}".rstrip()
     if not value.detected:
         return "not present", ""
     if value.interval is None:
-        return f"{float(value):.5g} {unit}".rstrip(), ""
-    # An accurate frequency needs more digits, so that both ends of its interval differ.
-    figures = figures_for_interval(value.interval, 4)
-    low, high = value.interval
-    text = f"{float(value):.{max(5, figures)}g} {unit}".rstrip()
-    return text, f"{low:.{figures}g} … {high:.{figures}g}"
+        return f"{number(float(value), 4)} {unit}".rstrip(), ""
+    text, low, high = value_and_interval_texts(float(value), value.interval)
+    return f"{text} {unit}".rstrip(), f"{low} … {high}"
 
 
 def misfit_line(fit: Fit, whole: bool = True) -> str:
@@ -141,7 +153,7 @@ def undecided_sentence(fit: Fit, found: Undecided) -> str:
                 continue
             over = Estimate(value, None, (low, high), value.unit, True, name)
             declared = effect.parameter(name)
-            over = to_table_unit(over, declared.unit, declared.sheet, fit.recording.unit)
+            over = in_sheet_unit(over, declared)
             unit = "" if over.unit == "1" else printed(over.unit, effect.follows or "")
             short = parameter_label(label, name)
             if not high:
@@ -193,7 +205,7 @@ def fit_table(
     r = fit.recording
     lines = [
         f"{r.path or 'recording'} · {r.columns[0]} · {r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s), {r.unit}",
-        f"model {fit.model.name} ({fit.method})",
+        f"model {fit.model.name}{method_text(fit)}",
         "",
     ]
     others = iter(alternative_texts(fit, over))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
-from allanite.plots.units import figure_unit, in_sheet_unit, requested_units
+from allanite.effects.sheet_units import figure_unit, in_sheet_unit, requested_units
 
 if TYPE_CHECKING:
     from allanite.effects import Model, Parameter

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.deviation import estimator_named
+from allanite.effects.sheet_units import in_figure_unit
 from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
 from allanite.plots.spec import Axis, Figure, Line, Mark, Note, Panel, Points
@@ -56,6 +57,7 @@ def plot_deviation(
     InputError
         Another suffix, a folder that does not exist, matplotlib not installed.
     """
+    deviation = in_figure_unit(deviation)
     tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
     low, high = np.asarray(deviation.low), np.asarray(deviation.high)
     kept = np.isfinite(values) & (values > 0)
@@ -110,6 +112,7 @@ def plot_stability(
     InputError
         Another suffix, a folder that does not exist, matplotlib not installed.
     """
+    deviations = [in_figure_unit(one) for one in deviations]
     first = deviations[0]
     marks: list[Mark] = []
     shown: list[np.ndarray] = []

@@ -8,9 +8,9 @@ import numpy as np
 
 from allanite.common.numbers import duration_text, time_scale
 from allanite.plots.axes import linear_axis, log_axis
+from allanite.plots.scaling import deviation_axis, in_figure_units
 from allanite.plots.spec import Figure, Line, Mark, Panel, Points
 from allanite.plots.themes import COMPONENTS
-from allanite.plots.words import in_unit
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -53,9 +53,9 @@ def plot_dynamic(
     shown = [m.y for m in marks if isinstance(m, Line)]
     panel = Panel(
         linear_axis(f"time ({name})", low / size, high / size, 8),
-        log_axis(in_unit(words, dynamic.unit), np.concatenate(shown)),
+        deviation_axis(dynamic.unit, log_axis("", np.concatenate(shown)), words),
         tuple(marks),
     )
     windows = f"{dynamic.time.size} windows of {duration_text(dynamic.window)}"
     figure = Figure(words[0].upper() + words[1:] + " over time", windows, (panel,), kind="dynamic")
-    return figure.saved(path, theme)
+    return in_figure_units(figure).saved(path, theme)

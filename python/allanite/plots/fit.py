@@ -102,8 +102,7 @@ def _subtitle(check: Check) -> str:
         first = check.significant[0]
         numbers = values_text(first.effect, first.estimates)
         name = effect_text(check.fit, first.effect)
-        share = f", explains {first.removes_percent:.0f} % of the spectrum's misfit"
-        return f"{text}\nStrongest missing effect: {name} ({numbers}){share}"
+        return f"{text}\nStrongest missing effect: {name} ({numbers}), {first.removes_text}"
     if check.adequate:
         return f"{text}\nNo effect is significantly missing"
     return f"{text}\nThe model fails, and no effect of the catalog explains the misfit"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from allanite.common.units import conversion
+from allanite.effects.sheet_units import figure_unit
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Quantity, Rule
-from allanite.plots.units import figure_unit
 from allanite.plots.words import allan_label, bracket, density_unit, in_unit
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import duration_text, number
 from allanite.common.parameters import Estimate
-from allanite.plots.units import in_sheet_unit
+from allanite.effects.sheet_units import in_sheet_unit
 
 if TYPE_CHECKING:
     from allanite.effects import Effect

@@ -349,7 +349,7 @@ def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, ra
         )
     )
     removes = number_cell(described["removes_percent"], f"{place}.removes_percent", 2)
-    terms.append(("size", ("explains ", *_cell_values(removes), " % of the spectrum's misfit")))
+    terms.append(("size", ("removes ", *_cell_values(removes), " % of the unexplained misfit")))
     rivals = described.get("rivals")
     if rivals:
         names = ", ".join(map(title_of, rivals))

@@ -8,8 +8,8 @@ import numpy as np
 
 from allanite.common.numbers import duration_text, number, with_readable_numbers
 from allanite.common.parameters import Estimate
-from allanite.common.printing import to_sheet_unit
 from allanite.effects import standard
+from allanite.effects.sheet_units import in_sheet_unit
 from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Bullets, Cell, Heading, Picture, Table
 from allanite.report.content import curve_picture
@@ -87,7 +87,7 @@ def _axis_cells(entry: Entry) -> tuple[str, ...]:
         name = known.get(effect.kind, "")
         value = values.get(name)
         if name in COEFFICIENTS and isinstance(value, Estimate):
-            shown = to_sheet_unit(value, effect.parameter(name).sheet)
+            shown = in_sheet_unit(value, effect.parameter(name))
             unit = "" if shown.unit in ("", "1") else f" {unit_text(shown.unit)}"
             limit = not shown.detected and shown.interval is not None
             text = number(shown.value)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.numbers import number, numbers_text, with_readable_numbers
 from allanite.common.units import conversion, parse_unit
 from allanite.effects import title_of
+from allanite.effects.sheet_units import units_of_sheets
 from allanite.plots.words import effect_text, unit_text, values_text
 from allanite.report.blocks import Cell, Number
 
@@ -113,7 +114,7 @@ def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -
 
     Empty if it has no such unit or no value.
     """
-    wanted = parameter.sheet.get(parse_unit(sensor).kind)
+    wanted = units_of_sheets(parameter).get(parse_unit(sensor).kind)
     found, interval = value.get("value"), value.get("interval")
     if wanted is None or not isinstance(found, float | int):
         return ""

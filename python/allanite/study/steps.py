@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from allanite.common.errors import TooShortError
 from allanite.effects import Away, Model, Modifier
 from allanite.fit import refitted, removes
+from allanite.fit.likelihood.crowding import changing_effects
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.study.judgement import (
@@ -132,7 +133,9 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
         return evidence_gain(other.solution, fit.solution, fit.data)
 
     # No model may be shown that another model of the search leads by more.
-    least = max(lead(rung.fit) for rung in ladder if rung.fit.data is fit.data)
+    same = changing_effects(fit.model)
+    alike = [r for r in ladder if r.fit.data is fit.data and changing_effects(r.fit.model) == same]
+    least = max(lead(rung.fit) for rung in alike)
     least -= MAX_RIVAL_LOG_EVIDENCE
     less = drops(before, kinds_added_again(ladder))
     changes = (*less, *replacements(fit), *splits(fit))

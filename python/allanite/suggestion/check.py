@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import chance_text, trials_text
+from allanite.common.numbers import chance_text, number, trials_text
 from allanite.criticism import Where, criticise
 from allanite.fit.likelihood.whitened import whiten
 from allanite.suggestion.suggest import Suggestion, same_misfit, suggest
@@ -96,7 +96,8 @@ class Check:
         if self.adequate:
             return "no view fails significantly"
         if self.significant:
-            return "no view fails significantly, but an effect is significantly missing"
+            names = dict.fromkeys(self.fit.display_name(s.effect) for s in self.significant)
+            return f"no view fails significantly, but significantly missing: {', '.join(names)}"
         return (
             "no single τ, frequency or time stands out, but the whole curve differs significantly"
         )
@@ -163,13 +164,13 @@ class Check:
                 "" if s.significant else "not significant",
                 f"{s.delta_log_likelihood:.1f}",
                 chance_text(s.log10_p),
-                f"{s.removes_percent:.0f} %" if s.significant else "",
+                f"{number(s.removes_percent, 2)} %" if s.significant else "",
                 s.explanation,
                 s.check_by,
             )
             for s in shown
         ]
-        head = ("effect", "", "ΔlogL", "p", "of the spectrum's misfit", "what it is", "to confirm")
+        head = ("effect", "", "ΔlogL", "p", "of the unexplained misfit", "what it is", "to confirm")
         title = "what is missing" if self.significant else "nothing is significantly missing"
         return self.fit._repr_html_() + html_list(where) + html_table(title, head, rows, (2, 3, 4))
 
@@ -182,7 +183,7 @@ def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
         f" after {trials_text(s.trials)}"
     )
     if s.significant:
-        evidence += f", removes {s.removes_percent:.0f} % of the spectrum's misfit"
+        evidence += f", {s.removes_text}"
     lines = [f"  {rank}. {s.explanation}{mark}", f"     {evidence}"]
     if s.rivals:
         lines.append(f"     not distinguishable on this record from: {', '.join(s.rivals)}")

@@ -9,8 +9,9 @@ import numpy as np
 
 from allanite.common.numbers import number, with_readable_numbers
 from allanite.common.parameters import Estimate
-from allanite.common.printing import printed, to_table_unit
+from allanite.common.printing import printed
 from allanite.effects import Periodic
+from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.rivals.columns import column_slopes
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
     """Sentences: name and values of the effect, its share of the Allan variance and at which τ, `note`, and its physics."""
     values = found.estimates[-1]
     numbers = ", ".join(
-        _value_text(n, to_table_unit(v, p.unit, p.sheet, before.recording.unit))
+        _value_text(n, in_sheet_unit(v, p))
         for n, v in values.items()
         for p in [effect.parameter(n)]
         if isinstance(v, Estimate)

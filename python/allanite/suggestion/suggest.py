@@ -5,9 +5,10 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import count
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.extensions import values_of_modules
+from allanite.common.numbers import number
 from allanite.common.threads import Pool
 from allanite.effects import Modifier, Moving, Stochastic
 from allanite.fit.likelihood.random_part import RandomPart
@@ -78,7 +80,8 @@ class Suggestion:
     trials : float
         Corrected p-value over the p-value of a single test.
     removes_percent : float
-        Part of the unexplained misfit of the spectrum that the effect removes, %.
+        Part of the unexplained misfit of the spectrum that the effect removes, %. All suggestions of a check have the
+        same whole: the misfit without any addition, as in the first step of a study.
     rivals : tuple of str
         Kinds of alternative explanations whose score differs by less than 3 nats (20 : 1).
     found, before : Fit
@@ -175,8 +178,13 @@ class Suggestion:
         sure = "" if self.significant else ", not significant"
         return (
             f"Suggestion({self.effect}: ΔlogL {self.delta_log_likelihood:.1f}, "
-            f"removes {self.removes_percent:.0f} % of the spectrum's misfit{sure})"
+            f"{self.removes_text}{sure})"
         )
+
+    @property
+    def removes_text(self) -> str:
+        """Clause ``removes 90 % of the unexplained misfit``."""
+        return f"removes {number(self.removes_percent, 2)} % of the unexplained misfit"
 
     @property
     def kind(self) -> str:
@@ -316,7 +324,7 @@ def suggest(
             candidates,
             scatters,
         )
-        suggestions = in_order(judged, fit, overdispersion)
+        suggestions = in_order(_with_shares(fit, list(judged)), fit, overdispersion)
     progress()
     return suggestions
 
@@ -396,7 +404,7 @@ def _suggestion(
         float(2.0 * (x + surplus) - penalty),
         float(log_p / np.log(10.0)),
         float(np.exp(min(max(log_p - single, 0.0), 700.0))),
-        _removed_percent(fit, found, candidate),
+        math.nan,
         (),
         found,
         fit,
@@ -405,15 +413,35 @@ def _suggestion(
     )
 
 
-def _removed_percent(fit: Fit, found: Fit, candidate: Candidate) -> float:
-    """Percentage of the unexplained misfit of the spectrum that the candidate removes.
+def _with_shares(fit: Fit, judged: list[Suggestion]) -> list[Suggestion]:
+    """List of the suggestions with the part of the unexplained misfit that each removes, `Suggestion.removes_percent`.
 
-    A line counts in both, since bins do not resolve it. For exclusions, changes of level and moving bands, whose evidence
-    is not in the spectrum, it is the fall of the misfit of the remaining samples.
+    The whole is the misfit without any addition: what a suggestion leaves, plus its ΔlogL. It is the largest such sum,
+    since the bins of `fit.excess` do not resolve a line. A study counts its first step in the same way (`misfit_left`).
     """
-    excess, effect = max(fit.excess, 0.0), found.model.effects[-1]
+    removed = [_removed_misfit(fit, s) for s in judged]
+    whole = max(fit.excess, 0.0)
+    for suggestion, part in zip(judged, removed, strict=True):
+        if not _changes_over_time(suggestion.effect):
+            whole = max(whole, max(suggestion.found.excess, 0.0) + part)
+    return [
+        replace(s, removes_percent=100.0 * min(part / whole, 1.0) if whole > 0.0 else 0.0)
+        for s, part in zip(judged, removed, strict=True)
+    ]
+
+
+def _removed_misfit(fit: Fit, suggestion: Suggestion) -> float:
+    """Misfit of the spectrum that a suggestion removes, nats: its ΔlogL.
+
+    For exclusions, changes of level and moving bands, whose evidence is not in the spectrum, it is the fall of the misfit
+    of the remaining samples.
+    """
+    if _changes_over_time(suggestion.effect):
+        return max(max(fit.excess, 0.0) - max(suggestion.found.excess, 0.0), 0.0)
+    return max(suggestion.delta_log_likelihood, 0.0)
+
+
+def _changes_over_time(effect: Effect) -> bool:
+    """True for exclusions, changes of level and moving bands, which change samples or their spectrum over time."""
     in_time = isinstance(effect, Modifier) and (effect.removes or effect.passing)
-    if in_time or isinstance(effect, Moving):
-        return 100.0 * max(1.0 - max(found.excess, 0.0) / excess, 0.0) if excess else 0.0
-    excess += candidate.gain if candidate.family == "line" else 0.0
-    return 100.0 * candidate.gain / max(excess, candidate.gain)
+    return in_time or isinstance(effect, Moving)

@@ -65,7 +65,7 @@ def test_an_interval_is_only_spoken_of_where_there_is_one(kind, tmp_path):
     figure = curve.plot(tmp_path / "figure.svg")
     svg = (tmp_path / "figure.svg").read_text()
     assert ("± 95 %" in svg) == known
-    assert figure.panels[0].y.label.endswith("(°/s)" if kind == "oadev" else "(°)")
+    assert figure.panels[0].y.label.endswith("(°/h)" if kind == "oadev" else "(°)")
 
 
 @pytest.mark.parametrize("kind", [*KINDS, *OF_THE_PHASE])

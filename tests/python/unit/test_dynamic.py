@@ -48,7 +48,7 @@ def test_figure(dynamic, tmp_path):
     pytest.importorskip("matplotlib")
     figure = dynamic.plot(tmp_path / "figure.svg")
     assert (tmp_path / "figure.svg").read_text().startswith("<?xml")
-    assert figure.panels[0].y.label == "overlapping Allan deviation (°/s)"
+    assert figure.panels[0].y.label == "overlapping Allan deviation (°/h)"
     assert figure.panels[0].x.label == "time (min)"
     assert len(figure.legend()) == 6
     assert figure.to_plotly()["data"]

@@ -46,6 +46,39 @@ def test_a_strength_costs_what_integration_gives(model, make):
     )
 
 
+@pytest.mark.parametrize(
+    ("seed", "frequency", "damping", "rms"),
+    [(2, 7.0, 0.01, 0.008), (5, 7.0, 0.001, 0.004), (7, 20.0, 0.01, 0.01), (4, 12.0, 0.1, 0.02)],
+)
+def test_a_band_costs_what_integration_over_its_parameters_gives(seed, frequency, damping, rms):
+    """½ ln n for each of the three parameters would be 1.5 to 5 nats too much, and more in longer records."""
+    recording = _recording(
+        seed, lambda rng: g.resonance(rng, LENGTH, RATE, frequency, damping, rms)
+    )
+    fit = al.fit_model(recording, f"N+RES(frequency={frequency})")
+    band, white = fit.model.effects[1], fit.model.effects[0]
+    x = np.asarray(recording.samples).ravel()
+    f = np.fft.rfftfreq(LENGTH, 1.0 / RATE)
+    near = (f > 0.0) & (np.abs(f - band.frequency) < max(1.0, 8.0 * band.damping * band.frequency))
+    f, power = f[near], np.abs(np.fft.rfft(x)[near]) ** 2 / (LENGTH * RATE)
+    floor = white.psd(f, RATE)
+    half = band.damping * band.frequency
+    frequencies = band.frequency + half * np.linspace(-1.5, 1.5, 31)
+    dampings = np.minimum(band.damping * np.exp(np.linspace(-2.5, 2.5, 25)), 0.69)
+    sizes = band.rms * np.exp(np.linspace(-1.2, 1.2, 31))
+    log_l = np.empty((31, 25, 31))
+    for i, middle in enumerate(frequencies):
+        for k, width in enumerate(dampings):
+            shape = al.effects.Resonance(frequency=middle, damping=width, rms=1.0).psd(f, RATE)
+            spectrum = floor + sizes[:, None] ** 2 * shape
+            log_l[i, k] = -(np.log(spectrum) + power / spectrum).sum(axis=1)
+    inner = np.trapezoid(np.exp(log_l - log_l.max()), np.log(sizes), axis=2)
+    inner = np.trapezoid(inner, np.log(dampings), axis=1)
+    mean = np.trapezoid(inner, frequencies) / (0.5 * RATE * PRIOR_LOG_RANGE**2)
+    cost = parameters_cost(fit.solution.effects[1], fit.solution)
+    assert cost == pytest.approx(-np.log(mean), abs=1.0)
+
+
 def test_a_number_that_is_not_there_costs_something():
     assert 0.0 < parameter_cost(0.0) == parameter_cost(1.0) < parameter_cost(60.0)
 

@@ -118,8 +118,10 @@ def test_one_within_another_that_takes_it_back_is_two():
     assert both.starts == (12.0, 15.0)
     assert both.ends == (12.3, 15.6)
     assert both.heights == (0.06, 0.06)
-    deeper = al.effects.Excursion(start=12.3, end=15.0, height=-0.03)
-    assert al.effects.Excursions.together([long, deeper]).heights == (0.06, -0.03)
+    shallower = al.effects.Excursion(start=12.3, end=15.0, height=-0.03)
+    stairs = al.effects.Excursions.together([long, shallower])
+    assert stairs.heights == (0.06, 0.03, 0.06)
+    assert stairs.numbers == 7
 
 
 @pytest.mark.parametrize("seed", [15, 38, 44, 56])

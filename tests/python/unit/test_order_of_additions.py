@@ -117,6 +117,21 @@ def test_what_is_hardly_an_event_does_not_bend_the_curve(before, after, log10_p,
     assert doubtful != taken
 
 
+def test_a_check_counts_the_misfit_as_the_steps_of_a_study_do():
+    """The line of the README removes 90 %, and the slow process 6 %: both of the misfit of the first step."""
+    model = al.parse_model("N(N=0.005)+GM(T=60,q_c=7e-4)+SIN(f=2.5,A=0.001)")
+    record = model.simulate(duration=7200.0, rate=10.0, seed=2, unit="deg/s")
+    study = al.improve(record, "N+B+K")
+    line, slow = (
+        next(s for s in study.ladder[0].fit.last_check.suggestions if s.kind == kind)
+        for kind in ("sinusoid", "gauss_markov")
+    )
+    first, second, third = study.misfit_left
+    assert [step.added.kind for step in study.ladder[1:]] == ["sinusoid", "gauss_markov"]
+    assert line.removes_percent == pytest.approx(first - second, abs=5.0)
+    assert slow.removes_percent == pytest.approx(second - third, abs=5.0)
+
+
 def test_outliers_remove_what_is_gone_of_the_misfit_of_the_samples_that_stay():
     rng = np.random.default_rng(17)
     n = 20_000

@@ -219,9 +219,13 @@ class _Measured:
         return {**head, "recording": self.recording.describe(), **self.deviation.to_dict()}
 
     def __str__(self) -> str:
+        from allanite.effects.sheet_units import in_figure_unit
+
         r = self.recording
         what = f"{r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s), {r.unit}"
-        return f"{r.path or 'recording'} · {r.columns[0]} · {what}\n{self.deviation}"
+        return (
+            f"{r.path or 'recording'} · {r.columns[0]} · {what}\n{in_figure_unit(self.deviation)}"
+        )
 
     def plot(self) -> Figure:
         """Figure of the deviation over τ, with its interval if there is one.

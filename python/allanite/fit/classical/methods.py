@@ -6,18 +6,29 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError
+from allanite.common.numbers import number, value_and_interval_text
+from allanite.common.parameters import Estimate
+from allanite.common.printing import printed
 from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
-from allanite.effects import Stochastic, standard
+from allanite.effects import Stochastic, find, standard
+from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.classical.lines import read_lines
 from allanite.fit.classical.refit import refit
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from allanite.common.parameters import Estimate
+    from allanite.effects import Parameter
     from allanite.fit.classical.lines import LineReading, LineReadings
     from allanite.fit.result import Fit
+
+#: Name of each method in tables, by the name of the option --method.
+METHOD_NAMES = {
+    "whittle": "spectrum (whittle)",
+    "gls": "Allan curve (gls)",
+    "lines": "straight lines (lines)",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,16 +99,16 @@ class MethodTable:
         return self.fit.plot(path)
 
     def __str__(self) -> str:
-        table = [("", "", "whittle", "gls", "lines", "lines read at")]
+        table = [("", "", *METHOD_NAMES.values(), "lines read at")]
         for row in self.rows:
-            line = row.line
+            line, (unit, factor) = row.line, _unit_and_factor(row.name, row.unit)
             table.append(
                 (
                     row.name,
-                    "" if row.unit == "1" else row.unit,
-                    _cell(row.whittle),
-                    _cell(row.gls),
-                    "–" if line is None else _value_cell(line.value, line.low, line.high),
+                    "" if unit == "1" else printed(unit),
+                    _cell(row.whittle, factor),
+                    _cell(row.gls, factor),
+                    "–" if line is None else _value_cell(line.value, line.low, line.high, factor),
                     ""
                     if line is None or line.tau_low_s is None
                     else f"slope holds {line.tau_low_s:.3g}–{line.tau_high_s:.3g} s",
@@ -109,20 +120,37 @@ class MethodTable:
         return "\n".join([str(self.fit), "", *lines, *([""] if remarks else []), *remarks])
 
 
-def _cell(estimate: Estimate | None) -> str:
-    """Table cell of an estimate: value with interval, "< limit", "not detected", or "–" for None."""
+def _unit_and_factor(name: str, unit: str) -> tuple[str, float]:
+    """Unit in which tables show the coefficient `name`, and the factor that converts from `unit` to it."""
+    short, _, own = name.partition(".")
+    effect = find(short)
+    if effect is None:
+        return unit, 1.0
+    shown = in_sheet_unit(Estimate(1.0, unit=unit), effect.parameter(own or name))
+    return shown.unit, shown.value
+
+
+def _cell(estimate: Estimate | None, factor: float) -> str:
+    """Table cell of an estimate times `factor`: value with interval, "< limit", "not detected", or "–" for None."""
     if estimate is None:
         return "–"
     if not estimate.detected:
-        return "not detected" if estimate.interval is None else f"< {estimate.interval[1]:.3g}"
-    return _value_cell(float(estimate), *(estimate.interval or (None, None)))
+        return (
+            "not detected"
+            if estimate.interval is None
+            else f"< {number(factor * estimate.interval[1], 3)}"
+        )
+    low, high = estimate.interval or (None, None)
+    return _value_cell(float(estimate), low, high, factor)
 
 
-def _value_cell(value: float | None, low: float | None, high: float | None) -> str:
-    """Table cell of a value with its interval, if it has one; "not valid" without a value."""
+def _value_cell(value: float | None, low: float | None, high: float | None, factor: float) -> str:
+    """Table cell of a value with its interval, if it has one, times `factor`; "not valid" without a value."""
     if value is None:
         return "not valid"
-    return f"{value:.4g}" if low is None else f"{value:.4g} ({low:.3g} … {high:.3g})"
+    if low is None or high is None:
+        return number(factor * value, 4)
+    return value_and_interval_text(factor * value, (factor * low, factor * high))
 
 
 def compare_methods(fit: Fit) -> MethodTable:
@@ -157,7 +185,7 @@ def compare_methods(fit: Fit) -> MethodTable:
                 whittle,
                 least,
                 line,
-                "" if line is None else _remark(whittle, line),
+                "" if line is None else _remark(whittle, line, effect.parameter(own)),
             )
         )
     return MethodTable(base, (*rows, *_lines_without_effect(readings, base, modeled)))
@@ -193,7 +221,7 @@ def _lines_without_effect(
     return out
 
 
-def _remark(whittle: Estimate, line: LineReading) -> str:
+def _remark(whittle: Estimate, line: LineReading, parameter: Parameter) -> str:
     """Remark how the line reading contradicts the Whittle estimate; empty text if it does not."""
     low, high = whittle.interval or (float(whittle), float(whittle))
     low, high = sorted((abs(low), abs(high)))
@@ -204,7 +232,10 @@ def _remark(whittle: Estimate, line: LineReading) -> str:
             else ""
         )
     if not whittle.detected and line.low > high:
-        return f"the line reads {line.value:.3g}, the whole spectrum allows at most {high:.3g}"
+        unit = whittle.unit
+        read, most = (in_sheet_unit(Estimate(v, unit=unit), parameter) for v in (line.value, high))
+        shown = "" if read.unit == "1" else f" {printed(read.unit)}"
+        return f"the line reads {number(read.value)}{shown}, the whole spectrum allows at most {number(most.value)}{shown}"
     if whittle.detected and (line.low > high or line.high < low):
         percent = 100.0 * (line.value / abs(float(whittle)) - 1.0)
         return f"the line is off by {percent:+.0f} % from the fit: other effects contribute to this part of the curve"

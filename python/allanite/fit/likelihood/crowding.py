@@ -16,7 +16,7 @@ from allanite.fit.likelihood.expected import at_each_time
 from allanite.fit.likelihood.whitened import expected_level
 
 if TYPE_CHECKING:
-    from allanite.effects import Model, Stochastic
+    from allanite.effects import Effect, Model, Stochastic
     from allanite.fit.likelihood.data import Data
 
 #: Maximum number of time segments in which the noise level is evaluated. Chosen by judgment; not measured.
@@ -29,6 +29,19 @@ def has_changing_power(model: Model) -> bool:
     """True if the noise power of a model changes over time (level changes or moving bands)."""
     moving = any(isinstance(effect, Moving) for effect in model.stochastic)
     return moving or any(effect.passing for effect in model.modifiers)
+
+
+def changing_effects(model: Model) -> tuple[Effect, ...]:
+    """Tuple of the moving bands, level changes and filters of a band in a model, in its order.
+
+    Models that differ in these effects have different degrees of freedom, so their likelihoods are not comparable.
+    """
+    return tuple(
+        effect
+        for effect in model
+        if isinstance(effect, Moving)
+        or (isinstance(effect, Modifier) and (effect.passing or effect.band is not None))
+    )
 
 
 def crowding_ratio(model: Model, data: Data) -> float:
@@ -49,13 +62,7 @@ def effective_freedom(model: Model, data: Data) -> NDArray[np.float64]:
     the power nearby. It comes from the record alone, so that models with the same level change get the same degrees of
     freedom. The array is computed once for each set of level changes and moving bands.
     """
-    changing = tuple(
-        effect
-        for effect in model
-        if isinstance(effect, Moving)
-        or (isinstance(effect, Modifier) and (effect.passing or effect.band is not None))
-    )
-    return data.of_bins.get(changing, lambda: _computed_freedom(model, data))
+    return data.of_bins.get(changing_effects(model), lambda: _computed_freedom(model, data))
 
 
 def _computed_freedom(model: Model, data: Data) -> NDArray[np.float64]:

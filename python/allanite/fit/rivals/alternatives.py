@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Deterministic, Effect, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
+from allanite.fit.estimates import min_detected_delta_logl
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.models import without_effect
 from allanite.fit.rivals.columns import follow_columns_consistently
@@ -64,7 +65,7 @@ def is_removable(effect: Effect) -> bool:
 def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     """Iterator over fits in which the effect at index `place` is replaced by each kind that is declared as its alternative.
 
-    Yields nothing for white noise, one-time events and held effects.
+    Yields nothing for white noise, one-time events and held effects, and no replacement that is not detected.
     """
     out = fit.model.effects[place]
     if not is_removable(out) or out.screened not in {"spectral", "slow"}:
@@ -82,7 +83,9 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
         if solution is None:
             continue
         effect = solution.model.effects[-1]
-        if not follow_columns_consistently((effect,), solution, fit.data):
+        risen = solution.log_likelihood - base.log_likelihood
+        detected = risen > min_detected_delta_logl(effect)
+        if not detected or not follow_columns_consistently((effect,), solution, fit.data):
             continue
         yield Alternative(effect, solution, evidence_gain(solution, fit.solution, fit.data))
 

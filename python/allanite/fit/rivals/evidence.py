@@ -30,16 +30,22 @@ def parameters_cost(own: Fitted, solution: Solution) -> float:
 
     A strength or time constant with relative error 1/z costs ln(range · z/√2π). This is Laplace's approximation (Kass &
     Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) with a logarithm uniform over `PRIOR_LOG_RANGE`. It suits slow effects,
-    which only few ordinates determine, however long the record is. All other effects (lines, bands, filters, changes
-    of level) cost ½ ln n for each parameter.
+    which only few ordinates determine, however long the record is. The frequency of a band is uniform up to half the
+    sampling rate, and its error is 1/z of the width: instead of the range, n ordinates over those of the band count. All
+    other effects (lines, filters, changes of level) cost ½ ln n for each parameter.
     """
     effect = own.effect
+    if isinstance(own, Process) and (effect.occupies is not None or effect.screened == "spectral"):
+        share = own.power / solution.spectrum
+        informative = float(solution.weight @ share**2)
+        cost = effect.numbers * parameter_cost(2.0 * informative)
+        if effect.occupies is None or informative == 0.0:
+            return cost
+        ordinates = float(solution.weight @ share) ** 2 / informative
+        return cost + float(np.log(solution.weight.sum() / ordinates / PRIOR_LOG_RANGE))
     if effect.occupies is not None:
         return effect.numbers * bic_cost(solution)
-    if effect.screened == "spectral" and isinstance(own, Process):
-        share = own.power / solution.spectrum
-        square = 2.0 * float(solution.weight @ share**2)
-    elif effect.screened == "slow" and isinstance(own, Regressed):
+    if effect.screened == "slow" and isinstance(own, Regressed):
         inverse = np.linalg.pinv(own.covariance, hermitian=True)
         square = float(own.amplitudes @ inverse @ own.amplitudes)
     else:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from allanite.common.numbers import number, value_and_interval_text
 from allanite.common.parameters import Estimate
-from allanite.common.printing import printed, to_table_unit
+from allanite.common.printing import printed
 from allanite.effects import Deterministic
+from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.estimates import has_interval
 from allanite.fit.models import parameter_label
 
@@ -50,7 +51,7 @@ def _in_table(fit: Fit, name: str, value: Estimate) -> Estimate:
     label, _, parameter = name.rpartition(".")
     effect = fit.model.effects[fit.model.labels.index(label or name)]
     declared = effect.parameter(parameter)
-    return to_table_unit(value, declared.unit, declared.sheet, fit.recording.unit)
+    return in_sheet_unit(value, declared)
 
 
 def _pooled_in_table(fit: Fit, row: Pooled) -> Pooled:

@@ -246,7 +246,7 @@ def _card(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, An
         "rivals": rivals,
         "evidence_text": f"ΔlogL {number(s.delta_log_likelihood)}, {chance}",
         "size": s.removes_percent / 100.0,
-        "size_text": f"explains {number(s.removes_percent, 2)} % of the misfit{_frequency_range_text(ends)}",
+        "size_text": f"{s.removes_text}{_frequency_range_text(ends)}",
         "acts": acts,
         **_view_and_range(s.effect, ends, acts["time"]),
     }

@@ -13,6 +13,7 @@ from allanite.common.numbers import duration_text, number
 from allanite.common.units import parse_unit
 from allanite.comparison import limit_line
 from allanite.effects import Deterministic, Periodic
+from allanite.effects.sheet_units import figure_unit, requested_units
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.page.edits import chosen_units
 from allanite.page.shown.beside import two_models
@@ -36,7 +37,6 @@ from allanite.plots.scaling import deviation_axis, in_figure_units
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS, LOGS
 from allanite.plots.time import close_up, plot_time
-from allanite.plots.units import requested_units
 from allanite.plots.words import effect_text, p_text, unit_text, values_text
 from allanite.report.words import count_text
 
@@ -121,7 +121,9 @@ def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
         # Before the first fit only the measured curve is available.
         figure = plot_deviation(tab.log.oadev())
         (panel,) = figure.panels
-        return replace(figure, panels=(replace(panel, y=deviation_axis(tab.log.unit, panel.y)),))
+        return replace(
+            figure, panels=(replace(panel, y=deviation_axis(figure_unit(tab.log.unit), panel.y)),)
+        )
     panels = allan_panels(fit, 0, tau_spans(fit))
     return Figure("Allan deviation", f"model {fit.model.name}", panels, (3.0, 1.0), kind="fit")
 
@@ -225,7 +227,7 @@ def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
     if fit is None or first is None or not first.effect.follows:
         return figure
     said = (
-        f"{effect_text(fit, first.effect)} explains {number(first.removes_percent, 2)} % of the misfit:"
+        f"{effect_text(fit, first.effect)} {first.removes_text}:"
         f" {values_text(first.effect, first.estimates)}"
     )
     return replace(figure, subtitle=f"{said}\n{figure.subtitle}")

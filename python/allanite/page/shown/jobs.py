@@ -10,7 +10,7 @@ from allanite.calibration.thermal import thermal
 from allanite.combination.combine import combine
 from allanite.common.errors import InputError
 from allanite.common.units import parse_unit
-from allanite.plots.units import figure_unit
+from allanite.effects.sheet_units import figure_unit
 from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:

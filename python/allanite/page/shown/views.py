@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError
 from allanite.common.units import conversion, parse_unit
+from allanite.effects.sheet_units import requested_units
 from allanite.page.edits import chosen_units, deviation_unit
 from allanite.page.shown import overlays
 from allanite.page.shown.figures import figure_of, fit_of
@@ -15,7 +16,6 @@ from allanite.plots.curves import SINGLE, component_styles
 from allanite.plots.plotly_painter import html_text
 from allanite.plots.spec import Line, Span
 from allanite.plots.themes import theme_of
-from allanite.plots.units import requested_units
 from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:

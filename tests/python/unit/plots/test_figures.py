@@ -27,7 +27,7 @@ def test_check_shades_what_fails_and_names_the_first_suggestion(check):
         assert (span.low, span.high) == check.where.worst_frequency
     first = check.significant[0]
     assert check.fit.display_name(first.effect) in figure.subtitle
-    assert f"{first.removes_percent:.0f} %" in figure.subtitle
+    assert first.removes_text in figure.subtitle
 
 
 def test_check_without_a_failure_shades_nothing():
@@ -139,10 +139,10 @@ def test_deviation_keeps_its_interval_and_name(fits):
     deviation = fits[0].recording.oadev()
     figure = plot_deviation(deviation, recording=fits[0].recording)
     (points,) = figure.panels[0].find(Points)
-    np.testing.assert_array_equal(points.low, deviation.low)
+    np.testing.assert_allclose(points.low, deviation.low * np.degrees(3600.0))
     assert figure.title == "Overlapping Allan deviation"
     assert "demo.csv gyro_x · 10 min at 50 Hz" in figure.subtitle
-    assert figure.panels[0].y.label == "overlapping Allan deviation (rad/s)"
+    assert figure.panels[0].y.label == "overlapping Allan deviation (°/h)"
 
 
 def curves():

@@ -1,0 +1,101 @@
+"""Units in which tables and figures show values: those of data sheets, or those that the user requested."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from allanite.common.errors import InputError
+from allanite.common.printing import REQUESTED_UNITS, table_unit
+from allanite.common.units import coefficient_unit, conversion, parse_unit
+from allanite.effects.registry import standard
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from allanite.common.parameters import Estimate
+    from allanite.deviation import Deviation
+    from allanite.effects._base import Parameter
+
+#: Units in which data sheets state samples, and the change of a bias with temperature, by kind of sensor.
+SAMPLE_UNITS = {"angular rate": "deg/s", "acceleration": "mg"}
+#: Coefficient whose unit in data sheets is that of an Allan deviation.
+DEVIATION = "B"
+
+
+@contextmanager
+def requested_units(units: Mapping[str, str]) -> Iterator[None]:
+    """Context in which tables and figures use these units, by kind of sensor; other kinds have the units of data sheets."""
+    token = REQUESTED_UNITS.set(dict(units))
+    try:
+        yield
+    finally:
+        REQUESTED_UNITS.reset(token)
+
+
+def figure_unit(unit: str, *, samples: bool = False) -> str:
+    """Unit in which figures show deviations, or `samples`, of a sensor whose samples are in `unit`.
+
+    A requested unit comes first, then that of data sheets (°/h, µg), or for samples °/s and mg. Other kinds keep
+    `unit`.
+    """
+    sheet = SAMPLE_UNITS if samples else standard()[DEVIATION].parameter(DEVIATION).sheet
+    return table_unit(unit, 0.0, sheet)
+
+
+def factor_to_figure_unit(unit: str) -> float:
+    """Factor from a deviation in `unit` to the unit in which figures show it."""
+    return conversion(unit, figure_unit(unit))
+
+
+def in_figure_unit(deviation: Deviation) -> Deviation:
+    """`Deviation` in the unit in which figures and the table of `adev` show it; time deviations are unchanged."""
+    if deviation.deviation_unit != deviation.unit:
+        return deviation
+    return deviation.to(figure_unit(deviation.unit))
+
+
+def units_of_sheets(parameter: Parameter) -> Mapping[str, str]:
+    """Unit in which data sheets state a coefficient, by kind of sensor; empty without such a unit.
+
+    A coefficient without declared units has those of the standard coefficient with the same power of seconds: an
+    amplitude or σ is in °/h like B, the driving noise of a Gauss-Markov process in °/h/√h like K.
+    """
+    if not isinstance(parameter.unit, float):
+        return {}
+    declared = (p for name, e in standard().items() for p in (e.parameter(name),))
+    return parameter.sheet or next((p.sheet for p in declared if p.unit == parameter.unit), {})
+
+
+def sheet_unit(parameter: Parameter, sample: str) -> str:
+    """Unit in which tables and figures show a parameter of samples in the unit `sample`.
+
+    A parameter whose unit does not depend on the samples, such as Hz, has its own unit.
+    """
+    power = parameter.unit
+    if not isinstance(power, float):
+        return power
+    return table_unit(sample, power, units_of_sheets(parameter))
+
+
+def in_sheet_unit(value: Estimate, parameter: Parameter) -> Estimate:
+    """`Estimate` of a fit in the unit in which tables and figures show it, see `sheet_unit`.
+
+    A change with a logged column is in `SAMPLE_UNITS` per unit of the column.
+    """
+    if isinstance(parameter.unit, float):
+        sample = value.unit.removesuffix(coefficient_unit("", parameter.unit))
+        return value.to(sheet_unit(parameter, sample))
+    if not parameter.unit.startswith("U/"):
+        return value
+    pieces = value.unit.split("/")
+    for k in range(1, len(pieces)):
+        # The unit of the samples may itself contain a slash: deg/s/°C.
+        sample = "/".join(pieces[:k])
+        try:
+            kind = parse_unit(sample).kind
+        except InputError:
+            continue
+        unit = REQUESTED_UNITS.get().get(kind) or SAMPLE_UNITS.get(kind, sample)
+        return value.to(unit + value.unit[len(sample) :])
+    return value
