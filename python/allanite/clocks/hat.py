@@ -184,12 +184,16 @@ def three_cornered_hat(
         There are fewer than three clocks, a pair is missing, the columns are differences of pairs without `pairs`, or
         the record is too short.
 
-    References ---------- Gray, J. E. & Allan, D. W. (1974). 28th Frequency Control Symposium, 243. Groslambert, J. et
-    al. (1981). 35th, 458.
+    References
+    ----------
+    Gray, J. E. & Allan, D. W. (1974). 28th Frequency Control Symposium, 243. Groslambert, J. et al. (1981). 35th, 458.
 
-    Examples -------- >>> rng = np.random.default_rng(1) >>> x = np.cumsum(rng.standard_normal((20000, 3)) * [1e-9,
-    2e-9, 3e-9], axis=0) >>> found = al.three_cornered_hat(al.Recording(x, rate=1.0, quantity="angle", columns=["a",
-    "b", "c"])) >>> [bool(one.low[0] < true < one.high[0]) for one, true in zip(found.values(), [1e-9, 2e-9, 3e-9])]
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> x = np.cumsum(rng.standard_normal((20000, 3)) * [1e-9, 2e-9, 3e-9], axis=0)
+    >>> found = al.three_cornered_hat(al.Recording(x, rate=1.0, quantity="angle", columns=["a", "b", "c"]))
+    >>> [bool(one.low[0] < true < one.high[0]) for one, true in zip(found.values(), [1e-9, 2e-9, 3e-9])]
     [True, True, True]
     """
     require_recording(recording)

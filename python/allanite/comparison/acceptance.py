@@ -255,9 +255,12 @@ def accept(
     InputError
         The sheet has no figure for this kind of sensor, or the margin is negative.
 
-    Examples -------- >>> sheet = al.DataSheet("part", (al.Quoted("noise_density", 0.01, "deg/s/sqrt(Hz) one-sided"),))
-    >>> log = al.AngleRandomWalk(N=0.014).simulate(duration=600, rate=50, seed=1, unit="deg/s") >>> al.accept(log,
-    sheet).verdict 'does not meet'
+    Examples
+    --------
+    >>> sheet = al.DataSheet("part", (al.Quoted("noise_density", 0.01, "deg/s/sqrt(Hz) one-sided"),))
+    >>> log = al.AngleRandomWalk(N=0.014).simulate(duration=600, rate=50, seed=1, unit="deg/s")
+    >>> al.accept(log, sheet).verdict
+    'does not meet'
     """
     from allanite.study import improve
 

@@ -224,9 +224,12 @@ def compare(
     InputError
         There are models only and no rate, or `items` is not a list of such items.
 
-    Examples -------- >>> old, new = al.parse_model("N(N=2)"), al.parse_model("N(N=1)") >>> found = al.compare([("old",
-    old, "deg/s"), ("new", new, "deg/s")], rate=10) >>> print((found.curves[0].deviation /
-    found.curves[1].deviation)[:2]) [2. 2.]
+    Examples
+    --------
+    >>> old, new = al.parse_model("N(N=2)"), al.parse_model("N(N=1)")
+    >>> found = al.compare([("old", old, "deg/s"), ("new", new, "deg/s")], rate=10)
+    >>> print((found.curves[0].deviation / found.curves[1].deviation)[:2])
+    [2. 2.]
     """
     from collections.abc import Sequence
 

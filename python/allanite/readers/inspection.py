@@ -248,9 +248,13 @@ def inspect(path: Any, **options: Any) -> Inspection:
     InputError
         The file cannot be opened as a log at all.
 
-    Examples -------- >>> with open("gyro.csv", "w", encoding="utf-8") as file: ...     file.writelines(["time
-    [s],gx\n", *(f"{k / 100},{k % 7}\n" for k in range(200))]) >>> seen = al.inspect("gyro.csv") >>> [(c.name, c.role,
-    c.unit) for c in seen.columns] [('time', 'time', 's'), ('gx', 'sensor', None)]
+    Examples
+    --------
+    >>> with open("gyro.csv", "w", encoding="utf-8") as file:
+    ...     file.writelines(["time [s],gx\n", *(f"{k / 100},{k % 7}\n" for k in range(200))])
+    >>> seen = al.inspect("gyro.csv")
+    >>> [(c.name, c.role, c.unit) for c in seen.columns]
+    [('time', 'time', 's'), ('gx', 'sensor', None)]
     """
     from allanite.readers import read, request_of
 

@@ -225,10 +225,13 @@ def read_datasheet(path: str | Path) -> DataSheet:
     InputError
         No such file, bad syntax, an unknown figure, a value without a unit.
 
-    Examples -------- >>> with open("sheet.toml", "w", encoding="utf-8") as file: ...     _ =
-    file.write("[figures]\nnoise_density = '0.03 deg/s/sqrt(Hz)'\n") >>> quoted =
-    al.read_datasheet("sheet.toml").figures[0] >>> quoted.name, round(quoted.in_unit("deg/s"), 4)  # one-sided 0.03 is N
-    = 0.03/√2 ('noise_density', 0.0212)
+    Examples
+    --------
+    >>> with open("sheet.toml", "w", encoding="utf-8") as file:
+    ...     _ = file.write("[figures]\nnoise_density = '0.03 deg/s/sqrt(Hz)'\n")
+    >>> quoted = al.read_datasheet("sheet.toml").figures[0]
+    >>> quoted.name, round(quoted.in_unit("deg/s"), 4)  # one-sided 0.03 is N = 0.03/√2
+    ('noise_density', 0.0212)
     """
     path = Path(path)
     with about(path):
