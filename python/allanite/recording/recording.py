@@ -34,12 +34,15 @@ if TYPE_CHECKING:
     from allanite.deviation import Deviation, Deviations
     from allanite.deviation.averaging import Taus
     from allanite.plots import Figure
+    from allanite.recording.at_rest import Motion
     from allanite.recording.findings import Finding
     from allanite.recording.log_column import LogColumn
     from allanite.spectrum import Spectrum
 
 #: Quantities that samples may be.
 QUANTITIES = ("rate", "increment", "angle")
+#: Fields that are computed from the others at the first access.
+COMPUTED = ("_audit", "_measured", "_motion")
 
 
 @dataclass(frozen=True, slots=True, weakref_slot=True, init=False, eq=False, repr=False)
@@ -123,6 +126,7 @@ class Recording(Record):
     log_columns: tuple[LogColumn, ...]
     _audit: list[Finding] | None
     _measured: Recording | bool | None
+    _motion: Motion | bool | None
 
     def __init__(
         self,
@@ -193,6 +197,7 @@ class Recording(Record):
                 log_columns=(),
                 _audit=None,
                 _measured=None,
+                _motion=None,
             )
 
     def _set_fields(self, **fields: Any) -> None:
@@ -204,7 +209,8 @@ class Recording(Record):
         """Copy of the recording with the fields in `changes`, without checks and without computed findings."""
         other = object.__new__(Recording)
         same = {field.name: getattr(self, field.name) for field in fields(self)}
-        other._set_fields(**{**same, "_audit": None, "_measured": None, **changes})
+        computed = dict.fromkeys(COMPUTED)
+        other._set_fields(**{**same, **computed, **changes})
         return other
 
     def in_units(self, units: Mapping[str, str]) -> Recording:
@@ -213,9 +219,8 @@ class Recording(Record):
         Other columns keep their unit. Raises `InputError` for an unknown unit.
         """
         declared_units = [units.get(c, u) for c, u in zip(self.columns, self.units, strict=True)]
-        return self._with(
-            units=tuple(rate_unit(text, self.quantity).name for text in declared_units)
-        )
+        names = tuple(rate_unit(text, self.quantity).name for text in declared_units)
+        return self if names == self.units else self._with(units=names)
 
     def told_of(
         self, findings: Sequence[Finding], log_columns: Sequence[LogColumn] | None = None
@@ -230,11 +235,10 @@ class Recording(Record):
             Every column of the log, used or not.
         """
         columns = self.log_columns if log_columns is None else tuple(log_columns)
-        return self._with(told=(*self.told, *findings), log_columns=columns)
+        return self._with(told=(*self.told, *findings), log_columns=columns, _motion=self._motion)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        kept = ("_audit", "_measured")
-        state = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in kept}
+        state = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in COMPUTED}
         state["covariates"] = dict(self.covariates)
         state["covariate_units"] = dict(self.covariate_units)
         return (_restore, (state,))
@@ -293,6 +297,15 @@ class Recording(Record):
             if found is not self:
                 found._set_fields(_measured=True)
         return self._measured if isinstance(self._measured, Recording) else self
+
+    @property
+    def motion(self) -> Motion | None:
+        """`Motion` of gyroscopes and accelerometers; computed at the first access. None for other sensors."""
+        if self._motion is None:
+            from allanite.recording.at_rest import motion_of
+
+            self._set_fields(_motion=motion_of(self) or False)
+        return None if isinstance(self._motion, bool) else self._motion
 
     def seconds(self) -> NDArray[np.float64]:
         """Time of each sample since the first, s, shape (n,): from uneven time stamps if known, else from the rate."""
@@ -413,7 +426,7 @@ class Recording(Record):
 
     def called(self, path: str) -> Recording:
         """Copy of the recording whose attribute `path` is the given path."""
-        return self._with(path=path)
+        return self._with(path=path, _motion=self._motion)
 
     def to(self, unit: str) -> Recording:
         """Recording with its samples converted to another `unit` of the same kind; ``"deg/h,ug"`` converts two kinds.
@@ -539,7 +552,7 @@ def _restore(state: dict[str, Any]) -> Recording:
         {k: read_only(v) for k, v in state["covariates"].items()}
     )
     state["covariate_units"] = MappingProxyType(state["covariate_units"])
-    recording._set_fields(**state, _audit=None, _measured=None)
+    recording._set_fields(**state, **dict.fromkeys(COMPUTED))
     return recording
 
 

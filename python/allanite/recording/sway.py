@@ -21,6 +21,13 @@ MIN_WINDOWS = 10
 ANGLE_RATIOS = (0.3, 3.0)
 
 
+def averages_for_sway(x: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+    """Averages over 0.2 s of samples x at `rate` (Hz), shape (averages,); the last incomplete average is omitted."""
+    m = max(1, round(AVERAGING_TIME * rate))
+    averages: NDArray[np.float64] = x[: x.size // m * m].reshape(-1, m).mean(axis=1)
+    return averages
+
+
 def sway_of(
     rates: NDArray[np.float64], force: NDArray[np.float64], rate: float
 ) -> NDArray[np.float64] | None:
@@ -31,20 +38,17 @@ def sway_of(
 
     Parameters
     ----------
-    rates, force : ndarray of shape (n, 3)
-        Samples of gyroscopes, rad/s, and accelerometers, in any unit, in the order x, y, z.
+    rates, force : ndarray of shape (averages, 3)
+        `averages_for_sway` of gyroscopes, rad/s, and accelerometers, in any unit, in the order x, y, z.
     rate : float
-        Sampling rate, Hz.
+        Sampling rate of the averaged samples, Hz.
     """
     m = max(1, round(AVERAGING_TIME * rate))
-    count = len(rates) // m
-    windows = count // WINDOW_AVERAGES
+    windows = len(rates) // WINDOW_AVERAGES
     if windows < MIN_WINDOWS:
         return None
     kept = windows * WINDOW_AVERAGES
-    omega = rates[: kept * m].reshape(kept, m, 3).mean(axis=1)
-    seen = force[: kept * m].reshape(kept, m, 3).mean(axis=1)
-    omega, seen = np.nan_to_num(omega), np.nan_to_num(seen)
+    omega, seen = np.nan_to_num(rates[:kept]), np.nan_to_num(force[:kept])
     middle = np.median(seen, axis=0)
     level = float(np.linalg.norm(middle))
     if level == 0.0:
