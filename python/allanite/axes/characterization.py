@@ -159,7 +159,10 @@ class Characterization:
         return not self.failed and all(study.adequate for study in self.studies.values())
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON, schema ``allanite/characterize/1``; its JSON Schema is in ``allanite/schemas``."""
+        """Dict for JSON, schema ``allanite/characterize/1``; its JSON Schema is in ``allanite/schemas``.
+
+        The entries ``working``, ``turn_on`` and ``averages`` are only there if they have content.
+        """
         working = {name: state.to_dict() for name, state in self.working.items()}
         turn_on = {name: bias.to_dict() for name, bias in self.turn_on.items()}
         return {

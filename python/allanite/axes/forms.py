@@ -198,9 +198,10 @@ def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
 
 
 def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
-    """Yields one `Agreement` per parameter of an effect, over the axes that detect it.
+    """Yields one `Agreement` per parameter of an effect, over the axes that detect it, in the unit of the first one.
 
-    Values are compared in logarithms, by their standard errors. Parameters known on fewer than two axes are omitted.
+    Omitted are derived parameters, those known on fewer than two axes, and units that cannot be converted. Values are
+    compared in logarithms, by their standard errors.
     """
     detecting = [axis for axis in axes if axis.detects(label)]
     for parameter in detecting[0].effects[label].parameters if detecting else ():

@@ -167,7 +167,10 @@ def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
 
 
 def _times(column: str, fit: Fit) -> list[_Occurrence]:
-    """List of `_Occurrence`: times (s) at which steps, excursions and other single events of a fit begin."""
+    """List of `_Occurrence`: times (s) at which steps, excursions and other single events of a fit begin.
+
+    Events whose time has no standard error are left out.
+    """
     out = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
         if not isinstance(effect, Deterministic) or not effect.happens_once:

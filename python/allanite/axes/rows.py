@@ -87,7 +87,7 @@ def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
 def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit]) -> list[Row]:
     """List of `Row` of one parameter, one per unit: the data-sheet unit with intervals, then other units without.
 
-    A unit that cannot be converted, such as per °C, has its own row.
+    Units that cannot be converted, such as per °C, have a row each, with the values of the axes in that unit.
     """
     unit = fits[0].recording.unit
     kind = parse_unit(unit).kind
@@ -120,7 +120,11 @@ def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fi
 
 
 def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True) -> str:
-    """Text of a cell: value and 95 % interval, ``< limit`` if not detected, or a dash for None."""
+    """Text of a cell: value and 95 % interval, ``< limit`` if not detected, or a dash for None.
+
+    Without an interval, four digits, and the reason in brackets if the value was kept. A dash, too, if not detected
+    without a limit.
+    """
     if cell is None:
         return ABSENT
     effect, parameter, value = cell

@@ -169,7 +169,10 @@ def improve_columns(
         return max((end - time.monotonic()) * min(max_parallel_columns(), left) / left, MIN_SECONDS)
 
     def task(column: Recording, model: Start) -> Callable[[], Study]:
-        """Function without arguments that builds and returns the study of a column."""
+        """Function without arguments that builds and returns the study of a column.
+
+        It calls `on_progress` and then `on_study`; data of the search are deleted from the study.
+        """
         name, most = column.columns[0], limit + 1
 
         def report(done: int, _total: int) -> None:

@@ -335,7 +335,8 @@ def _lines(f: Array, S: Array, nu: float, rate: float) -> tuple[tuple[Line, ...]
 def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
     """List of the lines; each (aliased) harmonic of the base line states its order and the base frequency.
 
-    The base is the line with the most harmonics among the lines. `width` is the frequency resolution, Hz.
+    The base is the line with the most harmonics among the lines, the strongest if several. `width` is the frequency
+    resolution, Hz.
     """
 
     def multiples(base: Line) -> dict[int, int]:

@@ -151,7 +151,7 @@ def _coefficients_and_loop(fit: Fit) -> tuple[NDArray[np.float64], float]:
 def _random_laws(fit: Fit, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
     """Random draws of the coefficients of T, T² and T³ from their posterior distribution, shape (count, 3).
 
-    0 without a law.
+    Zeros without a law. `rng` advances.
     """
     solution = fit.solution
     places = _power_matrix(fit)

@@ -204,9 +204,10 @@ class AxisLaw:
 
     @property
     def random(self) -> dict[str, Estimate]:
-        """Dict from the name of each noise parameter (``N``, ``GM.q_c``) to its `Estimate`.
+        """Dict from the name of each parameter of the random processes (``N``, ``GM.q_c``) to its `Estimate`.
 
-        The lower end of K's interval is reduced by the part that the steps of a coarse thermometer can cause.
+        The lower end of K's interval is reduced by the part that the steps of a coarse thermometer can cause; K counts
+        as not detected if it becomes 0.
         """
         out: dict[str, Estimate] = {}
         for effect, values in zip(self.fit.model, self.fit.estimates, strict=True):
@@ -281,7 +282,7 @@ class AxisLaw:
         return f"; correcting divides the Allan deviation at {number(remainder.tau[place])} s by {number(ratio, 2)}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON with all results of the axis."""
+        """Dict for JSON with all results of the axis; ``noise_over_temperature`` and ``hysteresis`` may be None."""
         curve, low_high = self.curve, self.range
         temperature = self.runs.temperature
         measured = _binned_means(self)

@@ -23,7 +23,7 @@ def thermal_table(found: ThermalCalibration) -> str:
 def _axis_lines(axis: AxisLaw) -> list[str]:
     """List of texts: headline of one axis, then indented lines: coefficients, hysteresis, noise, offsets, deviations.
 
-    Results that do not exist have no line.
+    Results that do not exist have no line, except hysteresis, which is then "not checked".
     """
     unit = printed(axis.unit)
     lines = [axis.headline]

@@ -482,7 +482,10 @@ def _blocks_of_datagrams(source: str, stop: Stop) -> Iterator[_Block]:
 
 
 def _bound_socket(source: str) -> socket.socket:
-    """UDP socket bound to the address in `source`; raises `InputError` if it is not local or already in use."""
+    """UDP socket bound to the address ``udp://127.0.0.1:PORT`` (or localhost) in `source`.
+
+    Raises `InputError` if the address is not local, the port is not 1 to 65535, or the address is in use.
+    """
     import socket
 
     host, _, port = source.removeprefix("udp://").rpartition(":")

@@ -105,7 +105,10 @@ class Seconds(click.types.FloatParamType):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Positive time in s, as a float, from a text such as ``10min``. Other texts end the command with a usage error."""
+        """Positive time in s, as a float, from a text such as ``10min``; without a unit it is in s.
+
+        Other texts, zero and infinity end the command with a usage error.
+        """
         text, factor = str(value).strip(), 1.0
         for unit, size in self.units:
             if text.endswith(unit):

@@ -41,7 +41,10 @@ def dumps(document: Any) -> str:
 
 
 def _jsonable(value: Any) -> Any:
-    """Copy of a value with only types that JSON knows; NaN and infinities become None, keys become texts."""
+    """Copy of a value with only types that JSON knows.
+
+    NaN and infinities become None, keys texts, arrays and tuples lists.
+    """
     if isinstance(value, dict):
         return {str(key): _jsonable(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -54,9 +57,9 @@ def _jsonable(value: Any) -> Any:
 
 
 def print_results(results: Sequence[Any], options: LogOptions) -> None:
-    """Print results, one per column, as tables, or with --json as one JSON document.
+    """Print results, one per column, as tables separated by blank lines, or with --json as one JSON document.
 
-    Several columns are in the list ``columns`` of the document.
+    One result is the document itself; several are in its list ``columns``.
     """
     if options.as_json:
         documents = [result.to_dict() for result in results]

@@ -254,7 +254,8 @@ def _differences_of_clocks(
 ) -> tuple[list[str], dict[tuple[str, str], Recording]]:
     """Tuple (names of the clocks, dict from each pair of names (a, b) to the `Recording` of a − b).
 
-    Raises `InputError` for fewer than three clocks, for a pair without a column, and for columns that are differences.
+    Without `pairs`, the columns are clocks, which are subtracted; else they are the differences of these pairs. Raises
+    `InputError` for fewer than three clocks, for a pair without a column, and for clocks that are differences.
     """
     if pairs is None:
         names = list(recording.columns)

@@ -364,7 +364,8 @@ def _timing_of_column(
 ) -> Timing:
     """`Timing` of one column; `report` is called with the number of noise models fitted.
 
-    Raises `TooShortError` for fewer than 32 samples.
+    With `steering` (column, gain), the steered phase is removed before the fit, and ``constant_error`` is None. Raises
+    `TooShortError` for fewer than 32 samples.
     """
     name = column.columns[0]
     # Samples may be in a multiple of seconds: the scale of the unit converts them.

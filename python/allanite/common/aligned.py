@@ -36,7 +36,10 @@ def align_when_unpickled(cls: C) -> C:
     restore = getattr(cls, "__setstate__", None)
 
     def set_state(self: Any, state: Any) -> None:
-        """Set the attributes of `self` from its pickled state, with aligned copies of misaligned arrays."""
+        """Set the attributes of `self` from its pickled state, with aligned copies of misaligned arrays.
+
+        A ``__setstate__`` of the class gets that state instead.
+        """
         state = with_aligned_arrays(state)
         if restore is not None:
             restore(self, state)

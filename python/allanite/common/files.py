@@ -120,7 +120,7 @@ class OwnedFolder:
     def remove_abandoned(cls, kind: str) -> None:
         """Delete the temporary folders of this kind that belong to this user and whose processes have ended.
 
-        Folders that cannot be deleted are skipped.
+        Links, and folders that cannot be deleted, are skipped.
         """
         for folder in Path(gettempdir()).glob(f"{_folder_prefix(kind)}*"):
             with suppress(OSError):

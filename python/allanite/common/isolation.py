@@ -190,7 +190,10 @@ def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], Non
 
 
 def _error_without_result(code: int, worker: str, limits: Limits, memory: float) -> InputError:
-    """`InputError` (not raised) that explains, from the exit code, why a child wrote no result."""
+    """`InputError` (not raised) that explains, from the exit code, why a child wrote no result.
+
+    Time limits, a crash, and a kill by the system have texts of their own; otherwise no process could be started.
+    """
     name = signal.Signals(-code).name if -code in set(signal.Signals) else f"code {code}"
     if name == "SIGXCPU":
         return InputError(
@@ -251,7 +254,10 @@ def main() -> None:
 
 
 def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
-    """Call the function of an order within its limits, and write its result or its error to `results`."""
+    """Call the function of an order within its limits, and write its result or its error to `results`; nothing is raised.
+
+    A result that cannot be written is replaced by its error.
+    """
     global _is_child
     _is_child = True
     found: dict[str, Any]

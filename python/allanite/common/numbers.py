@@ -21,7 +21,8 @@ TIME_UNITS = ((2 * 86400.0, 86400.0, "d"), (2 * 3600.0, 3600.0, "h"), (240.0, 60
 def number(value: float, figures: int = 3, *, power: bool = False) -> str:
     """Text of a number with `figures` significant figures: 0.0126, 1.9·10⁻⁵, 12000.
 
-    A number below 10⁻⁴ (with `power` below 0.1), or from 10⁶ on, is written with a power of ten.
+    Below 10⁻⁴ (with `power` below 0.1), or from 10⁶ on if `figures` are fewer digits, it is written with a power of
+    ten. A minus sign is −.
     """
     text = f"{value:.{figures}g}"
     if power and "e" not in text and 0.0 < abs(value) < 0.1:

@@ -60,7 +60,7 @@ class Estimate(float):
         detected: bool = True,
         name: str = "",
     ) -> Estimate:
-        """Create the float and set its attributes, which cannot be changed later."""
+        """`Estimate` with these attributes, which cannot be changed later; the numbers become floats."""
         self = super().__new__(cls, value)
         fix = object.__setattr__
         fix(self, "std_error", None if std_error is None else float(std_error))

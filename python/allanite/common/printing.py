@@ -56,7 +56,8 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
 def relative_unit(sample: str, power: float) -> str:
     """Unit (str) U·s^power of a coefficient, for samples in U = `sample`: ``deg/s/sqrt(Hz)`` for deg/s and ½.
 
-    For a unit per hour, the time is in hours: ``deg/sqrt(h)`` for deg/h and ½.
+    For a unit per hour, the time is in hours: ``deg/sqrt(h)`` for deg/h and ½. Powers other than multiples of ½ from −1
+    to 1 read ``(U)*s^power``.
     """
     parsed = parse_unit(sample)
     name = parsed.name

@@ -59,10 +59,13 @@ def array_text(array: np.ndarray[Any, Any]) -> str:
 def html_table(
     title: str, head: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()
 ) -> str:
-    """HTML table with a caption. Texts are escaped; the columns with indices `right` are aligned to the right."""
+    """HTML table with a caption; without `head`, without a head row.
+
+    Texts are escaped; the columns with indices `right` are aligned to the right.
+    """
 
     def cell(tag: str, i: int, text: str) -> str:
-        """HTML of one cell in column i."""
+        """HTML of one cell (`tag` is ``td`` or ``th``) in column i, with its alignment; the text is escaped."""
         style = _CELL.format("right" if i in right else "left")
         return f'<{tag} style="{style}">{escape(text)}</{tag}>'
 

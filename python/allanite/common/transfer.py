@@ -100,7 +100,7 @@ def _to_json(value: Any, file: IO[bytes]) -> Any:
 
 
 def _write_array(array: NDArray[Any], file: IO[bytes]) -> int:
-    """Write the elements of an array to the file in C order; return their offset in the file, a multiple of 64."""
+    """Write the elements of an array to the file in C order, after padding; return their offset, a multiple of 64."""
     begin = file.tell()
     file.write(bytes(-begin % ALIGNMENT))
     begin = file.tell()
@@ -117,7 +117,7 @@ def _write_array(array: NDArray[Any], file: IO[bytes]) -> int:
 
 
 def _from_json(value: Any, content: Any) -> Any:
-    """Value whose JSON form `_to_json` made; its arrays are views of `content`.
+    """Value whose JSON form `_to_json` made; its arrays are views of `content`, empty ones new arrays, and tuples lists.
 
     Raises `ValueError` for arrays of objects and unknown forms.
     """

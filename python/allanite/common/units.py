@@ -406,7 +406,7 @@ def conversion(from_unit: str, to_unit: str) -> float:
     Raises
     ------
     InputError
-        The dimensions differ, for example by a power of seconds.
+        The dimensions differ, for example by a power of seconds. Or a side is stated of a unit that is no noise density.
     """
     source, source_side = _without_sides(from_unit)
     target, target_side = _without_sides(to_unit)

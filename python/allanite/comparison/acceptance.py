@@ -295,7 +295,8 @@ def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptanc
 def _verdict_on_coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
     """`FigureVerdict` on a figure that states a coefficient, from the coefficient's 95 % interval in the fit.
 
-    Undecided if the model has no such coefficient.
+    Undecided, with a remark, if the model has no such coefficient or no interval of it. An undetected one has no value
+    and the low end 0. `margin` is the fraction by which the limit exceeds the figure.
     """
     unit = fit.recording.unit
     try:
@@ -367,7 +368,8 @@ def _too_close(verdict: str, needs: float | None) -> str:
 def _verdict_on_minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
     """`FigureVerdict` on a figure that states the minimum of the Allan deviation.
 
-    The upper end of its interval comes from the measured curve, the lower end from the slow noise that was detected.
+    The upper end of its interval comes from the measured curve, the lower end from the slow noise that was detected. A
+    minimum that the record does not reach has no value, but a remark.
     """
     recording = fit.recording
     scale = figure.value / figure.in_unit(recording.unit)

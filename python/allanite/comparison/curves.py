@@ -155,7 +155,10 @@ class Curves:
 
 
 def _in_figure_unit(curve: Drawn) -> Drawn:
-    """`Drawn`: curve converted to the unit in which figures show deviations of its kind of sensor."""
+    """`Drawn`: curve converted to the unit in which figures show deviations of its kind of sensor.
+
+    Itself if it has that unit.
+    """
     from allanite.effects.sheet_units import figure_unit
 
     unit = figure_unit(curve.unit)

@@ -99,7 +99,10 @@ def _measured_in_printed_unit(row: Row) -> float:
 
 
 def _ratio_text(ratio: Estimate) -> str:
-    """Text of a ratio with its 95 % interval; ``< limit`` if the effect was not detected."""
+    """Text of a ratio with its 95 % interval; only the ratio without one.
+
+    ``< limit`` if the effect was not detected, ``?`` without a limit.
+    """
     if not ratio.detected:
         return f"< {ratio.interval[1]:.3g}" if ratio.interval else "?"
     if ratio.interval is None:

@@ -163,7 +163,7 @@ class Accumulator:
         self._core.merge(other._core, float(other._base - self._base))
 
     def oadev(self) -> Deviation:
-        """`Deviation`: overlapping Allan deviation of the samples so far.
+        """`Deviation`: overlapping Allan deviation of the samples so far; missing samples are noted in the diagnostics.
 
         Raises
         ------

@@ -55,7 +55,8 @@ class Samples:
 def samples_of(x: object, rate: float, quantity: str) -> Samples:
     """`Samples` of an array, recording, pandas or xarray object. A recording overrides `rate` and `quantity`.
 
-    Raises `InputError` for unusable samples, and `TooShortError` for fewer than 3.
+    A time index of pandas or xarray gives rate and gaps, if `rate` is 1. Arrays without a recording have the unit
+    ``"1"``. Raises `InputError` for unusable samples, and `TooShortError` for fewer than 3.
     """
     unit = "1"
     if index_of(x) is not None:  # pandas or xarray with its own time: gaps and rate by it
@@ -78,7 +79,7 @@ def samples_of(x: object, rate: float, quantity: str) -> Samples:
 
 
 def one_column(x: object) -> NDArray[Any]:
-    """Samples as an array of native integers, float32 or float64, shape (n,). Masked samples become NaN.
+    """Samples as an array of native integers, float32 or float64, shape (n,). Masked samples become NaN, booleans int8.
 
     Raises `InputError` for other shapes and other types.
     """
@@ -148,10 +149,10 @@ def averaging_factors(
 def _explicit_factors(
     src: Samples, values: ArrayLike, seconds: bool
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Tuple (factors, remarks): whole, ascending, unique averaging factors from given factors or times (`seconds`).
+    """Tuple (factors, remarks): whole, ascending, unique averaging factors from given factors, or from times if `seconds`.
 
-    Times are rounded to multiples of the sampling interval. Raises `InputError` for unusable values, such as fractional
-    factors.
+    Times are rounded to multiples of the sampling interval; remarks count those that were rounded or became equal.
+    Raises `InputError` for unusable values, such as fractional factors.
     """
     try:
         wanted = np.atleast_1d(np.asarray(values))

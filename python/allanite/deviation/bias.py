@@ -42,7 +42,7 @@ def modified_edf(alpha: float, m: int, count: int, points: int) -> float:
 def total_edf(alpha: float, m: int, count: int, points: int) -> float:
     """Equivalent degrees of freedom of the total variance (NIST SP 1065 table 8).
 
-    For phase noise (α > 0) they are those of the Allan variance.
+    For phase noise (α > 0) they are those of the Allan variance; α is rounded, at least −2. `count` is not used.
     """
     if round(alpha) > 0:
         return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
@@ -67,9 +67,9 @@ def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, sum
 
 
 def hadamard_total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Equivalent degrees of freedom of the Hadamard total variance (NIST SP 1065 table 11).
+    """Equivalent degrees of freedom of the Hadamard total variance (NIST SP 1065 table 11), at least 1.
 
-    At m = 1 they are those of the Hadamard variance.
+    At m = 1 they are those of the Hadamard variance. α is rounded to −2 … 0.
     """
     if m == 1:
         return hadamard_edf(alpha, m, count, points)
@@ -95,7 +95,10 @@ def hadamard_total_bias(alpha: int, m: int, points: int) -> float:
 
 
 def theo1_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Equivalent degrees of freedom of Theo1 (NIST SP 1065 table 12) at the effective averaging time 0.75 m."""
+    """Equivalent degrees of freedom of Theo1 (NIST SP 1065 table 12) at the effective averaging time 0.75 m, at least 1.
+
+    α is rounded to −2 … 2; `count` is not used.
+    """
     law, n, tau = min(max(round(alpha), -2), 2), points, 0.75 * m
     if law == 2:
         edf = 0.86 * (n + 1) * (n - 4 * tau / 3) / (n - tau) * tau / (tau + 1.14)

@@ -78,7 +78,8 @@ def _autocovariance(
 ) -> NDArray[np.float64]:
     """Autocovariance of differences of the phase at each lag, up to a constant factor, shape of `lags`.
 
-    It is Σ_i w_i g(|lag + i m|), with the generalized covariance g of the phase.
+    It is Σ_i w_i g(|lag + i m|), with the generalized covariance g of the phase and the weights of differences of
+    `order`. With `summed`, they are of the sum of the phase.
     """
     # Differences of order o exist for d < o + ½.
     d = min(max((2.0 - alpha) / 2.0, 0.0), order + 0.25) + summed

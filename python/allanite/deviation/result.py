@@ -257,7 +257,7 @@ def cell_text(value: float, width: int, form: str) -> str:
 
 
 def _unit_times_second(unit: str) -> str:
-    """Text of the unit U·s: deg/s → deg, m/s^2 → m/s, 1 → s, deg/h → deg/h·s."""
+    """Text of the unit U·s: deg/s → deg, m/s^2 → m/s, 1 → s, any other unit with ``·s``, as deg/h → deg/h·s."""
     if unit in ("", "1"):
         return "s"
     if unit.endswith("/s^2"):

@@ -211,7 +211,7 @@ class Axis:
         return bool((np.diff(level) <= 1e-6 * level[0]).all() and level[-1] < 0.99 * level[0])
 
     def allan(self, taus: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
-        """Allan variance of the model at the averaging times `taus` (s), SI, shape of `taus`.
+        """Allan variance of the model at the averaging times `taus` (s), SI, shape of `taus`; includes known functions.
 
         With `upper`, the largest variance within the intervals of the model at each τ.
         """
@@ -226,7 +226,8 @@ class Axis:
     def psd(self, f: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
         """Two-sided density of the model's random processes at the frequencies `f` (Hz), SI, shape of `f`.
 
-        With `upper`, the largest density within the intervals of the model at each frequency.
+        With `upper`, the largest density within the intervals of the model at each frequency. White noise is at its
+        mean level.
         """
         rate = self.sampling
         if not upper:
@@ -256,7 +257,10 @@ def _loudest_segment(model: Model, span: tuple[float, float]) -> tuple[float, fl
 
 
 def _at_loudest_level(model: Model, span: tuple[float, float]) -> Model:
-    """`Model` with its white noise at the constant mean level of the loudest segment within `span` (s)."""
+    """`Model` with its white noise at the constant mean level of the loudest segment within `span` (s).
+
+    Without segments of different level, at the mean level over `span`.
+    """
     return model.steady(_loudest_segment(model, span) if model.levels else span)
 
 
@@ -302,7 +306,10 @@ def axes_of(
 
 
 def _axis_of_document(document: dict[str, Any], unit: str | None, source: str) -> Axis:
-    """`Axis` of one model document. Raises `InputError` without effects, a unit, or a coefficient's value."""
+    """`Axis` of one model document; the working model in the document replaces the fitted one.
+
+    `unit` is used if the document states none. Raises `InputError` without effects, a unit, or a coefficient's value.
+    """
     recording = document.get("recording") or {}
     own = recording.get("unit") or unit
     document = {**document, **(document.get("working") or {})}
@@ -424,7 +431,10 @@ def _forms_at_interval_ends(effect: Effect, given: Mapping[str, Any]) -> list[Ef
 
 
 def _correlations_of(document: Mapping[str, Any]) -> dict[tuple[str, str], float]:
-    """Dict from each pair of parameter names to their correlation; empty without a valid correlation matrix."""
+    """Dict from each pair of parameter names, in both orders, to their correlation.
+
+    Empty without a valid correlation matrix.
+    """
     found = document.get("correlations")
     if not isinstance(found, dict):
         return {}
@@ -596,7 +606,7 @@ def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -
 
 
 def _scaled_estimate(value: Estimate, factor: float) -> Estimate:
-    """`Estimate` with value, standard error and interval multiplied by a factor."""
+    """`Estimate` with value, standard error and interval multiplied by a factor; a missing error or interval stays None."""
     return Estimate(
         factor * value,
         None if value.std_error is None else factor * value.std_error,

@@ -163,8 +163,8 @@ class _Target:
         """`Candidates` with these ratios K/N (1/s) and correlation times (s), each with its N² and cost.
 
         A correlation time is infinite for a random walk. N² is the smallest that covers the white noise, the Allan
-        variance within 2 %, and, for a filter, the error variance. Short coasting times are ignored, one by one, while
-        the best filter is too pessimistic at the horizon.
+        variance within 2 %, and, unless for a simulator, the error variance. Short coasting times are ignored, one by
+        one, while the best filter is too pessimistic at the horizon.
         """
         tau, fs = self.tau, self.rate
         white = white_noise(1.0).allan_variance(tau, fs)

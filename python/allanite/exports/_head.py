@@ -193,7 +193,8 @@ def _alternative_intervals(axis: Axis) -> Iterator[str]:
 def _covered_text(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
     """Text that names the effects in the numbers of a file, and the axes from which the largest numbers come.
 
-    More than 8 effects are counted by kind. Without a `choice`, all effects are named.
+    Without a `choice`, all effects are named; with overbounds, "the upper limits of all its effects". More than 8
+    effects are counted by kind.
     """
     if choice is None:
         covered = ", ".join(label for label, _ in _labeled_effects(axis))
@@ -226,7 +227,10 @@ def _labeled_effects(axis: Axis) -> Iterator[tuple[str, Effect]]:
 def _omitted_effects(
     axis: Axis, choice: Choice | None, *, simulator: bool
 ) -> list[tuple[str, Effect]]:
-    """List of pairs (label, effect) of the effects that the numbers of a file omit."""
+    """List of pairs (label, effect) of the effects that the numbers of a file omit.
+
+    With a choice that holds certain effects, all others; else those that the numbers do not cover.
+    """
     if choice is not None and choice.holds is not None:
         return [(label, e) for label, e in _labeled_effects(axis) if label not in choice.holds]
     return [

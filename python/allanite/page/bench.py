@@ -289,7 +289,10 @@ class Bench:
             raise InputError(f"There is no column {column}")
 
         def work(job: Job) -> None:
-            """Read the log if necessary, and fit the first model."""
+            """Read the log unless it was open before, show its column, and fit and check the first model.
+
+            Bad input, and motion in a log, is written to `problem` instead of raised.
+            """
             with self.change(job):
                 self.place_of_source, self.problem, self.preview = place, None, None
                 self.moving = False
@@ -372,9 +375,10 @@ class Bench:
             self.preview = None
 
     def choose(self, column: int) -> None:
-        """Make a column current; start a job that fits and checks its first model, unless a job of the user runs.
+        """Show a column, without its preview, and start a job that fits and checks its first model.
 
-        A running check is canceled. Raises `InputError` if the column does not exist or no log is open.
+        If a job of the user runs, it continues instead; a running check is canceled. Raises `InputError` if the column
+        does not exist or no log is open.
         """
         if not 0 <= column < len(self.board.ladders) or self.now is None:
             raise InputError(f"There is no column {column}")

@@ -77,7 +77,7 @@ def _called(
 
 
 def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Dict from name to value of the fields of a log's recording, in the child process.
+    """Dict from name to value of the fields of a log's recording, in the child process; nested objects are dicts.
 
     Removes ``units`` from `options` and converts columns of another unit to it.
     """

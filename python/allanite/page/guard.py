@@ -65,7 +65,10 @@ class Guard:
         await self.app(inner, receive, answer)
 
     def _refusal(self, scope: Scope) -> str | None:
-        """One line with the reason to refuse a request; None if the request is allowed."""
+        """One line with the reason to refuse a request; None if the request is allowed.
+
+        Refused are another Host, another Origin, a request from another site that is not GET, and a wrong token.
+        """
         headers: dict[str, str] = {
             k.decode().lower(): v.decode("latin-1") for k, v in scope["headers"]
         }

@@ -50,6 +50,8 @@ def _plotly() -> bytes:
 def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
     """ASGI application of the page behind its access control (`Guard`); it serves files, tabs, views and uploads.
 
+    Unknown paths have status 404; bad input has status 400 and JSON with an ``error``.
+
     Parameters
     ----------
     sessions : Sessions
@@ -73,10 +75,12 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return Plain(text, status, media_type="application/json")
 
     def guarded(handler: Callable[[Request], Any]) -> Callable[[Request], Any]:
-        """Handler whose errors become JSON responses of status 400; other results than responses become JSON."""
+        """Handler without errors of bad input: they become JSON ``{"error": …}`` of status 400; other results become
+        JSON.
+        """
 
         async def safe(request: Request) -> Response:
-            """Response of the handler, or a JSON response of status 400 with the error of bad input."""
+            """Response of the handler, its result as JSON, or the error of bad input as JSON with status 400."""
             try:
                 answer = await handler(request)
                 return answer if isinstance(answer, Plain) else reply(answer)
@@ -89,7 +93,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return safe
 
     async def static(request: Request) -> Response:
-        """Response with one of the page's own files; status 404 for other names."""
+        """Response with the page's own file of the path (one of `STATIC`); ``index.html`` for ``/``."""
         name = request.scope["path"].removeprefix("/") or "index.html"
         kind = KINDS[PurePath(name).suffix]
         body = resources.files("allanite.page").joinpath("static", name).read_bytes()
@@ -128,7 +132,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return {}
 
     async def get_state(request: Request) -> Any:
-        """Dict with the state of a tab; only the progress of its job if the browser has seen this version."""
+        """Dict with the state of a tab; only that of its job (`work`) if the query's ``seen`` is the tab's version."""
         tab = sessions.tab(request)
         if request.query_params.get("seen") == str(tab.version):
             return work(tab)

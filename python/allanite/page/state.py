@@ -38,7 +38,11 @@ UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug", "1")
 
 
 def state(tab: Tab) -> dict[str, Any]:
-    """Dict with the complete state of a tab, except for the curves."""
+    """Dict with the complete state of a tab, except for the curves.
+
+    Before a log is open or a model is fitted or checked, the entries about it are None or empty. A preview replaces the
+    fit in ``chips`` and ``model``.
+    """
     with tab.lock:
         # Read the version first, so that later changes are noticed next time.
         version, now, board = tab.version, tab.now, tab.board
@@ -110,7 +114,10 @@ def state(tab: Tab) -> dict[str, Any]:
 
 
 def _reading_settings(tab: Tab) -> dict[str, Any]:
-    """Dict of the settings with which the log is read: given by the user or found by the reader."""
+    """Dict of the settings with which the log is read: the user's, else those found by the reader, else None or empty.
+
+    ``unitless`` lists sensors without a unit, and ``said_rate`` is only the user's.
+    """
     reading = tab.source.reading if tab.source is not None else Reading()
     found = None if tab.now is None else tab.now.recording
     return {
@@ -253,7 +260,10 @@ def _left_out_text(work: Work) -> str:
 
 
 def _recording_record(tab: Tab) -> dict[str, Any]:
-    """Dict that describes the current recording, with the findings of its audit."""
+    """Dict that describes the current recording, with the findings of its audit on the current column or on none.
+
+    ``audit`` is empty until the audit is finished; ``audited`` says so.
+    """
     now = tab.work
     column, whole = tab.log, now.recording
     every = whole.audit if now.audited else []

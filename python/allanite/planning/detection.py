@@ -98,9 +98,9 @@ class Power:
         )
 
     def relative(self, name: str) -> float:
-        """Standard error of the parameter `name` (``K``, ``GM.correlation_time``) divided by its value.
+        """Standard error of the parameter `name` (``K``, ``GM.correlation_time``) divided by the magnitude of its value.
 
-        Infinite for 0.
+        Infinite for a value of 0.
         """
         return self.standard_errors[name] / abs(self.value(name)) if self.value(name) else np.inf
 

@@ -109,6 +109,8 @@ def ordinates_of(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.in
 def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, grid: Data) -> Array:
     """Cosine transform (unit U) of a known function of time over the record, at the ordinates j, shape of j.
 
+    Periodic functions are exact; slow functions are computed on the coarse `grid`, others at every sample of `data`.
+
     Raises
     ------
     InputError
@@ -181,7 +183,8 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
 def known_directions(model: Model, null: Solution, data: Data, grid: Data) -> Array:
     """Orthonormal basis of the slow known functions of a model, as whitened ordinates, shape (ordinates, directions).
 
-    The basis spans the functions and their derivatives with respect to their shape parameters. Shape (0, 0) without any.
+    The basis spans the functions and their derivatives with respect to their shape parameters. Functions with held
+    parameters are left out. Shape (0, 0) without any.
     """
     low = [e for e in model if isinstance(e, Deterministic) and e.low and not e.held]
     if not low:

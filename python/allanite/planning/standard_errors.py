@@ -138,7 +138,8 @@ def _errors_of_known_functions(
 ) -> dict[str, float]:
     """Dict from the name of each parameter of known functions that share ordinates to its standard error.
 
-    Held, absent and optional parameters of value 0 are left out; empty without any.
+    Held, absent and optional parameters of value 0 are left out, except angles of 0; empty without any. The error of a
+    change point is that of the effect's own law.
     """
     j = ordinates_of(effects[0][1], data, grid)
     root = 1.0 / np.sqrt(density(data.terms(noise), j, data.n))

@@ -61,8 +61,8 @@ def plot_compare(
 def _panel(items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title: str) -> Panel:
     """`Panel` of the curves of one kind of sensor, in the unit of the first.
 
-    `items` are tuples (index of the color, curve). Curves with intervals are points, the others lines. The y axis
-    covers intervals up to four times a value.
+    `items` are tuples (index of the color, curve). Curves with intervals are points, others lines, dashed for models.
+    The y axis covers intervals up to four times a value.
     """
     unit = items[0][1].unit
     marks: list[Mark] = []

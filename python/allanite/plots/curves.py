@@ -83,7 +83,7 @@ class ComponentStyle:
 
 
 def component_styles(fit: Fit) -> tuple[ComponentStyle, ...]:
-    """Tuple of `ComponentStyle`, one per noise process and known function, in the order of ``fit.curve.components``.
+    """Tuple of `ComponentStyle`, one per noise process and then known function, in the order of ``fit.curve.components``.
 
     An effect that was not detected is dashed and labeled with its limit. From the seventh effect on, colors repeat and
     lines are dotted.
@@ -397,7 +397,7 @@ def spectrum_panels(
 
 
 def _theta_at_limit(fit: Fit, part: ComponentStyle, own: Process) -> float:
-    """Square of an undetected effect's coefficient at its 95 % limit, in the fit's unit."""
+    """Square of an undetected effect's coefficient at its 95 % limit, in the fit's unit; also for a fitted value of 0."""
     assert part.limit is not None
     if np.isfinite(part.limit):
         return own.theta * part.limit**2

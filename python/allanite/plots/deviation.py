@@ -147,7 +147,10 @@ def plot_stability(
 
 
 def _guide(deviation: Deviation, slope: float, name: str, x: Axis, y: Axis) -> tuple[Line, Note]:
-    """Tuple (dotted `Line` with a given slope through the middle of a curve, `Note` with its label near its end)."""
+    """Tuple (dotted `Line` with a given slope through the middle of a curve, `Note` with its label near its end).
+
+    The line spans the finite positive values. The label is as far right as the panel allows.
+    """
     tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
     kept = np.flatnonzero(np.isfinite(values) & (values > 0))
     middle = kept[kept.size // 2]

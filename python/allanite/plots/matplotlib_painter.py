@@ -268,7 +268,7 @@ def _table_in_blocks(table: str, letters: int) -> str:
 
 
 def _apply_sizes(canvas: Any, form: Style) -> None:
-    """Set the sizes of letters, lines and points of a canvas to those of a style, in place."""
+    """Set the sizes of letters, lines and points of a canvas to those of a style, in place; nothing without ``points``."""
     if form.points is None:
         return
     from matplotlib.collections import LineCollection
@@ -341,7 +341,7 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
 
 
 def _legend_columns(labels: list[str], letters: float) -> int:
-    """Maximum number of legend columns for these labels in a width of `letters` characters."""
+    """Largest number of legend columns whose labels fit into a width of `letters` characters; at least 1."""
     for columns in range(len(labels), 1, -1):
         rows, longer = divmod(len(labels), columns)
         starts = [i * rows + min(i, longer) for i in range(columns + 1)]
@@ -352,7 +352,10 @@ def _legend_columns(labels: list[str], letters: float) -> int:
 
 
 def _legend_symbol(mark: Mark, look: Theme) -> Any:
-    """Matplotlib artist of a mark's symbol in the legend; `TypeError` for a mark without a legend entry."""
+    """Matplotlib artist of a mark's symbol in the legend: patch, marker or line.
+
+    Raises `TypeError` for a mark without a legend entry.
+    """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -368,7 +371,10 @@ def _legend_symbol(mark: Mark, look: Theme) -> Any:
 
 
 def _marker(mark: Points, look: Theme) -> dict[str, Any]:
-    """Dict of the marker properties of points, as keyword arguments of matplotlib."""
+    """Dict of the marker properties of points, as keyword arguments of matplotlib.
+
+    Hollow points have the ground's color inside.
+    """
     color = look.color(mark.color)
     return {
         "marker": "o",
@@ -380,7 +386,10 @@ def _marker(mark: Points, look: Theme) -> dict[str, Any]:
 
 
 def _draw_panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
-    """Draw a panel, its axes and its marks into matplotlib `axes`."""
+    """Draw a panel, its axes and its marks into matplotlib `axes`; each text of a range is below the previous one.
+
+    A panel with bars has no ticks and no grid on the y axis.
+    """
     axes.set_facecolor(look.panel)
     for side, spine in axes.spines.items():
         spine.set_color(look.faint)

@@ -147,7 +147,10 @@ def _matching_axis(figure: Figure, panel: Panel) -> str | None:
 def _axis(
     axis: Axis, panel: Panel, domain: list[float], anchor: str, show: bool, look: Theme
 ) -> dict[str, Any]:
-    """Dict: plotly layout of one axis; `anchor` is the name of the crossing axis."""
+    """Dict: plotly layout of one axis; `anchor` is the name of the crossing axis.
+
+    Without `show`, neither ticks' texts nor label.
+    """
     ends = [math.log10(axis.low), math.log10(axis.high)] if axis.log else [axis.low, axis.high]
     return {
         "type": "log" if axis.log else "linear",

@@ -12,7 +12,7 @@ from allanite.plots.words import allan_label, bracket, density_unit, in_unit
 
 
 def deviation_axis(unit: str, axis: Axis, words: str = "Allan deviation") -> Axis:
-    """Copy of a logarithmic axis for deviations in `unit`, with its label."""
+    """Copy of a logarithmic axis for deviations in `unit`, with a label of the noun `words` and its quantity."""
     label = allan_label(unit) if words == "Allan deviation" else in_unit(words, unit)
     return replace(axis, label=label, quantity=Quantity(words, unit))
 
@@ -38,7 +38,10 @@ def in_figure_units(figure: Figure) -> Figure:
 
 
 def _in_figure_unit(panel: Panel) -> Panel:
-    """Copy of a panel in the unit of figures; the panel itself if its y axis states no quantity or has that unit."""
+    """Copy of a panel whose y values and marks are in the unit of figures (`figure_unit`).
+
+    The panel itself if its y axis states no quantity or has that unit.
+    """
     axis, quantity = panel.y, panel.y.quantity
     if quantity is None:
         return panel
@@ -58,7 +61,7 @@ def _in_figure_unit(panel: Panel) -> Panel:
 
 
 def _scaled(mark: Mark, factor: float) -> Mark:
-    """Copy of a mark with its y values multiplied by a factor; marks without y values unchanged."""
+    """Copy of a mark with its y values multiplied by a factor: line, points, band or horizontal rule; others unchanged."""
     match mark:
         case Line():
             return replace(mark, y=factor * mark.y)

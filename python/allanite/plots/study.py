@@ -89,7 +89,10 @@ def _step_texts(ladder: Sequence[Rung]) -> tuple[str, ...]:
 
 
 def _step_text(step: Rung, numbers: bool) -> str:
-    """Text of the changes of one step, one per line, with the values of new effects if `numbers`."""
+    """Text of the changes of one step, one per line; "start" and the model for the first step.
+
+    With `numbers`, the values of new effects follow, unless an effect was removed.
+    """
     if not step.changes:
         return f"start\n{step.fit.model.name}"
     if step.removed or not numbers:
@@ -190,7 +193,10 @@ def _density_panel(study: Study, column: int) -> Panel:
 
 
 def _ending(study: Any) -> str:
-    """Text: number of added effects, and the reason why the model building ended."""
+    """Text: number of added effects, and why the model building ended; says whether a misfit remains.
+
+    The number is the net growth from the first to the last model.
+    """
     last, first = (Counter(e.kind for e in fit.model) for fit in (study.fit, study.ladder[0].fit))
     added = (last - first).total()
     what = "no effect" if not added else f"{added} effect{'s' if added > 1 else ''}"

@@ -90,7 +90,10 @@ def _left_width(panel: Panel) -> float:
 def _boxes(
     figure: Figure, width: float, height: float
 ) -> list[tuple[Panel, tuple[float, float, float, float]]]:
-    """List of (panel, (left, top, width, height) in pixels), in the order of the figure's panels."""
+    """List of (panel, (left, top, width, height) in pixels), in the order of the figure's panels.
+
+    The space left by labels, titles and color bars is divided by the figure's widths and heights.
+    """
     columns, rows = len(figure.widths), len(figure.heights)
     left = [
         max((_left_width(p) for p in figure.panels if p.column == i), default=0)
@@ -178,7 +181,10 @@ def _grid(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> st
 
 
 def _axes(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
-    """Text of the SVG elements of the ticks, tick texts, axis labels and title of a panel."""
+    """Text of the SVG elements of the ticks, tick texts, axis labels and title of a panel.
+
+    Texts are only drawn on shown axes, and bars have no ticks on the y axis.
+    """
     out = []
     ticks = "".join(f"M{_n(float(x(v)))} {_n(height)}v4" for v, _ in panel.x.ticks)
     if not panel.find(Bars):
@@ -228,7 +234,7 @@ def _drawing_order(mark: Mark) -> int:
 
 
 def _mark(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
-    """Text of the SVG elements of one mark."""
+    """Text of the SVG elements of one mark of any kind, in a panel of `width` × `height` pixels."""
     match mark:
         case Line():
             return _stroke(
@@ -329,7 +335,7 @@ def _area(band: Band, x: _Scale, y: _Scale) -> str:
 
 
 def _points(mark: Points, x: _Scale, y: _Scale) -> str:
-    """Text of the SVG elements of markers with their error bars."""
+    """Text of the SVG elements of markers with their error bars; points and bars with non-finite values are left out."""
     a, b = x(mark.x), y(mark.y)
     kept = np.isfinite(a) & np.isfinite(b) & np.isfinite(mark.y)
     out = ""
@@ -345,7 +351,7 @@ def _points(mark: Points, x: _Scale, y: _Scale) -> str:
 
 
 def _span(mark: Span, x: _Scale, width: float, height: float) -> str:
-    """Text of the SVG elements of a shaded range with its text."""
+    """Text of the SVG elements of a shaded range, at least one pixel wide, with its text at the top if it has one."""
     low, high = sorted(float(x(v)) for v in (mark.low, mark.high))
     out = (
         f'<rect class="k-{mark.color}" x="{_n(low)}" width="{_n(max(high - low, 1.0))}" height="{_n(height)}" '
@@ -375,7 +381,10 @@ def _bars(mark: Bars, x: _Scale, y: _Scale) -> str:
 
 
 def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
-    """Text of the SVG elements of the cells of a map, one path per shade, and of frames around marked cells."""
+    """Text of the SVG elements of the cells of a map, one path per shade, and of frames around marked cells.
+
+    Cells without a finite value have the color of the grid; values beyond the limit have the darkest shade.
+    """
     across, down = x(mark.x_edges), y(mark.y_edges)
     shades: dict[tuple[str, int], list[str]] = {}
     frames = []
@@ -413,7 +422,7 @@ def _legend(figure: Figure, width: float) -> tuple[str, float]:
 
 
 def _legend_symbol(mark: Mark) -> str:
-    """Text of the SVG elements of a mark's symbol in the legend."""
+    """Text of the SVG elements of a mark's symbol in the legend: a square, a dot, or a stroke for lines and rules."""
     if isinstance(mark, Band | Span):
         opacity = mark.opacity if isinstance(mark, Band) else 0.25
         fill = f'fill="currentColor" fill-opacity="{opacity:g}"'

@@ -49,7 +49,7 @@ def bracket(words: str, unit: str) -> str:
 
 
 def density_unit(unit: str) -> str:
-    """Printed unit of a power spectral density of samples in `unit`: ``(°/s)²/Hz``."""
+    """Printed unit of a power spectral density of samples in `unit`: ``(°/s)²/Hz``, ``g²/Hz``; ``1/Hz`` without a unit."""
     if unit in ("", "1"):
         return "1/Hz"
     text = unit_text(unit)

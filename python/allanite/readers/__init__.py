@@ -306,8 +306,8 @@ def _columns_with_rates(
 ) -> list[LogColumn]:
     """List of all columns of the layout, in its order; used columns get the sampling rate in Hz and its source.
 
-    The source is ``option``, ``file``, ``header`` (a time column with a known unit) or ``guess``. Unused columns are
-    unchanged.
+    The source is ``option`` (given), ``file`` (stated, or a time column outside of the columns), ``header`` (a time
+    column with a stated unit) or ``guess``. Unused columns are unchanged.
     """
     stamps = recording.stamps
     if request.rate is not None:

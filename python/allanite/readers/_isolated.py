@@ -49,9 +49,9 @@ def isolated(
     """
 
     def decorator(read: Reader) -> Reader:
-        """Function with the signature of a reader that runs `read` in a child process.
+        """Function with the signature of the reader `read`, which calls it in a child process.
 
-        `read` stays its ``__wrapped__``.
+        It raises what `read` raises, and `InputError` if a limit is exceeded. `read` stays its ``__wrapped__``.
         """
         name = f"{read.__module__}:{read.__name__}"
 
@@ -91,7 +91,10 @@ def limits_of(path: Path, seconds_per_megabyte: float) -> Limits:
 
 
 def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
-    """Dict with the fields of the `Table` that a reader returns; this function is called in the child process."""
+    """Dict with the fields of the `Table` that the reader ``"module:function"`` returns for `path`, with all columns.
+
+    This function is called in the child process. Damaged files raise `InputError` with one line.
+    """
     module, _, attribute = reader.partition(":")
     read = getattr(import_module(module), attribute).__wrapped__
     with one_line():
@@ -138,9 +141,9 @@ def refused_as(what: str) -> Iterator[None]:
 
 @contextmanager
 def one_line() -> Iterator[None]:
-    """Context that turns every exception into an `InputError` with one line, except errors of this package.
+    """Context that turns every exception into an `InputError` with one line; too little memory into its own message.
 
-    `ModuleNotFoundError` passes unchanged, too.
+    Errors of this package and `ModuleNotFoundError` pass unchanged.
     """
     try:
         yield

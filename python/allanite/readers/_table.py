@@ -176,7 +176,8 @@ def split_unit(cell: str) -> tuple[str, str | None]:
 def split_header(cells: Sequence[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
     """Tuple (names, units): two tuples with one entry for each cell of a header; a unit is None if missing.
 
-    In ``y[0], y[1], y[2]``, the brackets are indices, not units.
+    ``[1]`` is an index and stays in the name if another cell has the same name with another index, as in ``y[0],
+    y[1]``.
     """
     pairs = [split_unit(cell) for cell in cells]
     # In y[0], y[1], y[2], the 1 is an index like the others.
@@ -207,7 +208,11 @@ _YEARS = re.compile(
 
 
 def time_unit_of(name: str, unit: str | None) -> str | None:
-    """Unit of a time column if its name or unit states one (``time [ms]``, ``timestamp_us``, ``MJD``), else None."""
+    """Unit of a time column if it states one, else None: first its unit, then its name.
+
+    The name may be a day or year (``MJD``), end in a unit (``timestamp_us``), or contain one. ``SampleTimeFine`` has
+    100 µs.
+    """
     stated = time_unit(unit)
     if stated is not None:
         return stated

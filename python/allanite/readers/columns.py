@@ -235,7 +235,9 @@ def roles_of(table: Table, request: Request) -> Roles:
 def _demote_by_numbers(table: Table, found: Roles, request: Request) -> dict[int, str]:
     """Set the role ``other`` in `found` for columns that count, repeat or are magnitudes.
 
-    Returns a dict from the index of a counting or repeating column to its kind, such as ``"an index"``.
+    Only columns without a unit may count or repeat, and only if samples are rates; a sensor's name outweighs its
+    numbers. If no sensor would be left, repeating columns and clocks stay. Returns a dict from the index of a counting
+    or repeating column to its kind, such as ``"an index"``.
     """
     kinds: dict[int, str] = {}
     sensors = [
@@ -502,9 +504,11 @@ def _column_name(table: Table, at: int) -> str:
 
 
 def layout_from_roles(table: Table, found: Roles, request: Request) -> Layout:
-    """`Layout` of a table from the roles of its columns.
+    """`Layout` of a table from the roles of its columns: samples, covariates, unit and factor of each, time, and findings.
 
-    Raises `InputError` if no column is a sensor, a column is unknown, or a unit contradicts the given one.
+    Columns and covariates named in the request come before the recognized ones. The quantity is ``"angle"`` if all
+    units are phases, unless it is given. Raises `InputError` if no column is a sensor, a column is unknown, or a unit
+    contradicts the given one.
     """
     names, units = table.names, table.units
     roles, reasons = list(found.roles), list(found.reasons)

@@ -70,7 +70,8 @@ def _as_text(array: NDArray[Any]) -> NDArray[Any]:
 def _columns(frame: Any) -> list[tuple[str, Any, str | None]]:
     """List of (name, values, unit or None), one for each column of a frame, series, xarray object or Arrow table.
 
-    Units come only from attributes of xarray or pandas objects.
+    Units come only from attributes of xarray or pandas objects. An object without columns is an array; its columns are
+    named ``x0``, ``x1`` … or after its name.
     """
     if hasattr(frame, "data_vars"):  # an xarray data set
         found = [(str(name), var, var.attrs.get("units")) for name, var in frame.data_vars.items()]

@@ -151,7 +151,10 @@ class Inspection:
         return self.worded()
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
-        """Text with a table of the columns, all doubts and findings; remedies name parameters by `words`."""
+        """Text of several lines: path, rows and rate; a table of the columns; doubts, findings and the problem.
+
+        Remedies name parameters by `words`. A line with ``!`` is a warning, one with ``·`` information.
+        """
         rate = "rate unknown" if self.rate is None else f"{self.rate:.6g} Hz, {self.duration:.6g} s"
         lines = [f"{self.path} · {self.n} rows · {rate}"]
         head = ("column", "role", "unit", "from", "first values", "range")

@@ -174,7 +174,10 @@ def _open_text(path: Path) -> tuple[Table, _Rows]:
 
 
 def _open_npy(path: Path) -> tuple[Table, _Rows]:
-    """Tuple as of `_open_text` of an NPY file, which is mapped into memory."""
+    """Tuple as of `_open_text` of an NPY file, which is mapped into memory.
+
+    Raises `InputError` if a number is not finite, or if the file is no array of numbers.
+    """
     array = npy.load(path, largest_read=0)
     if array.dtype.kind == "f":
         require_finite(array, None)

@@ -117,9 +117,10 @@ def unit_doubts(recording: Recording) -> list[Finding]:
 
 
 def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
-    """List with a `_Doubt` for each triad of accelerometers whose mean is gravity, but not in the stated unit.
+    """List with a `_Doubt` for each triad of accelerometers whose mean is gravity in another unit than the stated one.
 
-    A triad without a unit counts, too. Empty for a single column, and for samples that are not rates.
+    A column named like an accelerometer without a unit counts, too. Empty for a single column, and for samples that are
+    no rates.
     """
     if recording.quantity != "rate" or recording.samples.ndim == 1:
         return []

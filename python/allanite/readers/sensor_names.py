@@ -98,7 +98,11 @@ def role_of(name: str, unit: str | None) -> Role:
 
 
 def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
-    """Tuple (role, reason) of a column. The role is that of `role_of`; the reason is empty unless it is ``"other"``."""
+    """Tuple (role, reason) of a column. The role is that of `role_of`; the reason is empty unless it is ``"other"``.
+
+    The unit is examined before the name: rates and phases are sensors, unless the name is that of no axis. Without a
+    unit, a column is a sensor unless its name is that of something else.
+    """
     key, words = _lower_name(name).replace("-", "_"), words_in(name)
     kind = kind_of_unit(unit)
     if _TEMPERATURE_UNITS.fullmatch((unit or "").strip()):

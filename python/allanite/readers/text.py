@@ -144,7 +144,8 @@ def _read(path: Path, pick: Picker) -> Table:
 def first_rows_of(path: Path) -> tuple[Table, list[str], str | None]:
     """Tuple (table, cells, delimiter) of a text log: first rows of all columns, one cell of each column, and delimiter.
 
-    The delimiter is None if the core recognizes it.
+    The table has the stated rate. The delimiter is ``","`` if the header needs it, else None: the core recognizes it.
+    Raises `InputError` if the header names a computed Allan deviation.
     """
     delimiter = None
     reader = _kernels.TextReader(str(path))

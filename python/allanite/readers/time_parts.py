@@ -235,7 +235,10 @@ def _calendar(
 def _seconds_and_fraction(
     names: Sequence[str], columns: Sequence[NDArray[Any] | None]
 ) -> TimeParts | None:
-    """`TimeParts` of two columns such as ``stamp.sec`` and ``stamp.nanosec``; None without whole values in range."""
+    """`TimeParts` of the first two columns such as ``stamp.sec`` and ``stamp.nanosec`` with whole values in range.
+
+    None without such columns, or if their first rows were not read.
+    """
     keys = [name.strip().lower() for name in names]
     rests: dict[str, tuple[int, float]] = {}
     for at, key in enumerate(keys):

@@ -307,7 +307,8 @@ def _activity_per_window(
     """Median change between averages of m samples, as the standard deviation of an average, shape (windows,).
 
     `moves` are the absolute differences of the averages, of this `order` (`_absolute_changes`). Each median is over
-    `length` samples; the medians are interpolated to the windows. Zeros for too few samples.
+    `length` samples. Fewer than half as many medians as windows are repeated, others interpolated. Zeros for too few
+    samples.
     """
     per = _change_count(m, length)
     if not moves.size:
@@ -346,7 +347,8 @@ def _means_of_thirds(groups: NDArray[np.float64]) -> NDArray[np.float64]:
 def _largest_tilt(recording: Recording, kinds: list[str]) -> float:
     """Largest angle between the direction of gravity in one tenth of the record and its median direction, degrees.
 
-    0 unless exactly three accelerometers are logged as rates and measure 0.5 to 1.5 times gravity in every tenth.
+    0 unless exactly three accelerometers are logged as rates and measure 0.5 to 1.5 times gravity in every tenth. A
+    tenth without samples of an axis is skipped.
     """
     axes = [i for i, kind in enumerate(kinds) if kind == ACCELERATION]
     if len(axes) != 3 or recording.quantity != "rate":

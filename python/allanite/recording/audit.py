@@ -292,10 +292,7 @@ def _check_clipping(c: _Column) -> Iterator[Finding]:
 
 
 def _neighbor_count(c: _Column, edge: float) -> int:
-    """Number of samples at the value next to the extreme value `edge`, the smallest or the largest sample.
-
-    0 without another value.
-    """
+    """Number of samples at the value next to `edge`, the smallest or the largest sample; 0 without another value."""
     nearest, count = math.nan, 0
     for _, piece in c.pieces():
         inner = piece[piece < edge] if edge == c.high else piece[piece > edge]

@@ -73,8 +73,8 @@ def _curve_on_grid(
 ) -> NDArray[np.float64]:
     """Curve that rounds to the codes `code`, at the positions `grid` (in samples), shape (points,).
 
-    The relaxation is used if it rounds to the codes, else the smoothest curve that does, else the least smooth curve
-    tried.
+    The relaxation is used if it rounds to the codes, else the smoothest curve that does, else the last curve tried, the
+    least smooth. `step` is the distance of two codes.
     """
     from scipy.sparse import csc_array, diags_array
     from scipy.sparse.linalg import spsolve
@@ -140,7 +140,7 @@ def _relaxation_curve(
 ) -> NDArray[np.float64]:
     """Least-squares curve (constant, ramp, exponential relaxation) through `values` at the positions `place`.
 
-    Its values at 0 … count − 1, shape (count,).
+    Its values at 0 … count − 1, shape (count,). The time constant is searched from the best of `RELAXATIONS`.
     """
     from scipy.optimize import minimize_scalar
 

@@ -63,9 +63,9 @@ def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
 
 
 def _without_repeats(recording: Recording) -> Recording:
-    """`Recording` without repeated rows, at the rate of the sensor; the same object for increments and angles.
+    """`Recording` without repeated rows, at the rate of the sensor, with a finding that says so.
 
-    The same object also without repeated rows.
+    The same object without repeated rows, and for increments and angles.
     """
     # Increments and angles of a held rate do not repeat, so they are not changed.
     if recording.quantity != "rate":

@@ -267,7 +267,7 @@ class Recording(Record):
         return int(holes[0]) + int(np.count_nonzero(holes[1:] & ~holes[:-1])) if holes.size else 0
 
     def _missing_rows(self) -> NDArray[np.bool_]:
-        """Mask of rows in which a sample is missing, shape (n,)."""
+        """Mask of rows in which at least one column lacks a sample (NaN), shape (n,); all False for integers."""
         if self.samples.dtype.kind != "f":
             return np.zeros(self.n, dtype=bool)
         holes = np.isnan(self.samples)
@@ -349,7 +349,7 @@ class Recording(Record):
         return self._with_columns([find_column(name, self.columns) for name in names])
 
     def _with_columns(self, places: list[int]) -> Recording:
-        """Recording of the columns with these indices."""
+        """Recording of the columns with these indices, in their order; for one index, samples of shape (n,)."""
         kept = self.samples
         if kept.ndim > 1:
             kept = read_only(
@@ -391,7 +391,10 @@ class Recording(Record):
         return self._rows(slice(0, middle) if which == 0 else slice(middle, None))
 
     def _rows(self, rows: slice) -> Recording:
-        """Recording of the rows in a slice, with the covariates, times and epoch of these rows."""
+        """Recording of the rows in a slice, with the covariates, times and epoch of these rows.
+
+        Times begin at 0 with the first row, and the epoch moves with it.
+        """
         extra = {name: values[rows] for name, values in self.covariates.items()}
         first = rows.start or 0
         times, begin = None, first / self.rate

@@ -44,7 +44,7 @@ def private_array(samples: object, columns: Sequence[str] | None = None) -> NDAr
 
 
 def require_finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
-    """Raise `InputError` for infinite samples, and `TooShortError` if all samples are NaN."""
+    """Raise `InputError` for infinite samples (count and first place), and `TooShortError` if all samples are NaN."""
     count, first, present = 0, "", False
     for at in range(0, len(array), CHUNK):
         piece = array[at : at + CHUNK]
@@ -167,7 +167,10 @@ def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
 
 
 def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
-    """Samples at 1/k of the rate, shape (n // k, …): means of k rates, sums of k increments, or every k-th angle."""
+    """Samples at 1/k of the rate, shape (n // k, …): means of k rates, sums of k increments, or every k-th angle.
+
+    NaN are left out of means; a sum with NaN is k times the mean of the others. The last n mod k samples are dropped.
+    """
     m = len(samples) // k
     if quantity == "angle":
         return samples[: m * k : k]

@@ -176,7 +176,10 @@ class StampSums:
         self.coarse = self.lost = False
 
     def add(self, t: NDArray[Any], begun: int, end: int) -> Steps:
-        """Add the stamps `t` from index `begun` to `end`; the others are neighbors. `Steps` of all of `t`."""
+        """Add the stamps `t` from index `begun` to `end` to all sums; stamps outside are only neighbors.
+
+        Returns the `Steps` of all of `t`. The first call sets the unit.
+        """
         before = self.rows - begun
         self.rows += end - begun
         # Differences before the conversion to float keep nanoseconds since 1970 exact.

@@ -83,7 +83,10 @@ def _without_title(figure: Figure) -> Figure:
 
 
 def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
-    """List of `Block`: section on the record: file, size, unit, findings of the audit, and a plot of the samples."""
+    """List of `Block`: section on the record: file, size, unit, findings of the audit, and a plot of the samples.
+
+    Warnings come before other findings; without any, a sentence says so.
+    """
     facts, recording = document["recording"], entry.recording
     place = f"{at}recording"
     rows: list[tuple[Cell, ...]] = [
@@ -147,7 +150,10 @@ def curve_picture(entry: Entry) -> Picture:
 
 
 def _model_section(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
-    """List of `Block`: section with the goodness of fit and the parameters of the last model."""
+    """List of `Block`: section with the goodness of fit and the parameters of the last model.
+
+    The column in data-sheet units is left out if it is empty.
+    """
     rows: list[tuple[Cell, ...]] = []
     sheet = False
     for i, effect in enumerate(fit["effects"]):
@@ -314,7 +320,10 @@ def _cards(check: Any, place: str) -> list[Block]:
 
 
 def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, rank: int) -> Card:
-    """`Card` of a suggestion: values, evidence, size, alternatives, and how to confirm it. Its title begins with `rank`."""
+    """`Card` of a suggestion: values, evidence, size, alternatives, and how to confirm it. Its title begins with `rank`.
+
+    Without alternatives their row is left out.
+    """
     evidence = described["evidence"]
     terms: list[tuple[str, Cell]] = []
     values: list[str | Number] = []

@@ -47,7 +47,7 @@ POLICY = (
 
 
 def page(report: Report, interactive: bool = False) -> str:
-    """Text of the complete HTML page of a report."""
+    """Text of the complete HTML page of a report; with `interactive`, with the scripts of plotly."""
     title = f"Noise report: {', '.join(column_title(e) for e in report.entries)}"
     plots = PlotlyFigures() if interactive else None
     content = _content(report, plots)
@@ -86,7 +86,10 @@ def _style() -> str:
 
 
 def _content(report: Report, plots: PlotlyFigures | None) -> str:
-    """HTML text of all sections of a report; with `plots`, figures are interactive and are added to `plots`."""
+    """HTML text of all sections of a report; with `plots`, figures are interactive and are added to `plots`.
+
+    Several columns get contents, an overview if they were characterized together, and a heading each.
+    """
     several = len(report.entries) > 1
     places = [f"columns.{i}" if several else "" for i in range(len(report.entries))]
     columns = column_blocks(report.entries, places)
@@ -147,10 +150,10 @@ def _block(block: Block, plots: PlotlyFigures | None) -> str:
 
 
 def _table(table: Table) -> str:
-    """HTML text of a table in a scrollable container."""
+    """HTML text of a table in a scrollable container; a table without a head has names in its first column."""
 
     def row(cells: tuple[Cell, ...]) -> str:
-        """HTML text of one row of the table."""
+        """HTML text of one row of the table; without a head, the first cell is a name and only two cells are used."""
         inside = [_cell(c) for c in cells]
         if not table.head:
             return f"<tr><th>{inside[0]}</th><td>{inside[1]}</td></tr>"
@@ -174,7 +177,10 @@ def _alignment(column: int, table: Table) -> str:
 
 
 def _cell(cell: Cell) -> str:
-    """HTML text of a cell; a `Number` becomes a data element with its full value and its path in the JSON document."""
+    """HTML text of a cell, escaped; parts of a tuple are joined.
+
+    A `Number` becomes a data element with its full value and its path in the JSON document.
+    """
     if isinstance(cell, tuple):
         return "".join(_cell(part) for part in cell)
     if isinstance(cell, Number):

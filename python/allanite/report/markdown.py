@@ -113,7 +113,7 @@ def _table(table: Table) -> str:
 
 
 def _cell(cell: Cell) -> str:
-    """Markdown text of a cell, escaped."""
+    """Markdown text of a cell, escaped; parts of a tuple are joined, and a `Number` is its text."""
     if isinstance(cell, tuple):
         return "".join(_cell(part) for part in cell)
     return _escape(cell.text if isinstance(cell, Number) else cell)

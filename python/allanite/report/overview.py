@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 
 def overview(found: Characterization) -> list[Block]:
-    """List of `Block` on all axes: a table per sensor, the common model, shared effects, and remarks."""
+    """List of `Block` on all axes: a table per sensor, the common model, shared effects, and remarks.
+
+    Parts without content are left out.
+    """
     out: list[Block] = [Heading("All axes", 2)]
     for sensor in found.common.sensors:
         studies = {name: found.studies[name] for name in sensor.columns}

@@ -51,7 +51,10 @@ def texts_to_uncertainty(values: tuple[float, ...], spread: float) -> tuple[str,
 
 
 def _rounded_text(value: float, last: int, power: bool) -> str:
-    """Text of a number rounded to the decimal place 10^(`last` − 1), with 2 to 12 digits; as a power of ten if `power`."""
+    """Text of a number rounded to the decimal place 10^(`last` − 1), with 2 to 12 digits.
+
+    As a power of ten if `power`, below 10⁻⁴ and from 10⁶. Zero and non-finite numbers are not rounded.
+    """
     if value == 0 or not math.isfinite(value):
         return number(value)
     first = math.floor(math.log10(abs(value)))
@@ -79,7 +82,8 @@ def sentence(text: str) -> str:
 def parameter_cells(value: dict[str, Any], place: str) -> tuple[Cell, Cell, str]:
     """Tuple (cell of the value, cell of the 95 % interval, text of the unit) of a parameter in a fit's JSON document.
 
-    For a parameter that was not detected, the interval is its upper limit.
+    For a parameter that was not detected, the value is "not detected" and the interval its upper limit; without a limit
+    "not present". The interval is empty for lists, texts, and without both ends. A missing value is a dash.
     """
     found, interval = value.get("value"), value.get("interval")
     unit = unit_text(str(value.get("unit") or ""))

@@ -201,7 +201,10 @@ class Bets:
         return int(low), int(high), float(self.power[top] / max(freedom, 1.0)), int(self.since[top])
 
     def state(self) -> dict[str, Any]:
-        """Dict for JSON with the state of the bets, which `restore` accepts."""
+        """Dict for JSON with the state of the bets, which `restore` accepts.
+
+        A bet that has not begun has the ``best`` None.
+        """
         numbers = {name: getattr(self, name).tolist() for name in STATE_FIELDS}
         # JSON has no infinities: bets that have not begun have the logarithm None.
         numbers["best"] = [None if x == -math.inf else x for x in numbers["best"]]

@@ -257,7 +257,10 @@ class LogProcess:
             return None, late.is_set()
 
     def _ending(self) -> str:
-        """Clause on how the child ended, such as ``its process ended with code 1``; waits up to `GRACE_SECONDS`."""
+        """Clause on how the child ended, such as ``its process ended with code 1``; waits up to `GRACE_SECONDS`.
+
+        A child that still runs "closed its output"; a signal without a text in `SIGNALS` is a crash.
+        """
         assert self._process is not None
         try:
             code = self._process.wait(GRACE_SECONDS)
@@ -381,7 +384,10 @@ def _warm_up(memory: int) -> None:
 
 
 def _limit_memory(memory: int) -> None:
-    """Limit the address space to the present use, `OVERHEAD` and `memory` bytes (Linux); disable core files (POSIX)."""
+    """Limit the address space to the present use, `OVERHEAD` and `memory` bytes (Linux); disable core files (POSIX).
+
+    A lower hard limit stays. On Windows, nothing happens.
+    """
     try:
         import resource
     except ModuleNotFoundError:  # not on Windows

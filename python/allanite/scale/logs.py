@@ -176,7 +176,8 @@ def _reason(error: Exception) -> str:
 def _study_columns(study: Study) -> dict[str, Any]:
     """Dict of the entries model, verdict, discrepancy_percent, effects (JSON) and numbers (JSON) of a row.
 
-    ``effects`` maps each added effect that is still in the model to its p-value, corrected for at least 1000 trials.
+    ``numbers`` also contains the ``mean`` of the samples. ``effects`` maps each added effect that is still in the model
+    to its p-value, corrected for at least 1000 trials.
     """
     from scipy.special import chdtrc
 
@@ -402,7 +403,11 @@ def _main_program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...
 def _answers_of(
     logs: list[str], setup: Setup, scheduler: str | None, workers: int
 ) -> Iterator[Answer]:
-    """Yields the `Answer` of each log as soon as it is known, in any order; raises the exception of a worker thread."""
+    """Yields the `Answer` of each log as soon as it is known, in any order; raises the exception of a worker thread.
+
+    With a `scheduler`, Dask computes them, else `workers` threads with a child process each. They end with the
+    generator.
+    """
     if scheduler is not None:
         yield from _answers_by_dask(logs, setup, scheduler)
         return

@@ -334,7 +334,8 @@ def _population(
 ) -> tuple[Population, NDArray[np.float64]]:
     """Tuple (`Population` of a parameter over all units, p-value of each unit's deviation, shape (units,)).
 
-    `values` are [value, low, high, standard error] of each unit.
+    `values` are [value, low, high, standard error] of each unit. Positive parameters, except the mean, are compared in
+    logarithms. Each side of the median has its own width.
     """
     from scipy.special import ndtr, stdtr
 
@@ -455,7 +456,10 @@ def serve_parquet_rows(path: str) -> list[dict[str, Any]]:
 
 
 def _check_row(row: dict[str, Any]) -> None:
-    """Raise `TypeError`, `KeyError` or `ValueError` unless a row has the entries and types of `allanite fleet`."""
+    """Raise `TypeError`, `KeyError` or `ValueError` unless a row has the entries and types of `allanite fleet`.
+
+    Only finished rows with numbers are checked beyond their texts.
+    """
     for name in ("file", "column", "status"):
         if not isinstance(row[name], str):
             raise TypeError(f"{name} is no text")

@@ -145,7 +145,7 @@ def _squares_of_normal_samples(n: int) -> Array:
 def _kelly_fraction(level: float, low: float, high: float) -> float:
     """Kelly fraction λ: largest expected logarithmic growth on normal samples of power `level`. Cached.
 
-    Positive for more power, negative for less, 0 between `low` and `high`.
+    Positive above `high`, negative below `low`, 0 between them.
     """
     from scipy.optimize import minimize_scalar
 

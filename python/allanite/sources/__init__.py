@@ -131,7 +131,10 @@ def _of_file(
 
 
 def _of_json(path: Path) -> list[dict[str, Any]]:
-    """List of model documents (dicts) in a JSON file: model file of allanite, data sheet, or loadparams file of MATLAB."""
+    """List of model documents (dicts) in a JSON file: model file of allanite, data sheet, or loadparams file of MATLAB.
+
+    The keys decide which. Raises `InputError`, with the path, for others.
+    """
     from allanite.sources.datasheet import TABLES, datasheet_of, documents_of_sheet
     from allanite.sources.matlab_parameters import documents_of_matlab_json, is_matlab_json
 

@@ -64,7 +64,7 @@ def _has_sensor(part: object) -> bool:
 
 
 def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[str, Any]]:
-    """List of model documents (dicts) from a parsed loadparams file, one per axis.
+    """List of model documents (dicts) from a parsed loadparams file, one per axis of each sensor in it.
 
     Raises `InputError` if the file has more than one part (sensor product).
     """

@@ -89,7 +89,10 @@ def _nodes(tree: Any) -> list[dict[str, Any]]:
 
 
 def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[str, Any]]:
-    """List of model documents (dicts) of one IMU in a Kalibr file, one per sensor; with `several`, named by ROS topic."""
+    """List of model documents (dicts) of one IMU in a Kalibr file, one per sensor; with `several`, named by ROS topic.
+
+    Sensors without a noise density are left out. Raises `InputError` unless N and K are positive numbers.
+    """
     rate = node.get("update_rate")
     found = []
     for sensor, _, unit in SENSORS:
@@ -140,7 +143,7 @@ def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list
 
 
 def _positive(node: Mapping[str, Any], key: str, source: str) -> float:
-    """Value of `key` in a file as a float. Raises `InputError` unless the value is a positive number."""
+    """Value of `key` in a file as a float. Raises `InputError` if it is missing, no number, not positive or infinite."""
     try:
         value = float(node[key])
     except KeyError:

@@ -201,7 +201,10 @@ class Level:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Level:
-        """`Level`, with its deeper levels, from the dict that `state()` returned."""
+        """`Level`, with its deeper levels, from the dict that `state()` returned.
+
+        Without ``sections`` (older files), empty ones.
+        """
         power, tiles = state["power"], state["tiles"]
         # Files of older versions have no fine map.
         sections = state.get("sections")
@@ -234,7 +237,10 @@ class Level:
 
 
 def join_levels(left: Level, right: Level) -> Level:
-    """`Level` that joins two adjacent levels of one depth. It is one of the two, changed; do not use them afterwards."""
+    """`Level` that joins two adjacent levels of one depth, `left` before `right`.
+
+    It is one of the two, changed; do not use them afterwards. The deeper levels are joined, too.
+    """
     if right.whole:
         left.extend(right.samples())
         return left

@@ -219,8 +219,8 @@ def _tables_of(
 ) -> tuple[list[NDArray[Any]], dict[str, Any]]:
     """Tuple (list of tables of a chunk, shape (columns, n) each; dict with its rate, units, names and path).
 
-    The first table holds the columns; each covariate has a table of its own, shape (1, n). Raises `InputError` for
-    unusable chunks.
+    The first table holds the columns; each covariate has a table of its own, shape (1, n). A recording overrides the
+    arguments, and its increments become rates. Raises `InputError` for angles and unusable arrays, and without a rate.
     """
     if isinstance(chunk, Recording):
         if chunk.quantity == "angle":

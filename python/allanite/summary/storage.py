@@ -48,7 +48,10 @@ def save(summary: Summary, path: str | Path) -> None:
 
 
 def load(cls: type[Summary], path: str | Path) -> Summary:
-    """`Summary` from a file that `save` wrote. Raises `InputError` for a missing or damaged file."""
+    """`Summary` from a file that `save` wrote. Raises `InputError` for a missing or damaged file.
+
+    Also for a file of another schema, or one too large for the memory.
+    """
     source = Path(path)
     with about(source), invalid_as_input_error("damaged, or not a summary"):
         try:

@@ -48,7 +48,10 @@ class Extremes:
     ends: tuple[float, float] | None = None
 
     def update(self, x: NDArray[np.float64], at: int) -> None:
-        """Add consecutive samples in place; `at` is the index of the first one in its stream."""
+        """Add consecutive samples in place; `at` is the index of the first one in its stream.
+
+        Missing samples (NaN) are counted. Equal extremes keep the first index.
+        """
         before = None if self.ends is None else self.ends[1]
         low, high, *moments = _kernels.steps(x)
         if np.isnan(moments[1]) or np.isnan(x[0]):
@@ -80,7 +83,10 @@ class Extremes:
         self.steps.add(np.array(found, dtype=np.float64))
 
     def merge(self, other: Extremes) -> None:
-        """Add the counts, extremes and steps of `other`, the segment that follows this one, in place."""
+        """Add the counts, extremes and steps of `other`, the segment that follows this one, in place.
+
+        An empty `other` changes nothing; of equal extremes the first stays.
+        """
         if other.ends is None:
             return
         if self.ends is not None:
@@ -106,7 +112,7 @@ class Extremes:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Extremes:
-        """`Extremes` from the dict that `state()` returned."""
+        """`Extremes` from the dict that `state()` returned, with copies of its arrays."""
         steps, ends = state["steps"], state["ends"]
         count, missing, gaps = state["numbers"]
         return cls(

@@ -146,7 +146,9 @@ class Summary(Record):
         return (self.column(i) for i in range(len(self.columns)))
 
     def merge(self, *others: Summary) -> Summary:
-        """`Summary` of this summary and of `others`, which hold other segments of the same stream, in any order.
+        """New `Summary` of this summary and of `others`, which hold other segments of the same stream, in any order.
+
+        Adjacent segments are joined; empty ones are dropped. Neither summary is changed.
 
         Raises
         ------

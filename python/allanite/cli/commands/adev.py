@@ -178,7 +178,10 @@ def _measured(
 
 
 def _summarized(log: str, file: Path, taus: str, options: LogOptions) -> list[_Measured]:
-    """List of `_Measured` with the overlapping Allan deviation of each column of a log that is summarized."""
+    """List of `_Measured` with the overlapping Allan deviation of each column of a log that is read in chunks.
+
+    A diagnostic says why. Raises `InputError` for too many averaging times per decade.
+    """
     from allanite.readers import request_of
     from allanite.readers.long_log import summary_of_log
 

@@ -82,7 +82,7 @@ def command(output: str, seed: int, as_json: bool) -> None:
 
 
 def _verdict(study: Study) -> str:
-    """Sentence that says which hidden effects the search found, missed, and added in excess."""
+    """Sentence that says which kinds of the effects in `HIDDEN` the search found, missed, and added in excess."""
     from allanite.effects.files import parse_model
 
     hidden = {effect.kind: effect for effect in parse_model(HIDDEN)}

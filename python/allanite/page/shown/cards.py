@@ -103,12 +103,10 @@ def failures(study: Study) -> list[dict[str, Any]]:
 
 
 def telling_view(study: Study) -> str:
-    """Name of the view that shows best what is missing.
+    """Name of the view that shows best what is missing: ``"allan"``, ``"psd"``, ``"samples"``, or another with scores.
 
-    ``"allan"`` for adequate models and for an effect that no view singles out.
-
-    Lines and bands are shown in ``"psd"``, effects that follow a column in ``"samples"``; otherwise the view with the
-    largest score.
+    ``"allan"`` for an adequate model, ``"samples"`` for an effect that follows a column, ``"psd"`` for lines and bands.
+    Otherwise the view with the largest score; without scores ``"samples"`` for an event, else ``"allan"``.
     """
     check = study.check
     first = check.significant[0].effect if check.significant else None
@@ -267,7 +265,7 @@ def _view_and_range(
 
 
 def _values_text(fit: Fit, s: Suggestion, unit: str | None) -> str:
-    """Text of the values of a suggestion, e.g. ``f = 38 Hz, a = 2.1 °/h, with harmonics 2, 3``."""
+    """Text of the values of a suggestion, e.g. ``f = 38 Hz, a = 2.1 °/h, with harmonics 2, 3``; empty without values."""
     lines = name_with_lines(s.effect, fit).removeprefix(fit.display_name(s.effect))
     texts = []
     for name, own in s.estimates.items():
@@ -302,8 +300,9 @@ def _symbol(effect: Effect, name: str) -> str:
 def _ranges_of_action(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
     """Dict of the ranges ``tau`` (s), ``frequency`` (Hz) and ``time`` (s) of an effect, each [low, high] or None.
 
-    Lines have their own frequencies, events their time. Other effects act where they change the model's spectrum by
-    over half of the largest change in logarithms.
+    Lines have their own frequencies, events only their time if they last. Other effects act where they change the
+    model's spectrum by over half of the largest change in logarithms. An effect that hardly changes it acts at the
+    lowest frequencies.
     """
     out: dict[str, list[float] | None] = {"tau": None, "frequency": None, "time": None}
     rate, span = fit.data.rate, fit.data.duration

@@ -107,7 +107,10 @@ def _pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
 
 
 def _curves(cls: type[Effect]) -> tuple[Array, Array]:
-    """Pair (Allan variance at `TAU`, density at `FREQUENCY`) of white noise with the effect."""
+    """Pair (Allan variance at `TAU`, density at `FREQUENCY`) of white noise with the example of an effect.
+
+    The effect is scaled to `ABOVE` times the white noise; only white noise and modifiers are not scaled.
+    """
     if issubclass(cls, Stochastic) and cls.white:
         return 1.0 / TAU, np.ones(FREQUENCY.size)
     effect = _example(cls)

@@ -163,7 +163,7 @@ def _measured(row: Row) -> str:
 
 
 def _interval(ratio: Estimate) -> str:
-    """Text of a ratio with its interval: ``1.2 (1.1 … 1.3)``."""
+    """Text of a ratio with its interval: ``1.2 (1.1 … 1.3)``; only the number without an interval."""
     if ratio.interval is None:
         return number(ratio.value)
     return f"{number(ratio.value)} ({number(ratio.interval[0])} … {number(ratio.interval[1])})"
@@ -172,7 +172,7 @@ def _interval(ratio: Estimate) -> str:
 def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None) -> Made:
     """`Made` file with this name: a figure or its values, the study, an export of all axes, a law, or the report.
 
-    An export covers the fitted columns; a note names the others.
+    An export covers the fitted columns; a note names the others. Figures are in the `theme`.
 
     Raises
     ------
@@ -239,7 +239,7 @@ def _missing(tab: Tab) -> str:
 def _report(tab: Tab) -> Made:
     """`Made` report on the steps of each column up to the current one.
 
-    A note names the columns left out. Raises `InputError` if no column has a finished search.
+    A note names columns without a fit or a finished check. Raises `InputError` if no column is left.
     """
     from allanite.report import Entry, Report
 

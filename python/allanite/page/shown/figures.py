@@ -74,7 +74,7 @@ def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> 
 
 
 def _with_effect_colors(figure: Figure, work: Work, fit: Fit) -> Figure:
-    """Copy of a figure with the lines and rules of effects in the colors that the effects have on this page."""
+    """Copy of a figure with the colors of this page for lines and rules whose label is that of an effect of the fit."""
     colors = colors_of(work, fit)
     roles = {part.label: colors[part.place] for part in component_styles(fit)}
 
@@ -129,7 +129,11 @@ def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
 
 
 def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """`Figure` of the spectrum with the model; single ordinates between ``from`` and ``to`` Hz of the options."""
+    """`Figure` of the spectrum with the model (the preview, if any), and of its ratio below.
+
+    Single ordinates are drawn between ``from`` and ``to`` Hz if both options are given. After a check that found excess
+    power in a range, its power over time is beside it.
+    """
     fit = fit_of(tab) or tab.step.fit
     check = tab.step.check if tab.preview is None else None
     spans = spectrum_spans(fit, None if check is None else check.where.worst_frequency)
@@ -174,7 +178,7 @@ def _zoomed_panel(fit: Fit, panel: Panel, options: Mapping[str, str]) -> Panel:
 def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     """`Figure` of measured over expected power by time and frequency, with a close-up of the range that fails most.
 
-    Raises `InputError` before the check is finished.
+    Without a failing range only the map. Raises `InputError` before the check is finished.
     """
     check = tab.step.check
     if check is None:
@@ -196,9 +200,9 @@ def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 
 
 def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """`Figure` of the samples over time, with events, excluded segments, and known functions of time.
+    """`Figure` of the samples over time, with events, excluded segments, and the sum of the known functions of time.
 
-    The best missing effect that follows a column is drawn, too, and named in the subtitle.
+    The first missing effect is drawn, too, and named in the subtitle if it follows a column and no preview is shown.
     """
     step = tab.ladder.step
     worst = None if step is None or step.check is None else step.check.where.worst_time
@@ -286,13 +290,16 @@ def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 
 
 def _with_source_colors(figure: Figure) -> Figure:
-    """Copy of a comparison with the simulated sensor in the color of the model and the data sheet in gray.
+    """Copy of a comparison with curves of the simulated sensor in the color of the model and of the data sheet in gray.
 
-    Labels lose their source.
+    Labels lose ``(recording)``, ``(simulated)`` and ``(datasheet)``.
     """
 
     def with_source_color(mark: Mark) -> Mark:
-        """Copy of a curve without the source in its label, in the color of the source; other marks unchanged."""
+        """Copy of a curve without the source in its label, in the color of the source; other marks unchanged.
+
+        A curve of the recording keeps its color.
+        """
         if not isinstance(mark, Line | Points):
             return mark
         label = mark.label.removesuffix(" (recording)")
@@ -313,10 +320,11 @@ def _simulated(fit: Fit) -> Recording:
 
 
 def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """`Figure` of the error growth since the last fix, by effect and in total, with measured errors if possible.
+    """`Figure` with a panel for each quantity: error growth since the last fix, by effect and in total.
 
-    The options ``aided`` and ``until`` (s) are the time of averaging before the fix and the longest time after it. A
-    short record has no measured errors.
+    The option ``aided`` is the averaging before the fix in s (default 60, at most 1/40 of the record). ``until`` is the
+    end (default 600, at most 1/10). Measured errors are drawn with 95 % intervals unless the record is too short, and
+    compared in the headline.
     """
     from allanite.statespace.growth import error_growth, measured_growth
 
@@ -437,7 +445,10 @@ def _innovations(fit: Fit) -> Innovations:
 
 
 def _nis_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of the normalized innovation squared of the model's Kalman filter, averaged over τ."""
+    """`Figure` of the normalized innovation squared of the model's Kalman filter, averaged over τ.
+
+    It shows the 95 % band of a consistent filter; the subtitle begins with `_consistency_sentence`.
+    """
     found = _innovations(tab.step.fit)
     by_tau = found.by_tau
     marks: tuple[Mark, ...] = (
@@ -475,8 +486,8 @@ def _consistency_sentence(
 ) -> str:
     """Sentence on whether the errors of a filter are as large as the filter expects, and uncorrelated.
 
-    `nis`, `low` and `high` are at the averaging times `tau`. `whiteness` is the p-value of the innovations under the
-    hypothesis of no correlation; below 0.01 they count as correlated.
+    It is consistent if no more points than by chance lie outside low … high. Otherwise it is overconfident or too
+    conservative, and the worst τ is named. A `whiteness` (p-value) below 0.01 means correlated.
     """
     over, under = nis > high, nis < low
     count, points = int(np.count_nonzero(over | under)), nis.size

@@ -67,6 +67,8 @@ def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 def average_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     """`Figure` of the Allan deviation of the average of the current axis and the compared logs, and of the weights.
 
+    Compared columns with the name of the axis are averaged; without any, all with the same kind of unit.
+
     Raises
     ------
     InputError

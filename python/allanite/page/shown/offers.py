@@ -19,7 +19,8 @@ def sentence(text: str) -> str:
 def offers(finding: Finding, rate: float, duration: float) -> list[dict[str, Any]]:
     """List with at most one dict (text, action) of a button for a finding; empty for findings without a button.
 
-    `rate` (Hz) and `duration` (s) are those of the record.
+    Buttons: use the measured rate, the quiet segment, or the longer part beside motion; split at a seam. `rate` (Hz)
+    and `duration` (s) are those of the record.
     """
     values = finding.values
     if finding.kind == "rate" and "measured_hz" in values:

@@ -50,7 +50,10 @@ def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> 
 
 
 def _hover_texts(fit: Fit, unit: str) -> list[str]:
-    """List of the hover texts (HTML) of the measured points, in `unit`: value, interval, model, and difference."""
+    """List of the hover texts (HTML) of the measured points, in `unit`: value, interval, model, and difference.
+
+    The difference is in percent, and in σ if that is finite.
+    """
     from allanite.plots.curves import interval
 
     curve, factor = fit.curve, conversion(fit.recording.unit, unit)
@@ -75,7 +78,8 @@ def readings(
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Pair (traces, annotations) of plotly at the points where detected standard coefficients are read.
 
-    Points outside the range of τ are left out; above or below the figure, only the annotation is placed at its edge.
+    A coefficient without a τ of its own is read at the least measured deviation. Points outside the range of τ are left
+    out; above or below the figure, only the annotation is placed at its lower edge.
     """
     (left, right), (bottom, top) = axes["xaxis"]["range"], axes["yaxis"]["range"]
     traces, labels = [], []

@@ -206,7 +206,10 @@ def _acceptance_results(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None
 
 
 def _axis_acceptance(name: str, found: Acceptance) -> dict[str, Any]:
-    """Dict of the acceptance test of one axis."""
+    """Dict of the acceptance test of one axis: name, verdict, rows of figures, and the needed duration as text.
+
+    The duration is empty if None; an estimate that is missing reads "not detected".
+    """
 
     def interval(f: FigureVerdict) -> str:
         """Text of the 95 % interval of a figure, ``< …`` if it begins at 0, a dash if it is not finite."""

@@ -55,7 +55,11 @@ def view(
 
 
 def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) -> dict[str, Any]:
-    """Dict of a view in the units that the viewer chose: plotly's data and layout, title, headline, subtitle and flags."""
+    """Dict of a view in the units that the viewer chose: plotly's data and layout, title, headline, subtitle and flags.
+
+    The headline is the subtitle's part before its last line, or empty. Fitted figures also contain ``live`` curves;
+    ``"allan"`` readings of coefficients and ``units``.
+    """
     look = theme_of(theme)
     figure = figure_of(tab, name, options)
     painted = figure.to_plotly(theme)
@@ -187,9 +191,9 @@ def _is_title(annotation: dict[str, Any], figure: Figure) -> bool:
 
 
 def finite(value: Any) -> Any:
-    """Copy of the value for JSON: arrays become lists, NaN and ±∞ None.
+    """Copy of the value for JSON: arrays and tuples become lists, NaN and ±∞ None.
 
-    Floats are rounded to seven digits, keys become texts.
+    Floats are rounded to seven digits, keys of dicts become texts; other values are unchanged.
     """
     if isinstance(value, dict):
         return {str(k): finite(v) for k, v in value.items()}

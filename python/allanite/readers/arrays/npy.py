@@ -31,7 +31,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def table_of(data: NDArray[Any]) -> Table:
-    """`Table` of an array of shape (n, columns)."""
+    """`Table` of an array of shape (n, columns): names ``x``, or ``x0``, ``x1`` … for several columns, without units."""
     k = data.shape[1]
     names = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
     return Table(names, columns_of(data), (None,) * k, named=False)

@@ -27,10 +27,14 @@ KEYS = ("data", "rate_hz", "channels", "unit", "t")
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the array ``data`` of shape (n,) or (n, channels), with rate, names, units and time from other keys.
 
+    The keys are ``rate_hz``, ``channels``, ``unit`` and ``t``. Without ``channels`` the names are ``x`` or ``x0``,
+    ``x1`` ….
+
     Raises
     ------
     InputError
-        The file is damaged or truncated, holds pickled objects (never loaded), has no key ``data``, or lengths differ.
+        The file is damaged or truncated, holds pickled objects (never loaded), or has no key ``data``. Or a shape or
+        type is wrong.
     """
     found = _load_arrays(path)
     if "data" not in found:

@@ -72,8 +72,8 @@ def terminal_times(clocks: Iterable[str]) -> NDArray[np.datetime64]:
 def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
     """List with one text: median, least and largest interval between the lines, in s.
 
-    Empty if the three agree in six digits. A time server writes a line when a packet arrives, so that the intervals may
-    vary.
+    Empty for fewer than two lines, or if the three agree in six digits. A time server writes a line when a packet
+    arrives, so that the intervals may vary.
     """
     steps = np.diff(seconds)
     if steps.size == 0 or steps.min() == steps.max():

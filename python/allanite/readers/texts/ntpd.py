@@ -43,7 +43,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the offset in s, and the frequency in ppm (loopstats) or delay in s (peerstats) of one peer.
 
-    The peer with most rows is read; a note names the others.
+    The peer with most rows is read, the first one if equal; a note names the others. The first line decides between the
+    two forms.
 
     Raises
     ------

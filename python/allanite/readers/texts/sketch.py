@@ -63,12 +63,13 @@ def _line_match(line: str) -> re.Match[str] | None:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` with one sample from each group of lines; every group begins with the sensor of the first line.
 
-    The time stamp of the terminal at the beginning of a line is the time. It states when the line arrived.
+    The time stamp of the terminal at the beginning of a line is the time if all groups have one. It states when the
+    line arrived. An incomplete last group is left out.
 
     Raises
     ------
     InputError
-        A group lacks one of its lines.
+        A group lacks one of its lines, or repeats one.
     """
     samples: list[dict[str, float]] = []
     units: dict[str, str | None] = {}

@@ -45,7 +45,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     Raises
     ------
     InputError
-        A row has another format or another length, or belongs to another station.
+        A row has another format or another length, holds text, or belongs to another station. Or the file has no rows.
     """
     days: list[float] = []
     values: list[list[float]] = []

@@ -63,7 +63,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 def _table(bag: Any, requested: Sequence[str]) -> Table:
     """`Table` of the `requested` topics of an open bag; without any, of its first IMU.
 
-    Raises `InputError` if a topic is missing, or if the requested topics have different rates.
+    Another IMU topic with the other kind of sensor is joined. Temperatures are interpolated to the times of the first
+    topic. Raises `InputError` if a topic is missing, there is no IMU, or the requested topics have different rates.
     """
     types = {c.topic: c.msgtype for c in bag.connections}
     listed = ", ".join(sorted(f"{topic} ({kind})" for topic, kind in types.items())) or "none"
