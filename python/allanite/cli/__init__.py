@@ -238,7 +238,7 @@ def _discard_output() -> None:
 
 
 def _print_error(message: str, code: int) -> int:
-    """Print a message as one line of at most 300 characters on standard error, and return `code`."""
+    """Print a message as one line of at most 300 characters on standard error, if that is open, and return `code`."""
     with suppress(OSError):
         click.echo(plain(f"allanite: {' '.join(message.split())}", 300), err=True)
     return code

@@ -507,5 +507,5 @@ def _bound_socket(source: str) -> socket.socket:
 
 
 def _print_note(text: str) -> None:
-    """Print a note on standard error."""
+    """Print a note on standard error, cut to `MAX_MESSAGE_LENGTH` characters."""
     click.echo(plain(f"· {text}", MAX_MESSAGE_LENGTH), err=True)

@@ -92,7 +92,7 @@ class RunFolder:
         return saved
 
     def write(self, study: Study) -> None:
-        """Write the model, table and parameter files of one axis to its folder, and add the axis to `finished`.
+        """Write the model, table, parameter files and input digest of one axis to its folder; add the axis to `finished`.
 
         A target that needs several axes gets no file.
         """

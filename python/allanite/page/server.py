@@ -75,9 +75,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return Plain(text, status, media_type="application/json")
 
     def guarded(handler: Callable[[Request], Any]) -> Callable[[Request], Any]:
-        """Handler without errors of bad input: they become JSON ``{"error": …}`` of status 400; other results become
-        JSON.
-        """
+        """Handler whose errors of bad input become JSON ``{"error": …}`` of status 400; other results become JSON."""
 
         async def safe(request: Request) -> Response:
             """Response of the handler, its result as JSON, or the error of bad input as JSON with status 400."""

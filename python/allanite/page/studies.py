@@ -131,7 +131,7 @@ def _span(said: Any) -> tuple[float, float] | None:
 
 
 def _segment(said: Any) -> Segment:
-    """Pair (start, end) in s from a document; raises `ValueError` unless 0 ≤ start < end."""
+    """Pair (start, end) in s from a document; raises `ValueError` unless 0 ≤ start < end < ∞."""
     start, end = float(said[0]), float(said[1])
     if not 0.0 <= start < end < float("inf"):
         raise ValueError("a segment ends before it starts")

@@ -207,7 +207,7 @@ def _write_and_describe(
 
 
 def _check_format(path: str) -> None:
-    """Raise `InputError` if a file name has a suffix that cannot be written."""
+    """Raise `InputError` unless a file name ends in .npy, .npz, .csv or .txt, in any case."""
     from pathlib import Path
 
     from allanite.common.errors import InputError

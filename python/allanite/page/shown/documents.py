@@ -85,7 +85,10 @@ def accept(tab: Tab, source: Source, role: str) -> None:
 
 
 def _accept_sheet(tab: Tab, source: Source) -> None:
-    """Set the data sheet of the tab to an uploaded one; raises InputError if no log is open or the file is wrong."""
+    """Set the data sheet of the tab to an uploaded one; a sheet without a name gets that of its file.
+
+    Raises `InputError` if no log is open or the file is wrong.
+    """
     from allanite.sources.datasheet import read_datasheet
 
     _ = tab.log

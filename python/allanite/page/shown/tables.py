@@ -56,7 +56,7 @@ def _curve_table(fit: Fit, unit: str) -> dict[str, Any]:
 
 
 def _tables_of_marks(figure: Figure) -> list[dict[str, Any]]:
-    """List of the tables (dicts) of all marks.
+    """List of the tables (dicts) of all marks; tables with only the x values are left out.
 
     Marks of a panel with equal x values share one, points first, then lines, bands. A heat map has its own table.
     """

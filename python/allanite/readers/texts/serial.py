@@ -132,7 +132,7 @@ def _without_labels(
 
 
 def _cells(line: str) -> list[str]:
-    """List of the cells of a line, separated by comma, semicolon, tab or blank."""
+    """List of the non-empty cells of a line, separated by comma, semicolon, tab or blank."""
     return [cell for cell in re.split(r"[\s,;]+", line.strip(_SEPARATORS)) if cell]
 
 

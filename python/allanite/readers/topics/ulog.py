@@ -101,7 +101,8 @@ def _stamps(data: dict[str, Any]) -> NDArray[np.int64]:
 def _column_and_unit(topic: str, field: str) -> tuple[str | None, str | None]:
     """Tuple (column name, unit) of a field, such as ``("gyro_x", "rad/s")``; (None, None) if it is no sample.
 
-    A field ``x``, ``y`` or ``z`` is a gyroscope if the topic's name contains ``gyro``, else an accelerometer.
+    Samples are elements 0 to 2 of the arrays in `FIELDS`, ``temperature``, and ``x``, ``y``, ``z``: a gyroscope if the
+    topic's name contains ``gyro``, else an accelerometer.
     """
     base, _, index = field.partition("[")
     axis = {"0]": "x", "1]": "y", "2]": "z"}.get(index)
