@@ -346,30 +346,29 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
     phases = PHASES * FINE_PHASES
     cycles, best = n / period, (-np.inf, period, first, share)
     below = np.concatenate([[0.0], np.cumsum(square)])
+    # Edges from `reach` phases before to `reach` phases after the coarse ones.
+    begin = np.arange(-reach, reach + 1)
+    end = begin + round(share * phases)
+    size = end - begin[:, None]
+    usable = (size > 0) & (size < phases) & (end <= phases - reach)
     for width in (1.0 / FINE_PHASES, 1.0 / FINE_PHASES**2):
         for tried in cycles + np.linspace(-width, width, 2 * FINE_PHASES + 1):
             length = n / tried
-            # First sample of each phase of each period, in the record.
-            periods = np.arange(np.floor(-first / length), np.ceil((n - first) / length))
-            phase = np.arange(periods[0] * phases, (periods[-1] + 1) * phases + 1)
+            # Samples at both edges of all periods; the edges of the last one are after the record.
+            periods = np.arange(np.floor(-first / length), np.ceil((n - first) / length) + 1.0)
+            phase = periods[:, None] * phases + np.concatenate([begin, end])
             edges = np.clip(np.ceil(first + phase * (length / phases)), 0, n).astype(np.int64)
-            sums = np.diff(below[edges]).reshape(-1, phases).sum(axis=0)
-            count = np.diff(edges).reshape(-1, phases).sum(axis=0).astype(float)
-            # Edges from `reach` phases before to `reach` phases after the coarse ones.
-            total, size = (
-                np.concatenate([[0.0], np.cumsum(np.roll(v, reach))]) for v in (sums, count)
+            sums, counts = (
+                np.where(usable, total[begin.size :] - total[: begin.size, None], 0.0)
+                for total in (below[edges].sum(axis=0), edges.sum(axis=0))
             )
-            begin = np.arange(2 * reach + 1)[:, None]
-            end = begin.T + round(share * phases)
-            usable = (end > begin) & (end - begin < phases) & (end <= phases)
-            end = np.where(usable, end, begin)
-            inside = np.maximum(size[end] - size[begin], 1e-12)
-            gain = two_levels(total[end] - total[begin], inside, float(total[-1]), float(n), 1.0)
-            gain[~usable | (inside < 1.0)] = -np.inf
+            inside = np.maximum(counts, 1e-12)
+            gain = two_levels(sums, inside, float(below[-1]), float(n), 1.0)
+            gain[~usable | (counts < 1.0)] = -np.inf
             i, j = np.unravel_index(int(np.argmax(gain)), gain.shape)
             if gain[i, j] > best[0]:
                 moved = first + (int(i) - reach) / phases * length
-                best = float(gain[i, j]), length, moved, float(end[i, j] - begin[i, 0]) / phases
+                best = float(gain[i, j]), length, moved, float(size[i, j]) / phases
         cycles = n / best[1]
     return best[1:]
 
