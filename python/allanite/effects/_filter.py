@@ -90,6 +90,11 @@ class Response:
         bottom = prod((z - p) * (1.0 - p * z) for p in self.poles)
         return complex(self.gain**2 * top / bottom)
 
+    def powers(self, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Array of the complex power gains G(z) at several z, shape of `z`; see `power`."""
+        top = prod((z - q) * (1.0 - q * z) for q in self.zeros)
+        return np.asarray(self.gain**2 * top / prod((z - p) * (1.0 - p * z) for p in self.poles))
+
     @cached_property
     def at_zero(self) -> float:
         """Power gain |H|² at frequency zero; gains up to 10⁻¹² become 0."""
@@ -177,15 +182,21 @@ def _merged(terms: list[Term]) -> tuple[Term, ...]:
         elif isinstance(term, White):
             white += term.variance
         elif isinstance(term, Lags):
-            own = np.array(term.covariance)
-            size = max(own.size, finite.size)
-            finite = np.pad(finite, (0, size - finite.size)) + np.pad(own, (0, size - own.size))
+            finite = _sum_of_lags(finite, np.array(term.covariance))
         else:
             rest.append(term)
     rest += [Exponential(a, phi) for phi, a in lags.items()]
     if finite.size:
-        rest.append(Lags(tuple(map(float, finite))))
+        rest.append(Lags(tuple(finite.tolist())))
     return (*rest, White(white)) if white else tuple(rest)
+
+
+def _sum_of_lags(one: Array, other: Array) -> Array:
+    """Array of the sum of two autocovariances from lag 0 on, as long as the longer one."""
+    short, long = (one, other) if one.size < other.size else (other, one)
+    out = long.copy()
+    out[: short.size] += short
+    return out
 
 
 @cleared_by_free_buffers
@@ -209,6 +220,7 @@ def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[T
     # Spectra at the few poles of the filter; arrays would be slower than loops.
     spectra = [0.0j] * len(response.modes)
     white = 0.0
+    waves = [piece for piece in pieces if isinstance(piece, Exponential)]
     for piece in pieces:
         if isinstance(piece, White):
             white += piece.variance
@@ -217,22 +229,45 @@ def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[T
                 spectra[k] += piece.variance / ((1.0 - p) * (1.0 - 1.0 / p))
             left = response.at_zero - less
             out += [piece.scaled(left)] if left else []
-        else:
-            assert isinstance(piece, Exponential)
-            a, phi = complex(piece.a), _separated_pole(complex(piece.phi), response)
-            sides = (
-                ((0.5 * a, phi), (0.5 * a.conjugate(), phi.conjugate()))
-                if phi.imag
-                else ((complex(a.real), phi),)
-            )
-            for k, (p, _) in enumerate(response.modes):
-                for amount, at in sides:
-                    spectra[k] += amount * (1.0 - at * at) / ((1.0 - at * p) * (1.0 - at / p))
-            out.append(Exponential(a * (response.power(phi) - less), phi))
+    if len(waves) > MAX_SINGLE_EXPONENTIALS:
+        more, passed = _filtered_waves(waves, response, less)
+        spectra = [one + other for one, other in zip(spectra, more, strict=True)]
+        out += passed
+        waves = []
+    for wave in waves:
+        a, phi = complex(wave.a), _separated_pole(complex(wave.phi), response)
+        sides = (
+            ((0.5 * a, phi), (0.5 * a.conjugate(), phi.conjugate()))
+            if phi.imag
+            else ((complex(a.real), phi),)
+        )
+        for k, (p, _) in enumerate(response.modes):
+            for amount, at in sides:
+                spectra[k] += amount * (1.0 - at * at) / ((1.0 - at * p) * (1.0 - at / p))
+        out.append(Exponential(a * (response.power(phi) - less), phi))
     for (p, weight), spectrum in zip(response.modes, spectra, strict=True):
         out.append(Exponential(weight * (spectrum + white), p))
     kept = white * (response.lag_zero - less)
     return [*out, White(kept)] if kept else out
+
+
+def _filtered_waves(
+    waves: list[Exponential], response: Response, less: float
+) -> tuple[list[complex], list[Exponential]]:
+    """Pair: spectra of many exponentials at the poles of `response.modes`, and the exponentials after the filter.
+
+    `less` times the unfiltered exponentials is subtracted.
+    """
+    a = np.array([wave.a for wave in waves], dtype=complex)
+    phi = np.array([_separated_pole(complex(wave.phi), response) for wave in waves])
+    # A real pole is its own conjugate, so that both sides together have the real part of its amplitude.
+    sides = [(0.5 * a, phi), (0.5 * a.conj(), phi.conj())]
+    spectra = [
+        complex(sum(u * (1.0 - z * z) / ((1.0 - z * p) * (1.0 - z / p)) for u, z in sides).sum())
+        for p, _ in response.modes
+    ]
+    after = (a * (response.powers(phi) - less)).tolist()
+    return spectra, [Exponential(*each) for each in zip(after, phi.tolist(), strict=True)]
 
 
 def _separated_pole(phi: complex, response: Response) -> complex:
@@ -305,8 +340,5 @@ def _filtered_lags(covariance: Array, response: Response) -> list[Term]:
             exact = w * exact - a * p ** np.arange(exact.size)
         else:
             exact = w * exact
-        size = max(exact.size, finite.size)
-        finite = np.pad(finite, (0, size - finite.size)) + np.pad(
-            np.real(exact), (0, size - exact.size)
-        )
-    return [*out, Lags(tuple(map(float, finite)))]
+        finite = _sum_of_lags(finite, np.real(exact))
+    return [*out, Lags(tuple(finite.tolist()))]

@@ -68,6 +68,9 @@ MIN_POLE = 1e-5
 POLE_SEPARATION = 2e-3
 #: Half-power frequency times length of one, two and three equal means in a row: solutions of sinc(x)^2k = ½.
 MEAN_CUTOFFS = {1: 0.442947, 2: 0.318936, 3: 0.261672}
+#: Number of aliases to each side of the spectrum of a sampled filter that are added one by one. The sum of all others is
+#: off by less than 10⁻¹² of the density, up to the highest cutoff of a fit (1.5).
+SUMMED_ALIASES = 100
 #: Number of taps per output sample in the impulse response of finite filters. Chosen by judgment; not measured.
 TAPS_PER_SAMPLE = 4
 
@@ -210,10 +213,16 @@ def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
     """Array of the zeros in the unit circle of a sampled continuous low-pass, from its aliased spectrum and its `poles`."""
     if order == 1:
         return np.zeros(1, dtype=complex)
-    w = 2.0 * np.pi * np.arange(9) / 16.0
-    alias = 2.0 * np.pi * np.arange(-4000, 4001)
-    folded = np.add.outer(w, alias) / (2.0 * np.pi * cutoff)
+    from scipy.special import zeta
+
+    f = np.arange(9) / 16.0
+    aliases = np.arange(-SUMMED_ALIASES, SUMMED_ALIASES + 1)
+    folded = np.add.outer(f, aliases) / cutoff
     density = (1.0 / (1.0 + folded ** (2 * order))).sum(axis=1)
+    # The other aliases are (cutoff/f)^(2·order) up to a factor 1 − (cutoff/f)^(2·order).
+    others = sum(zeta(2 * order, SUMMED_ALIASES + 1 + side * f) for side in (-1.0, 1.0))
+    density += cutoff ** (2 * order) * others
+    w = 2.0 * np.pi * f
     for p in poles:
         density = density * np.abs(np.exp(1j * w) - p) ** 2
     g = np.fft.irfft(density)[:order]
