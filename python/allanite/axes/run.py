@@ -158,9 +158,9 @@ def improve_columns(
     waiting = list(columns)
 
     def time_share() -> float | None:
-        """Time limit (s) of the next column: an equal share of the remaining time. None without a limit.
+        """Time limit (s) of the next column, at least 1 ms: an equal share of the remaining time. None without a limit.
 
-        Side effect: removes a column from `waiting`.
+        Columns that run in parallel share the time. Side effect: removes a column from `waiting`.
         """
         left = len(waiting)
         waiting.pop()

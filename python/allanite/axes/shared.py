@@ -79,8 +79,8 @@ def shared_noise(
 ) -> tuple[SharedNoise, ...]:
     """Tuple of `SharedNoise`, one per source of significant coherent noise: common lines, then others by frequency.
 
-    Pairs of one octave that share a column are one source. Neighboring octaves are one source if the columns of one
-    octave are among those of the other octave.
+    A line explains an octave if it makes at least half of its coherence. Pairs of one octave that share a column are
+    one source. Neighboring octaves are one source if the columns of one octave are among those of the other octave.
     """
     of_lines: dict[CommonLine, list[_Pair]] = {}
     unexplained: list[_Pair] = []

@@ -134,7 +134,10 @@ class Working:
 
     @property
     def reasons(self) -> list[str]:
-        """List of texts: one ASCII sentence for each thing that the working state adds (N, bands, lines, motion)."""
+        """List of texts: one ASCII sentence for each thing that the working state adds (N, bands, lines, motion).
+
+        N is named if it grew by over 10 %. One sentence, "nothing above the noise at rest", if there is nothing.
+        """
         out = []
         if self.level > 1.0 + MIN_REPORTED_EXCESS:
             half = 0.5 * self.rate
@@ -232,7 +235,8 @@ def check_working(quiet: Sequence[Recording], recordings: Sequence[Recording]) -
 def _working_state(fit: Fit, log: Recording) -> Working:
     """`Working`: noise at work of one column, from its fit at rest and its working log.
 
-    Raises `InputError` if the model at rest has no white noise.
+    The excess of white noise is measured between the end of motion and 10 Hz. Bands and lines above it are added to the
+    model as sinusoids. Raises `InputError` if the model at rest has no white noise.
     """
     recording = fit.recording
     model = fit.model.steady((0.0, recording.duration))

@@ -53,7 +53,10 @@ def plot_thermal(
 
 
 def _law_panel(axis: AxisLaw, row: int) -> Panel:
-    """`Panel` in column 0: law b(T), its band, and the means of the samples while warming and while cooling."""
+    """`Panel` in column 0: law b(T), its band, and the means of the samples while warming and while cooling.
+
+    A direction without samples has no points.
+    """
     document = axis.to_dict()
     measured, curve = document["measured"], axis.curve
     t, bias, direction = (

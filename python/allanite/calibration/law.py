@@ -238,7 +238,11 @@ class AxisLaw:
 
     @property
     def headline(self) -> str:
-        """One sentence: form, size and temperature range of the law, or that no dependence was detected."""
+        """One sentence: form, size and temperature range of the law, or that no dependence was detected.
+
+        Without a dependence, it gives the 95 % limit of a slope, if known; for a straight line without hysteresis, the
+        slope.
+        """
         name, (low, high) = self.name, self.range
         covered = f"{number(low, 3)} to {number(high, 3)} °C"
         unit = printed(self.unit)

@@ -214,7 +214,10 @@ def _ardupilot(found: ThermalCalibration) -> str:
 
 
 def _c(found: ThermalCalibration) -> str:
-    """Text of a C header with one function NAME_bias(celsius) for each axis."""
+    """Text of a C header with one function NAME_bias(celsius) for each axis, a cubic polynomial.
+
+    Temperatures outside of the measured range are limited to it.
+    """
     lines = [
         f" * {line}"
         for line in _comment_lines(
@@ -258,7 +261,10 @@ def _identifiers(found: ThermalCalibration) -> list[str]:
 
 
 def _csv(found: ThermalCalibration) -> str:
-    """CSV text with a header and one row for each axis; numbers have full precision."""
+    """CSV text with a header and one row for each axis; numbers have full precision.
+
+    A name that a spreadsheet would take for a formula begins with an apostrophe.
+    """
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     head = (

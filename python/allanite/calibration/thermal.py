@@ -217,7 +217,10 @@ def _joined_with_fits(
 
 
 def _axis_law(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
-    """`AxisLaw`: the chosen form fitted to all samples, with the results after correction."""
+    """`AxisLaw`: the chosen form fitted to all samples, with the results after correction.
+
+    The first of `tried` is the model before correction. `noise` is the noise model.
+    """
     best = chosen(tried)
     shapes = {type(e): {n: e.values[n] for n in e.free_shapes} for e in law_of(best.fit)}
     effects: list[Deterministic] = [

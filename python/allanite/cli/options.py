@@ -287,7 +287,7 @@ class LogOptions:
         return units_by_kind(",".join(map(sample_unit, self.output_unit.split(","))))
 
     def read_arguments(self) -> dict[str, Any]:
-        """Dict of the keyword arguments for `allanite.read`."""
+        """Dict of the keyword arguments for `allanite.read`; options that were not given are None."""
         from allanite.readers.scaling import parse_scales
 
         return {
@@ -322,7 +322,7 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def is_points_per_decade(taus: str) -> bool:
-    """True if the value of --taus is a whole number, which means points per decade."""
+    """True if the value of --taus is a whole number of at most 9 digits, which means points per decade."""
     # "²".isdigit() is true, and int() refuses thousands of digits.
     return taus.isascii() and taus.isdigit() and len(taus) <= MAX_DIGITS
 

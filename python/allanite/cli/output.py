@@ -217,7 +217,7 @@ def progress_of_axes(
     ) as bar:
 
         def report(column: str, done: int, total: int) -> None:
-            """Draw the progress after a step of one axis."""
+            """Draw the progress after a step of one axis; the first call prints the estimated range of the total time."""
             with lock:
                 if not at and not bar.pos:
                     first = turns * (monotonic() - begin)

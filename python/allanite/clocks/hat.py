@@ -285,8 +285,8 @@ def _differences_of_clocks(
 def _require_no_differences(names: list[str], samples: Array) -> None:
     """Raise `InputError` if three columns of `samples`, shape (n, clocks), are differences: A − B, B − C and C − A.
 
-    Three such columns, each with one of both signs, add up to zero except for rounding and constants. Records with
-    fewer than three complete rows are not tested.
+    Three such columns, each with one of both signs, add up to zero except for constants and `MAX_REMAINDER` of the
+    smallest. Records with fewer than three complete rows are not tested.
     """
     changes = np.diff(samples[np.isfinite(samples).all(axis=1)], axis=0)
     if len(changes) < 2:

@@ -364,8 +364,8 @@ def _timing_of_column(
 ) -> Timing:
     """`Timing` of one column; `report` is called with the number of noise models fitted.
 
-    With `steering` (column, gain), the steered phase is removed before the fit, and ``constant_error`` is None. Raises
-    `TooShortError` for fewer than 32 samples.
+    With `steering` (covariate, scale to a frequency), the servo's phase is subtracted before the fit and added to the
+    holdover; ``constant_error`` is None. Raises `TooShortError` for fewer than 32 samples.
     """
     name = column.columns[0]
     # Samples may be in a multiple of seconds: the scale of the unit converts them.

@@ -136,7 +136,10 @@ _NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?"
 
 
 def normalized(text: str) -> str:
-    """Text of a unit in the parser's spelling: ``°`` becomes deg, ``µ`` u, a superscript ``^``, ``root h`` √h."""
+    """Text of a unit in the parser's spelling: ``°`` becomes deg, ``µ`` u, a superscript ``^``, ``root h`` √h.
+
+    A missing ``^`` after seconds is added (``m/s2``); nothing is checked.
+    """
     text = _ROOT.sub("√", text)
     text = _PREFIX.sub(lambda m: {"micro": "u", "milli": "m", "nano": "n"}[m[1]], text)
     # Frequency relative to the nominal frequency of a counter: Hz/10 MHz, Hz/1e7.

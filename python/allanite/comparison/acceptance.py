@@ -156,7 +156,7 @@ class Acceptance:
         return max((f.needs for f in self.figures if f.needs is not None), default=None)
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON, schema ``allanite/accept/1``."""
+        """Dict for JSON, schema ``allanite/accept/1``: recording, sheet, margin in %, verdict, figures and remarks."""
         return {
             "schema": "allanite/accept/1",
             "version": _kernels.version(),

@@ -41,7 +41,7 @@ class Comparison:
     remarks: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON, schema ``allanite/datasheet/1``."""
+        """Dict for JSON, schema ``allanite/datasheet/1``: stated and measured value of each figure, and remarks."""
         return {
             "schema": "allanite/datasheet/1",
             "name": self.sheet.name,

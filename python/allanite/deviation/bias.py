@@ -85,7 +85,10 @@ def total_bias(alpha: int, m: int, points: int) -> float:
 
 
 def modified_total_bias(alpha: int, m: int, points: int) -> float:
-    """Published ratio of the mean modified total variance to the true variance, which depends on alpha only."""
+    """Published ratio of the mean modified total variance to the true variance.
+
+    It depends only on alpha, limited to −2 … 2.
+    """
     return MODIFIED_TOTAL_BIAS[min(max(alpha, -2), 2)]
 
 

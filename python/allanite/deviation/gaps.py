@@ -20,6 +20,8 @@ def gap_notes(
 ) -> tuple[str, ...]:
     """Tuple of one to three remarks on missing samples of a deviation curve; empty if no sample is missing.
 
+    The third advises to average if over half of the terms are lost below a tenth of the longest averaging time.
+
     Parameters
     ----------
     missing, samples : int

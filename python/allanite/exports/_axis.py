@@ -184,9 +184,9 @@ class Axis:
 
     @property
     def broad(self) -> Model:
-        """`Model` of the random processes without narrow bands, with the filters.
+        """`Model` of the random processes of expected size without narrow bands, with the filters.
 
-        If all have narrow bands, of all processes.
+        If all have narrow bands, of all processes. White noise is at its mean level.
         """
         whole = self.expected_steady
         wide = [e for e in whole.stochastic if e.occupies is None]

@@ -412,7 +412,11 @@ def _times(target: _Target, name: str, ratio: float) -> str:
 
 @lru_cache(maxsize=256)
 def _quality(target: _Target, choice: Choice) -> Quality:
-    """`Quality` of the numbers of `choice` against the whole model: largest ratio of Allan deviations, and NEES. Cached."""
+    """`Quality` of the numbers of `choice` against the whole model: the ratio of Allan deviations that is farthest from 1.
+
+    Also the largest NEES, without the short coasting times that `_count_short_times` ignores, and the NEES at the
+    horizon. Cached.
+    """
     tau, fs = target.tau, target.rate
     written = choice.model.allan_variance(tau, fs)
     whole = target.scale**2 * target.model.allan_variance(tau, fs)

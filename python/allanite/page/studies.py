@@ -99,7 +99,10 @@ def open_study(tab: Tab, document: Any) -> None:
     seen = document.get("column")
 
     def bring(job: Job) -> None:
-        """Fit the models of the study step by step, and store their steps."""
+        """Fit the models of the study step by step, and replace the steps of its columns by them.
+
+        Part and current column become those of the study; the current step is then checked.
+        """
         job.take_turn()
         if (span, out) != tab.work.part:
             tab.cut(job, (span, out), part_of(tab.work.whole, span, out))

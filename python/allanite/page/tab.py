@@ -140,7 +140,7 @@ class Tab(Bench):
         log = self.log
 
         def work(job: Job) -> None:
-            """Compute the model with the trial value."""
+            """Compute the model with the trial value held, and set it as the preview; the steps stay."""
             found = fit_model(log, still)
             effects = (freed(e, o) for e, o in zip(found.model, model, strict=True))
             tried = replace(found, model=Model(tuple(effects)))
@@ -178,7 +178,7 @@ class Tab(Bench):
         names = self.work.recording.columns
 
         def work(job: Job) -> None:
-            """Improve the columns one after the other."""
+            """Improve the columns one after the other; for a single column, raises `InputError` if no effect helps."""
             for i, column in enumerate(work_on):
                 job.columns, job.column = tuple(work_on[i:]), column
                 before = "" if columns is None else f"{names[column]} ({i + 1} of {len(work_on)}): "

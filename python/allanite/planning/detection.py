@@ -261,7 +261,11 @@ class Detection:
 
 
 def detection_of(base: Model, effect: Effect, data: Data, grid: Data) -> Detection:
-    """`Detection`: distribution of ΔlogL when `effect` is added to the model `base`, and the smallest significant ΔlogL."""
+    """`Detection`: distribution of ΔlogL when `effect` is added to the model `base`, and the smallest significant ΔlogL.
+
+    `base` is fitted to the expected power with the effect. A slow known function is tested against the best random
+    process, as in `check`.
+    """
     noise = _expected.random_part(base)
     if isinstance(effect, Modifier) and effect.passing:
         law = tested = _level_change_law(noise, effect, data)

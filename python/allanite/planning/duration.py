@@ -65,7 +65,7 @@ class Plan:
     alternatives: tuple[tuple[float, float | None], ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON, schema ``allanite/plan/1``."""
+        """Dict for JSON, schema ``allanite/plan/1``: question, duration, rate, alternatives and power."""
         return {
             "schema": "allanite/plan/1",
             "version": _kernels.version(),

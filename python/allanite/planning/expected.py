@@ -47,9 +47,9 @@ def blank(n: int, rate: float) -> Data:
     Raises
     ------
     InputError
-        More samples than can be counted exactly.
+        Over 2⁵³ samples.
     TooShortError
-        Fewer samples than a fit needs.
+        Fewer than 32 samples.
     """
     if n < MIN_SAMPLES:
         raise TooShortError(f"a record of {n} samples; a fit needs at least {MIN_SAMPLES}")

@@ -417,7 +417,7 @@ def _draw_panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
 
 
 def _set_axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None:
-    """Set scale, limits, ticks and label of one axis (`name`: x or y) of matplotlib `axes`."""
+    """Set scale, limits, ticks and label of one axis (`name`: x or y) of matplotlib `axes`; texts only with `show`."""
     from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
 
     getattr(axes, f"set_{name}scale")("log" if axis.log else "linear")
@@ -443,7 +443,7 @@ def _set_axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None
 
 
 def _draw_mark(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None:
-    """Draw one mark into matplotlib `axes`."""
+    """Draw one mark of any kind into matplotlib `axes`; the text of a range is not drawn here."""
     match mark:
         case Line():
             axes.plot(

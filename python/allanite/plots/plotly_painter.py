@@ -196,7 +196,10 @@ def _add_mark(
     layout: dict[str, Any],
     look: Theme,
 ) -> None:
-    """Add the traces of one mark to `data`, and its shapes and annotations to `layout`, in place."""
+    """Add the traces of one mark to `data`, and its shapes and annotations to `layout`, in place.
+
+    Ranges and rules are shapes; an empty trace makes their legend entry. `suffix` is that of the panel's axes.
+    """
     axes = {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"}
     match mark:
         case Line():
@@ -255,7 +258,10 @@ def _add_mark(
 
 
 def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> dict[str, Any]:
-    """Dict: plotly annotation with the text of a shaded range, at its top and inside the axis."""
+    """Dict: plotly annotation with the text of a shaded range, at its top and inside the axis.
+
+    It is one line lower for each such text that the panel already has.
+    """
     axis = layout[f"xaxis{suffix}"]
     first, last = sorted(axis["range"])
     ends = [math.log10(v) if axis["type"] == "log" else v for v in (mark.low, mark.high)]
@@ -296,7 +302,7 @@ def _trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
 
 
 def _points_trace(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, Any]:
-    """Dict: plotly trace of markers with error bars."""
+    """Dict: plotly trace of markers, open if hollow, with error bars if the points have both ends."""
     color = look.color(mark.color)
     symbol = "circle-open" if mark.hollow else "circle"
     trace = _trace(mark.x, mark.y, mark.label, axes)

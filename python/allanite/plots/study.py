@@ -135,7 +135,10 @@ def _bar_panel(
 
 
 def _deviation_panel(study: Study, column: int) -> Panel:
-    """`Panel` of the measured Allan deviation with the first and the last model."""
+    """`Panel` of the measured Allan deviation with the first and the last model, and the scatter expected from the last.
+
+    The first model is left out if the study has one step.
+    """
     first, last = study.ladder[0].fit, study.fit
     curve = last.curve
     low, high = interval(curve.measured, curve.edf)
@@ -169,7 +172,10 @@ def _deviation_panel(study: Study, column: int) -> Panel:
 
 
 def _density_panel(study: Study, column: int) -> Panel:
-    """`Panel` of the measured density with the first and the last model, and single ordinates around spectral lines."""
+    """`Panel` of the measured density with the first and the last model, and single ordinates around spectral lines.
+
+    Each line of the last model is a vertical stroke. The first model is left out if the study has one step.
+    """
     first, last = study.ladder[0].fit, study.fit
     lines = [e for e in last.model if isinstance(e, Periodic) and e.frequency is not None]
     panel = spectrum_panels(first, column, (), [e.frequency for e in lines if e.frequency])[0]

@@ -365,7 +365,7 @@ def _span(mark: Span, x: _Scale, width: float, height: float) -> str:
 
 
 def _bars(mark: Bars, x: _Scale, y: _Scale) -> str:
-    """Text of the SVG elements of bars with their texts."""
+    """Text of the SVG elements of horizontal bars from 0 with their texts; bars without a value have no length."""
     out, zero = [], float(x(0.0))
     half = abs(float(y(1.0)) - float(y(0.0))) / 4
     for i, (value, text, role) in enumerate(

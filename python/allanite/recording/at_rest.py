@@ -339,7 +339,10 @@ def _median_of_three(
 
 
 def _means_of_thirds(groups: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Means of the first, second and last third of each row of `groups`, shape (groups, 3)."""
+    """Means of the first, second and last third of each row of `groups`, shape (groups, 3).
+
+    If the length is no multiple of 3, the last one or two samples are omitted.
+    """
     third = groups.shape[1] // 3
     return groups[:, : 3 * third].reshape(len(groups), 3, third).mean(axis=2)
 

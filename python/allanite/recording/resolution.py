@@ -57,7 +57,8 @@ def is_fill(value: float, step: float) -> bool:
 def two_codes(spread: NDArray[np.float64], single: bool) -> float:
     """Distance of the two codes between which samples flip, or 0 if the samples do not flip between two codes.
 
-    A few wrong samples, and a status that keeps its value for long, are not codes.
+    A few wrong samples, and a status that keeps its value for long, are not codes. The rarer code must occur
+    `MIN_FLIPS` times, for 3 samples at most in the median.
 
     Parameters
     ----------

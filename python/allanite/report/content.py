@@ -203,7 +203,10 @@ def _model_section(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]
 
 
 def _goodness_of_fit(fit: dict[str, Any], place: str) -> Cell:
-    """`Cell`: sentence on the goodness of fit: χ², Allan error, discrepancy, and frequencies without a test."""
+    """`Cell`: sentence on the goodness of fit: χ², Allan error, discrepancy, and frequencies without a test.
+
+    Parts that are None or empty are left out.
+    """
     m, e = fit["misfit"], fit["error"]
     words: list[str | Number] = [f"{fit['model']}: χ²/dof "]
     words += _cell_values(number_cell(m["reduced"], f"{place}.misfit.reduced"))
@@ -422,7 +425,10 @@ def _steps_section(entry: Entry, document: dict[str, Any], at: str) -> list[Bloc
 
 
 def _ending_sections(entry: Entry, at: str) -> list[Block]:
-    """List of `Block`: sections on undecided alternatives, if any, and on the misfit that the last model leaves."""
+    """List of `Block`: sections on undecided alternatives, if any, and on the misfit that the last model leaves.
+
+    For an adequate study only one sentence; else why the search ended, where the model fails, and tested effects.
+    """
     study, check = entry.study, entry.study.check
     out: list[Block] = []
     if study.undecided is not None:

@@ -162,7 +162,7 @@ class Report:
         Raises
         ------
         InputError
-            Another suffix, a folder that does not exist, matplotlib (or plotly) not installed.
+            Another suffix, an interactive Markdown file, a folder that does not exist, or a drawing library not installed.
         """
         target = Path(path)
         kind = format_of(target)

@@ -170,7 +170,10 @@ class Bets:
         self.power += total[self.spans[:, 1] - 1] - total[self.spans[:, 0] - 1]
 
     def _whitened(self, samples: Array) -> tuple[Array, Array]:
-        """Tuple (cosine ordinates divided by their standard deviation under the model, samples with these ordinates)."""
+        """Tuple (cosine ordinates divided by their standard deviation under the model, samples with these ordinates).
+
+        Both are clipped to finite limits. If single samples are wrong (beyond √`MAX_SQUARE`), the others get mean 0.
+        """
         limited = np.clip(samples, -MAX_SAMPLE, MAX_SAMPLE)
         with np.errstate(over="ignore"):
             ordinates = _cosine_transform(limited - limited.mean())[1:] / self._deviation
@@ -184,7 +187,10 @@ class Bets:
         return ordinates, white
 
     def _normal_scores(self, white: Array) -> Array:
-        """Normal scores of whitened samples, shape (n,): each sample is replaced by the normal quantile of its rank."""
+        """Normal scores of whitened samples, shape (n,): each sample is replaced by the normal quantile of its rank.
+
+        Equal samples are ranked at random, with the number of segments as the seed.
+        """
         jitter = np.random.default_rng(self.segments).uniform(-JITTER, JITTER, white.size)
         scores = np.empty(white.size)
         scores[np.argsort(white + jitter)] = _rank_quantiles(white.size)

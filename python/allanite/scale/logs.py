@@ -90,9 +90,10 @@ def _journal_of(table: Path) -> Path:
 
 
 def _logs_in_list(path: Path) -> list[Path]:
-    """List of `Path`: logs that a text file names, one per line; empty if the file is no list of files.
+    """List of `Path`: logs that a text file names, one per line, relative to its folder; empty if the file is no list.
 
-    Raises `InputError` if the file cannot be read.
+    A list has a file among its first 100 lines and no line over 4096 characters. Raises `InputError` if the file cannot
+    be read.
     """
     named: list[Path] = []
     try:
@@ -328,7 +329,10 @@ def _setup(
     workers: int,
     known: dict[str, Any],
 ) -> Setup:
-    """`Setup` of the child processes; each of `workers` gets an equal share of the memory. `known` are finished keys."""
+    """`Setup` of the child processes; each of `workers` gets an equal share of the memory. `known` are finished keys.
+
+    A memory limit of the user (`VARIABLE`) applies to each child instead.
+    """
     from allanite._kernels import version
     from allanite.effects.files import as_model, model_to_dict
     from allanite.readers import FORMATS

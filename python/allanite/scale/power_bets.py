@@ -62,7 +62,7 @@ class ClippedPower:
         return max(seen, near + HIGH_CLIP * count / n)
 
     def update(self, white: Array) -> None:
-        """Add whitened samples to the counts and sums, in place."""
+        """Add whitened samples to the counts and sums, in place; only squares above `LOW_CLIP` enter the sums."""
         square = np.minimum(np.abs(white), math.sqrt(MAX_SQUARE)) ** 2
         square = square[square > LOW_CLIP]
         seen, near = square - LOW_CLIP, np.minimum(square, HIGH_CLIP) - LOW_CLIP

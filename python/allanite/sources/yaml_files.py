@@ -110,7 +110,8 @@ def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[st
 def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list[dict[str, Any]]:
     """List of model documents (dicts) of an imu_utils file: three axes per sensor if all are present, else their average.
 
-    Raises `InputError` without the rate.
+    N is the noise per sample divided by √rate, B the minimum divided by 0.664. Raises `InputError` without the rate, or
+    for a missing number.
     """
     if rate is None:
         raise InputError(

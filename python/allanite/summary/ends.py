@@ -136,7 +136,8 @@ def _add_segments(
     """Add the power of the transform segments within `span` to `found`, in place. Returns None.
 
     `record_ends` is True for each end of the span (first, last) at which the record ends, so that its transform segment
-    has no neighbor. Transform segments with more than 1/8 missing samples are omitted.
+    has no neighbor. Less than half a segment there joins its neighbor. Transform segments with more than 1/8 missing
+    samples are omitted.
     """
     low, high = span
     borders = np.arange(-(-low // SEGMENT), high // SEGMENT + 1) * SEGMENT

@@ -160,7 +160,7 @@ def _batches_of_rows(
 ) -> Iterator[list[NDArray[Any]]]:
     """Iterator over lists of one array per column and covariate, each list with the next rows of the tables.
 
-    Memory of the file mapping `mapped` is released after use.
+    A list has at least 2¹⁸ rows, except the last. Memory of the file mapping `mapped` is released after use.
     """
     seen, count = 0, tables[0].shape[1]
     step = max(MIN_ROWS_AT_ONCE, SAMPLES_AT_ONCE // sum(map(len, tables)))

@@ -27,7 +27,10 @@ SCHEMA = "allanite/summary/1"
 
 
 def save(summary: Summary, path: str | Path) -> None:
-    """Write a summary to a file. An existing file is replaced only after the new file is complete."""
+    """Write a summary to a file in NumPy's NPZ format, whatever the suffix.
+
+    An existing file is replaced only after the new file is complete.
+    """
     with whole_file(path) as draft:
         arrays: list[np.ndarray[Any, Any]] = []
         header = {

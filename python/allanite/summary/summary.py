@@ -110,7 +110,7 @@ class Summary(Record):
 
     @property
     def whole(self) -> bool:
-        """True if the summary keeps all samples, so that `recording` and `rate_samples` work."""
+        """True if the summary keeps all samples (at most 2¹⁹), so that `recording` and `rate_samples` work."""
         every = all(level.whole for one in self.stretches for level in one.levels)
         return every and self.n <= 2 * MAX_KEPT_SAMPLES
 
@@ -268,7 +268,8 @@ class Summary(Record):
     def audit(self) -> list[Finding]:
         """List of `Finding`: those already stored, then gaps, repeated samples, outliers and lines of each column.
 
-        Repeated samples count if they are over half of all.
+        Gaps that a stored finding counts are not repeated. Repeated samples count if they are over half of all,
+        outliers if the kurtosis of the steps exceeds 4.5.
         """
         out = list(self.told)
         # A gap of the time column is reported once.

@@ -98,7 +98,10 @@ class Blocks:
             at = until
 
     def merge(self, other: Blocks) -> None:
-        """Add the blocks of `other`, another segment of the same stream, in place."""
+        """Add the blocks of `other`, another segment of the same stream, in place; the finer of both is coarsened first.
+
+        `other` is unchanged; an empty one changes nothing.
+        """
         if other.frames.size == 0:
             return
         while self.size < other.size:
@@ -138,7 +141,10 @@ class Blocks:
             self._coarsen()
 
     def _coarsen(self) -> None:
-        """Merge pairs of neighboring blocks in place, so that a block has twice as many tiles."""
+        """Merge pairs of neighboring blocks in place, so that a block has twice as many tiles.
+
+        A block without a neighbor is merged with an empty one.
+        """
         count = self.frames.size
         odd = self.first % 2
         pad = ((odd, (odd + count) % 2), (0, 0))

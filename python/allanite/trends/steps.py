@@ -36,7 +36,10 @@ def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
     values = values - basis @ (basis.T @ values)
 
     def squares(rows: NDArray[np.int64]) -> Array:
-        """Array, shape of `rows`: square of (height / standard error) of a step at each row."""
+        """Array, shape of `rows`: square of (height / standard error) of a step at each row.
+
+        0 for a step that is a sum of the known functions.
+        """
         out = np.zeros(rows.size)
         for first in range(0, rows.size, STEPS_PER_BLOCK):
             stop_if_unwanted()

@@ -23,8 +23,8 @@ MIN_SAMPLE_RATE = 100.0
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of a MATLAB script with N² and K² of x, y and z.
 
-    The factor multiplies N² by the rate for a sample, and K² by the time between nodes. Raises `InputError` unless both
-    sensors and one sampling rate are known.
+    The factor multiplies N² by the rate for a sample, and K² by the time between nodes. A rate below 100 Hz adds a
+    remark. Raises `InputError` unless both sensors and one sampling rate are known.
     """
     fs = rate_of(axes, rate, "factorimu")
     check_both_sensors(axes, "factorimu")

@@ -21,7 +21,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """Text of a Python script with the squares of N and K in SI: power spectral densities, not variances of samples.
 
     The covariance of the integration itself must be set: GTSAM's default, the identity, would alone give 1 m after 1 s.
-    Each number is the largest of the axes of its sensor.
+    Each number is the largest of the axes of its sensor. A prior on the first bias follows if both sensors have several
+    logs.
     """
     gyro, accel = (choose_all(own, overbound=overbound) for own in split(axes))
     convention = (

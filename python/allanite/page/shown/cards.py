@@ -224,7 +224,7 @@ def cards(check: Check, unit: str | None = None) -> list[dict[str, Any]]:
 
 
 def _card(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, Any]:
-    """Dict of a suggestion for the page: names, values, sentences, evidence, view and range.
+    """Dict of a suggestion for the page: names, values, sentences, evidence, view and range; values in `unit`.
 
     `place` is its index in `Check.suggestions`.
     """

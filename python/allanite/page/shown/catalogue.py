@@ -147,7 +147,10 @@ def _example(cls: type[Effect]) -> Effect:
 
 
 def _measured(signal: Array) -> tuple[Array, Array]:
-    """Pair (Allan variance at `TAU`, largest power in the bins of `FREQUENCY`) of a known signal at 1 Hz."""
+    """Pair (Allan variance at `TAU`, largest power in the bins of `FREQUENCY`) of a known signal at 1 Hz.
+
+    The power of a bin without a frequency is 0.
+    """
     phase = np.concatenate([[0.0], np.cumsum(signal)])
     variance = []
     for m in np.round(TAU).astype(int):

@@ -59,7 +59,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _numbers(stream: IO[bytes], count: int) -> NDArray[np.float64]:
     """Array of the next `count` numbers of an open text file, shape (n,); shorter, or empty, if the file ends.
 
-    Raises `InputError` for text instead of numbers.
+    Raises `InputError` for text instead of numbers, also for a cell over `MAX_NUMBER_LENGTH` bytes.
     """
     found: list[NDArray[np.float64]] = []
     missing, rest = count, b""

@@ -54,7 +54,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - roles need all
     """`Table` of the rows of one sensor: of the topic, or else of the gyroscope, or else of the accelerometer.
 
-    If both exist, `others` names the accelerometer, and a note names the other rows.
+    Only tags of at least 4 rows are sensors. If both exist, `others` names the accelerometer, and a note names the
+    other rows.
 
     Raises
     ------
