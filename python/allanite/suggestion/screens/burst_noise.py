@@ -37,6 +37,8 @@ BLOCKS_PER_DWELL = 20
 MIN_BLOCKS, MAX_BLOCKS = 128, 1 << 18
 #: Number of blocks of one Markov chain; longer records are computed as several chains in parallel.
 CHAIN_BLOCKS = 512
+#: Number of blocks of a part of a chain. All parts are computed at once, for each level at their begin, and then joined.
+PART_BLOCKS = 32
 
 
 def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
@@ -182,17 +184,29 @@ def _chain_log_likelihood(means: Array, level: float, noise: float, stay: float)
     segments = -(-means.size // CHAIN_BLOCKS)
     padded = np.full(segments * CHAIN_BLOCKS, np.nan)
     padded[: means.size] = means
-    rows = padded.reshape(segments, CHAIN_BLOCKS).T
+    rows = padded.reshape(-1, PART_BLOCKS).T
     root, spread = stay / np.sqrt(2.0 * np.pi * noise), np.sqrt(noise)
     between = (1.0 - stay) / (2.0 * level)
     between = between * (ndtr((rows + level) / spread) - ndtr((rows - level) / spread)) + 1e-290
     up = root * np.exp(-0.5 * (rows - level) ** 2 / noise) + between
     down = root * np.exp(-0.5 * (rows + level) ** 2 / noise) + between
     up, down = (np.where(np.isfinite(rows), x, 1.0) for x in (up, down))
-    share, total = np.full(segments, 0.5), np.zeros(segments)
+    share = np.repeat([[1.0], [0.0]], rows.shape[1], axis=1)
+    total = np.zeros(share.shape)
     for higher, lower in zip(up, down, strict=True):
         share = (1.0 - keep) + (2.0 * keep - 1.0) * share
         seen = share * higher + (1.0 - share) * lower
         share = share * higher / seen
         total += np.log(seen)
-    return float(total.sum())
+    # Axes: level at the begin of a part, place of the part in its chain, chain.
+    share, total = (x.reshape(2, segments, -1).swapaxes(1, 2) for x in (share, total))
+    largest = total.max(axis=0)
+    weight = np.exp(total - largest)
+    begin, sums = np.full(segments, 0.5), np.empty(largest.shape)
+    for part, (own, ends) in enumerate(
+        zip(weight.swapaxes(0, 1), share.swapaxes(0, 1), strict=True)
+    ):
+        one, other = begin * own[0], (1.0 - begin) * own[1]
+        sums[part] = one + other
+        begin = (one * ends[0] + other * ends[1]) / sums[part]
+    return float((largest + np.log(sums)).sum())
