@@ -13,7 +13,7 @@ from allanite.common.several import results_by_column, warn_of_several_columns
 from allanite.common.validation import require_recording
 from allanite.effects import Modifier, Periodic, as_model
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.data import prepare
+from allanite.fit.likelihood.data import Data, SampleData, prepare
 from allanite.fit.locked import locked_error
 from allanite.fit.measures import Error, Misfit
 from allanite.fit.missing.completion import settle
@@ -103,15 +103,15 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
     _check_values(model, recording.n, recording.rate)
     if isinstance(recording, Summary):
         require_summary_supports(recording, model, method)
-        data = of_summary(recording)
+        data: Data = of_summary(recording)
     else:
         # n angles give n − 1 rates.
         n = recording.n - (recording.quantity == "angle")
         data = prepare(recording, model.missing(n, recording.rate))
-    if data.missing is None:
-        solution = solve(data, model)
-    else:
+    if isinstance(data, SampleData) and data.missing is not None:
         data, solution = settle(data, model)
+    else:
+        solution = solve(data, model)
     inside = without_ends(data, solution)
     if inside is not None:
         data, solution = settle(inside, model)

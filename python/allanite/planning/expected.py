@@ -17,7 +17,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Deterministic, Model, Periodic
 from allanite.fit.engine import with_coefficients
-from allanite.fit.likelihood.data import MIN_SAMPLES, Data
+from allanite.fit.likelihood.data import MIN_SAMPLES, SampleData
 from allanite.fit.likelihood.expected import column, columns
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.shapes import drifting
@@ -28,6 +28,8 @@ from allanite.spectrum import bins_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+    from allanite.fit.likelihood.data import Data
 
     Columns = Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]]
 
@@ -59,7 +61,7 @@ def blank(n: int, rate: float) -> Data:
             " lower the rate or the duration"
         )
     nothing = np.broadcast_to(np.float64(0.0), (n,))
-    return Data(nothing, nothing, rate, bins_of(n))
+    return SampleData(nothing, nothing, rate, bins_of(n))
 
 
 def coarse(data: Data, covariates: Columns | None = None) -> Data:
@@ -74,7 +76,7 @@ def coarse(data: Data, covariates: Columns | None = None) -> Data:
         for name, make in (covariates or {}).items()
     }
     nothing = np.broadcast_to(np.float64(0.0), (n,))
-    return Data(nothing, nothing, rate, bins_of(n), given, start)
+    return SampleData(nothing, nothing, rate, bins_of(n), given, start)
 
 
 def require_values(model: Model) -> None:

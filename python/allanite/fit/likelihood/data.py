@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -41,31 +42,24 @@ TAUS_PER_DECADE = 8
 CACHE_BYTES_LOWEST = 1 << 25
 
 
-@align_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False)
-class Data:
-    """A record prepared for fitting; U is the unit of the samples.
+class Data(ABC):
+    """A record prepared for fitting, as `SampleData` or as `SummaryData`; U is the unit of the samples.
 
     Attributes
     ----------
-    samples : ndarray, shape (n,)
-        Samples with bridged gaps, U.
-    ordinates : ndarray, shape (n,)
-        Orthonormal cosine transform of the samples; ordinate j has variance S(f_j)/τ0, U² per sample.
+    samples : ndarray, shape (kept,)
+        Samples at `time` with bridged gaps, U.
+    ordinates : ndarray, shape (known,)
+        The lowest ordinates of the orthonormal cosine transform; ordinate j has variance S(f_j)/τ0, U² per sample.
     rate : float
         Sampling rate, Hz.
     bins : Bins
-        Frequency bins of the ordinates.
-    covariates : mapping of str to ndarray, shape (n,)
+        Frequency bins of all `n` ordinates of the record.
+    covariates : mapping of str to ndarray, shape (kept,)
         Logged columns, such as temperatures, by name.
     start : float
         Time of the first sample within its recording, s.
-    missing : ndarray of bool, shape (n,), or None
-        True where a sample is missing; a draw from the model replaces missing samples (`fit.missing`).
-    gain : ndarray, shape (n,), or None
-        Fraction of a known function's ordinate that remains at each ordinate because samples are missing.
-    mixing : ndarray, shape (bins, bins), or None
-        Power that appears in each bin (rows) per power present in each bin (columns), if samples are missing.
     """
 
     samples: NDArray[np.float64]
@@ -74,9 +68,6 @@ class Data:
     bins: Bins
     covariates: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     start: float = 0.0
-    missing: NDArray[np.bool_] | None = None
-    gain: NDArray[np.float64] | None = None
-    mixing: NDArray[np.float64] | None = None
     #: Cache: ordinates of regressors by effect and shapes.
     functions: ArrayCache = field(default_factory=lambda: series_cache(0), repr=False)
     #: Cache: lowest ordinates of regressors by effect and shapes.
@@ -88,14 +79,39 @@ class Data:
     __repr__ = brief
 
     @property
-    def n(self) -> int:
-        """Number of samples."""
-        return int(self.samples.size)
+    @abstractmethod
+    def whole(self) -> bool:
+        """True if every sample and every ordinate is kept: `samples` and `ordinates` have the shape (n,)."""
 
     @property
+    @abstractmethod
+    def n(self) -> int:
+        """Number of samples of the record, and of its ordinates."""
+
+    @property
+    @abstractmethod
     def time(self) -> NDArray[np.float64]:
-        """Array of the time of each sample, s since the first sample of the recording, shape (n,)."""
-        return times_of(self.n, self.rate, self.start)
+        """Array of the time of each entry of `samples`, s since the first sample of the recording, shape (kept,)."""
+
+    @property
+    @abstractmethod
+    def lost(self) -> float:
+        """Fraction of the samples that are missing, 0 … 1."""
+
+    @property
+    def missing(self) -> NDArray[np.bool_] | None:
+        """Mask of missing samples, which draws from the model replace (`fit.missing`); None if there are no draws."""
+        return None
+
+    @property
+    def gain(self) -> NDArray[np.float64] | None:
+        """Fraction of a known function's ordinate that remains at each ordinate because samples are missing, or None."""
+        return None
+
+    @property
+    def mixing(self) -> NDArray[np.float64] | None:
+        """Power in each bin (rows) per power of each bin (columns), because samples are missing, or None."""
+        return None
 
     @property
     def power(self) -> NDArray[np.float64]:
@@ -106,11 +122,6 @@ class Data:
     def present_samples(self) -> NDArray[np.float64]:
         """Array of the samples without the missing ones, U."""
         return self.samples if self.missing is None else self.samples[~self.missing]
-
-    @property
-    def lost(self) -> float:
-        """Fraction of the samples that are missing, 0 … 1."""
-        return 0.0 if self.missing is None else np.count_nonzero(self.missing) / self.missing.size
 
     @property
     def ends_missing(self) -> bool:
@@ -139,55 +150,6 @@ class Data:
         """Tuple of spectral terms to use: without leakage from the ends if the end samples are missing, else `terms`."""
         return tuple(term.inside for term in terms) if self.ends_missing else terms
 
-    def octaves(
-        self,
-        expected: Callable[[NDArray[np.int64]], NDArray[np.float64]],
-        louder: Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]],
-    ) -> list[tuple[int, int, NDArray[np.float64], float]]:
-        """List of (first ordinate, end, power over time, squares per value) of octaves without single ordinates.
-
-        Empty for in-memory recordings; a summary (`fit.summarized`) overrides this method. `expected` returns the
-        density at ordinates, `louder` the relative power at ordinates and times.
-        """
-        return []
-
-    def at_octave_resolution(self, power: NDArray[np.float64], first: int) -> NDArray[np.float64]:
-        """Array of power over time at the resolution that the octave from ordinate `first` has.
-
-        Unchanged for recordings.
-        """
-        return power
-
-    def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
-        """Largest number of equal sections, at `most`, in which a band still has enough ordinates.
-
-        The number is `most` divided by a power of two so that the band, Hz, times the section's duration is at least
-        `resolved`. It is 0 if single ordinates are not available.
-        """
-        number = most if has_all_ordinates(self) else 0
-        while number and (band[1] - band[0]) * self.duration / number < resolved:
-            number //= 2
-        return number
-
-    def sections(self, model: Model, number: int) -> Sections:
-        """`Sections`: the residual of a model cut into `number` equal sections."""
-        return SectionsOfSamples(self.residual(model), self.rate, number)
-
-    def half(self, which: int) -> Data:
-        """`Data` of the first (`which` = 0) or second (`which` = 1) half as a record of its own, with the times kept."""
-        middle = self.n // 2
-        part = slice(0, middle) if which == 0 else slice(middle, None)
-        samples = np.ascontiguousarray(self.samples[part])
-        ordinates = _kernels.cosine_transform(samples)
-        return Data(
-            samples,
-            ordinates,
-            self.rate,
-            bins_with_stop_band(ordinates),
-            {name: values[part] for name, values in self.covariates.items()},
-            self.start + (part.start or 0) / self.rate,
-        )
-
     def residual(self, model: Model) -> NDArray[np.float64]:
         """Array of the samples minus the model's known functions of time, shape (n,)."""
         known = model.deterministic
@@ -201,27 +163,48 @@ class Data:
             total += effect.signal(time, self.covariates)
         return total
 
+    @abstractmethod
     def transform(self, series: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Array of the cosine ordinates of a series sampled at `time`, shape (n,)."""
-        stop_if_unwanted()
-        return _kernels.cosine_transform(np.ascontiguousarray(series))
+        """Array of the cosine ordinates of a series sampled at `time`, shape (known,)."""
 
+    @abstractmethod
     def factors(self) -> NDArray[np.int64]:
-        """Array of the averaging factors of the Allan curve: eight per decade, up to a third of the record."""
-        return averaging_factors(self.n // 3)
+        """Array of the averaging factors of the Allan curve, up to a third of the record."""
 
+    @abstractmethod
     def deviation(
         self, factors: NDArray[np.int64], less: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
-        """Array of the overlapping Allan deviation of the samples, minus a signal `less` if given, shape of `factors`."""
-        return self.deviation_of(self.samples if less is None else self.samples - less, factors)
+        """Array of the overlapping Allan deviation of the record, minus a signal `less` if given, shape of `factors`."""
 
+    @abstractmethod
     def deviation_of(
         self, signal: NDArray[np.float64], factors: NDArray[np.int64]
     ) -> NDArray[np.float64]:
         """Array of the overlapping Allan deviation of a signal sampled at `time`, shape of `factors`."""
-        stop_if_unwanted()
-        return oadev(signal, rate=self.rate, factors=factors).deviation
+
+    def octaves(
+        self,
+        expected: Callable[[NDArray[np.int64]], NDArray[np.float64]],
+        louder: Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]],
+    ) -> list[tuple[int, int, NDArray[np.float64], float]]:
+        """List of (first ordinate, end, power over time, squares per value) of octaves without single ordinates.
+
+        `expected` returns the density at ordinates, `louder` the relative power at ordinates and times.
+        """
+        return []
+
+    def at_octave_resolution(self, power: NDArray[np.float64], first: int) -> NDArray[np.float64]:
+        """Array of power over time at the resolution of the octave from ordinate `first`; unchanged without octaves."""
+        return power
+
+    @abstractmethod
+    def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
+        """Number of equal sections, at most `most`, in which a band, Hz, has `resolved` ordinates; 0 if it has not."""
+
+    @abstractmethod
+    def sections(self, model: Model, number: int) -> Sections:
+        """`Sections`: the residual of a model cut into `number` equal sections."""
 
     def without(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
         """Array of the ordinates of the record minus those of known functions of time, shape (n,)."""
@@ -284,14 +267,89 @@ class Data:
         return ordinates if self.gain is None else ordinates * self.gain[j]
 
 
+@align_when_unpickled
+@dataclass(frozen=True, slots=True, eq=False)
+class SampleData(Data):
+    """A record of which every sample is kept, prepared for fitting.
+
+    Attributes
+    ----------
+    missing : ndarray of bool, shape (n,), or None
+        True where a sample is missing.
+    gain : ndarray, shape (n,), or None
+    mixing : ndarray, shape (bins, bins), or None
+    """
+
+    missing: NDArray[np.bool_] | None = None
+    gain: NDArray[np.float64] | None = None
+    mixing: NDArray[np.float64] | None = None
+
+    __repr__ = brief
+
+    #: Every sample and ordinate is kept.
+    whole = True
+
+    @property
+    def n(self) -> int:
+        """Number of samples."""
+        return int(self.samples.size)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Array of the time of each sample, s since the first sample of the recording, shape (n,)."""
+        return times_of(self.n, self.rate, self.start)
+
+    @property
+    def lost(self) -> float:
+        """Fraction of the samples that are missing, 0 … 1."""
+        return 0.0 if self.missing is None else np.count_nonzero(self.missing) / self.missing.size
+
+    def transform(self, series: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Array of the cosine ordinates of a series sampled at `time`, shape (n,)."""
+        stop_if_unwanted()
+        return _kernels.cosine_transform(np.ascontiguousarray(series))
+
+    def factors(self) -> NDArray[np.int64]:
+        """Array of the averaging factors of the Allan curve: eight per decade, up to a third of the record."""
+        return averaging_factors(self.n // 3)
+
+    def deviation(
+        self, factors: NDArray[np.int64], less: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        """Array of the overlapping Allan deviation of the samples, minus a signal `less` if given, shape of `factors`."""
+        return self.deviation_of(self.samples if less is None else self.samples - less, factors)
+
+    def deviation_of(
+        self, signal: NDArray[np.float64], factors: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """Array of the overlapping Allan deviation of a signal sampled at `time`, shape of `factors`."""
+        stop_if_unwanted()
+        return oadev(signal, rate=self.rate, factors=factors).deviation
+
+    def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
+        """Largest number of equal sections, at `most`, in which a band still has enough ordinates.
+
+        The number is `most` divided by a power of two so that the band, Hz, times the section's duration is at least
+        `resolved`. It is 0 if single ordinates are not available.
+        """
+        number = most if has_all_ordinates(self) else 0
+        while number and (band[1] - band[0]) * self.duration / number < resolved:
+            number //= 2
+        return number
+
+    def sections(self, model: Model, number: int) -> Sections:
+        """`Sections`: the residual of a model cut into `number` equal sections."""
+        return SectionsOfSamples(self.residual(model), self.rate, number)
+
+
 def averaging_factors(top: int) -> NDArray[np.int64]:
     """Array of averaging factors up to `top`, eight per decade; at least [1]."""
     at = np.arange(0.0, np.log10(max(1, top)) + 1e-9, 1 / TAUS_PER_DECADE)
     return np.unique(np.round(10**at).astype(np.int64))
 
 
-def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
-    """`Data` of a one-column recording, prepared for fitting.
+def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> SampleData:
+    """`SampleData` of a one-column recording, prepared for fitting.
 
     Parameters
     ----------
@@ -326,7 +384,7 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         for name, values in dict(recording.covariates).items()
     }
     ordinates = _kernels.cosine_transform(filled)
-    return Data(
+    return SampleData(
         filled,
         ordinates,
         float(recording.rate),
@@ -368,8 +426,8 @@ def _require_noise(filled: NDArray[np.float64], label: str) -> None:
     check_size(filled, label, "a fit")
 
 
-def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
-    """`Data` of the record with additional samples marked as missing and bridged; caches are new."""
+def without_samples(data: SampleData, missing: NDArray[np.bool_]) -> SampleData:
+    """`SampleData` of the record with additional samples marked as missing and bridged; caches are new."""
     filled = bridge_gaps(data.samples, missing)
     if data.missing is not None:
         missing = missing | data.missing

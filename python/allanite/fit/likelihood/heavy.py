@@ -45,7 +45,7 @@ def widened_by_tails(
 
     Returns `ends` if the tails are not heavy, or if the record keeps no single samples.
     """
-    if solution.ordinates.size != data.n or not ends[0] > 0.0:
+    if not data.whole or not ends[0] > 0.0:
         return ends
     white = whitened_ordinates(solution, data, solution.level)
     samples = _kernels.inverse_cosine_transform(white)

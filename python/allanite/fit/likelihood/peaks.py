@@ -48,7 +48,7 @@ def is_narrow(effect: Effect) -> bool:
 
 def has_all_ordinates(data: Data) -> bool:
     """True if all single ordinates are kept (not in a summary) and few samples are missing (`MAX_MISSING_FRACTION`)."""
-    return data.ordinates.size == data.n and data.lost <= MAX_MISSING_FRACTION
+    return data.whole and data.lost <= MAX_MISSING_FRACTION
 
 
 def has_ordinates_near(effect: Effect, data: Data) -> bool:

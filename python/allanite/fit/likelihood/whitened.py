@@ -152,7 +152,7 @@ def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -
 
 def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
     """Array of the expected white-noise power at each kept sample, relative to the mean of the record."""
-    if solution.ordinates.size != data.n:
+    if not data.whole:
         return expected_level(solution.model, data, solution.ordinates.size)
     gain = np.ones(data.n)
     for effect in solution.model.modifiers:

@@ -34,7 +34,7 @@ from allanite.fit.missing.shares import MAX_CELLS, unknown_share
 
 if TYPE_CHECKING:
     from allanite.effects import Model
-    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.data import Data, SampleData
     from allanite.fit.solution import Solution
 
 Array = NDArray[np.float64]
@@ -166,12 +166,14 @@ def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
     return None
 
 
-def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0) -> Data:
+def complete(
+    data: SampleData, model: Model, level: Array | None = None, seed: int = 0
+) -> SampleData:
     """`Data` of the record with its missing samples completed under a model with values.
 
     Parameters
     ----------
-    data : Data
+    data : SampleData
         With `missing`; values at missing samples are replaced.
     model : Model
     level : ndarray, shape (bins,), optional
@@ -182,7 +184,7 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
 
     Returns
     -------
-    Data
+    SampleData
         Samples with one draw of the unknown part; ordinates, gain, mixing, and degrees of freedom of the bins as
         described in the module.
     """
@@ -251,19 +253,19 @@ def _logl_difference(one: Data, other: Data) -> float:
     return 0.5 * float(other.bins.count @ np.log(second / first) ** 2)
 
 
-def settle(data: Data, model: Model) -> tuple[Data, Solution]:
+def settle(data: SampleData, model: Model) -> tuple[SampleData, Solution]:
     """Pair (data, solution): record completed under the model fitted to it, and this fit, iterated until both agree.
 
     Parameters
     ----------
-    data : Data
+    data : SampleData
         With missing samples bridged.
     model : Model
         As for `fit.engine.solve`.
 
     Returns
     -------
-    tuple of (Data, Solution)
+    tuple of (SampleData, Solution)
     """
     from allanite.fit.engine import solve, with_coefficients
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.fit.likelihood.data import without_samples
+from allanite.fit.likelihood.data import SampleData, without_samples
 from allanite.fit.likelihood.expected import means
 
 if TYPE_CHECKING:
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 MAX_ADDED_VARIANCE = 0.1
 
 
-def without_ends(data: Data, solution: Solution) -> Data | None:
+def without_ends(data: Data, solution: Solution) -> SampleData | None:
     """Copy of the data with the first and last sample masked. None if leakage from the ends is negligible for the model."""
-    if data.ends_missing or data.ordinates.size != data.n:
+    if not isinstance(data, SampleData) or data.ends_missing:
         return None
     if all(term.inside is term for term in data.terms(solution.model)):
         return None

@@ -127,7 +127,7 @@ def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:
     Empty for a summary or an expected record, which have no single ordinates.
     """
     data = part.data
-    if part.is_expected or data.ordinates.size != data.n:
+    if part.is_expected or not data.whole:
         return []
     given = {k: v for k, v in effect.values.items() if v is not None}
     seen = type(effect).seen_in(data.ordinates**2, data.rate)

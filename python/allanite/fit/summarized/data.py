@@ -50,14 +50,10 @@ CACHE_BYTES = 1 << 23
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SummaryData(Data):
-    """A summary prepared for fitting; the interface is that of `Data`.
+    """A summary prepared for fitting: samples are kept at a lower rate, and only the lowest ordinates are known.
 
     Attributes
     ----------
-    samples : ndarray, shape (m,)
-        Kept samples at a lower rate.
-    ordinates : ndarray, shape (known,)
-        Lowest ordinates of the record; `known` is less than `n`.
     lost : float
         Fraction of the samples that are missing.
     factor : int
@@ -72,6 +68,9 @@ class SummaryData(Data):
     reading: Any = None
 
     __repr__ = brief
+
+    #: Samples are kept at a lower rate, and ordinates up to `phase_limit`.
+    whole = False
 
     @property
     def n(self) -> int:

@@ -91,7 +91,7 @@ def _log_odds(solution: Solution, data: Data) -> float:
     length = max(1, round(2.0 * time / BLOCKS_PER_DWELL * data.rate))
     count = data.n // length
     # A summary keeps only the lowest ordinates, which show no levels.
-    if not MIN_BLOCKS <= count <= MAX_BLOCKS or solution.ordinates.size < data.n:
+    if not MIN_BLOCKS <= count <= MAX_BLOCKS or not data.whole:
         return 0.0
     whole = count * length
     j = np.arange(1, whole, dtype=np.int64)

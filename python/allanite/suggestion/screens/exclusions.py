@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Model, Modifier
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.data import without_samples
+from allanite.fit.likelihood.data import SampleData, without_samples
 from allanite.fit.likelihood.whitened import end_samples, rounding_step
 from allanite.fit.missing.completion import complete
 from allanite.recording.repeats import longest_run
@@ -198,9 +198,9 @@ def _exclusion_candidate(
 ) -> Candidate | None:
     """Candidate that excludes samples, refitted to the remaining samples.
 
-    None if the effect is None or excludes only samples that are already missing.
+    None if the effect is None or excludes only samples that are already missing, or if the samples are not kept.
     """
-    if effect is None:
+    if effect is None or not isinstance(data, SampleData):
         return None
     taken = effect.missing(data.n, data.rate)
     if not np.any(taken if data.missing is None else taken & ~data.missing):

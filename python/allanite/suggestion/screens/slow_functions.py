@@ -317,7 +317,7 @@ def _share_with_normal_tails(
     """
     assert event.when is not None
     first, last = (round((t - data.start) * data.rate) for t in event.when)
-    if not 0 < last - first <= MAX_SHORT_EVENT_SAMPLES or data.ordinates.size != data.n:
+    if not 0 < last - first <= MAX_SHORT_EVENT_SAMPLES or not data.whole:
         return 1.0
     given = whitened()
     parts = [w.samples[first:last].sum() ** 2 for w in (given.with_normal_tails, given)]
