@@ -78,10 +78,10 @@ class Check:
 
     @cached_property
     def rest(self) -> Rest | None:
-        """`Rest`: a smooth shape of the spectrum that the model lacks and no effect of the catalog explains.
+        """`Rest`: the smooth shape of the spectrum that the model lacks and no effect of the catalog explains. Cached.
 
-        None if the model is adequate, an effect of the catalog is significantly missing, or the shape explains too
-        little.
+        None if the model is adequate, if a suggestion is significant, or if the shape gains less logL than the BIC cost
+        of its parameters.
         """
         return None if self.adequate or self.significant else rest_of(self.fit)
 
@@ -106,7 +106,8 @@ class Check:
     def grouped(self) -> list[tuple[str, list[tuple[int, Suggestion]]]]:
         """List of (title, [(rank, suggestion), …]): best significant suggestion, alternatives, additional effects.
 
-        Empty groups are omitted. If no suggestion is significant, the two best form the only group.
+        Rank 1 is the best suggestion. Empty groups are omitted. If no suggestion is significant, the best two form the
+        only group, "closest candidates".
         """
         ranked = [(rank, s) for rank, s in enumerate(self.suggestions, 1) if s.significant]
         if not ranked:
@@ -153,7 +154,10 @@ class Check:
         return f"Check({self.fit.recording.columns[0]}, {self.fit.model.name}: {words})"
 
     def _repr_html_(self) -> str:
-        """HTML of the fit, where it fails, and the suggestions, for notebooks."""
+        """HTML of the fit, where it fails, and the significant suggestions, for notebooks.
+
+        If no suggestion is significant, the table has the best two.
+        """
         from allanite.common.showing import html_list, html_table
 
         where = self.left or [self.nowhere]

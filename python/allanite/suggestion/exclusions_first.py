@@ -110,9 +110,9 @@ def _is_clustered(taken: NDArray[np.bool_]) -> bool:
 
 
 def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
-    """True if the best significant process or filter loses its evidence once these outliers are excluded.
+    """True if the best significant process or filter loses 90 % of its ΔlogL once these outliers are excluded.
 
-    False without one.
+    The best one has the highest score. False without a significant process or filter.
     """
     stationary = [s for s in found if s.significant and not acts_in_time(s.effect)]
     if not stationary:

@@ -44,7 +44,10 @@ class Family:
 
 
 def log_p_value(family: Family, x: float) -> float:
-    """Ln of the probability that any candidate of a family raises logL by x if its effect is absent; at most 0."""
+    """Ln of the probability that any candidate of a family raises logL by x if its effect is absent.
+
+    At most 0; 0 for x ≤ 0. A family with `width` uses Baluev's formula for lines, others use `arcs` and `sides`.
+    """
     from scipy.special import log_ndtr
 
     if x <= 0.0:
@@ -76,7 +79,7 @@ def log_chi2_tail(gain: float, count: int) -> float:
 
 
 def may_become_significant(family: Family, max_gain: float) -> bool:
-    """True if a ΔlogL of `max_gain`, the largest that a refit can find, has a p-value below the false-alarm probability.
+    """True if a ΔlogL of `max_gain`, the largest that a refit can find, has a p-value below 1 %.
 
     For a slow function no such limit is known, because the noise was estimated with the function in the record.
     """
@@ -140,9 +143,10 @@ def interval_trials(cells: int, length: int, x: float) -> float:
 def best_interval(
     power: NDArray[np.float64], freedom: float, cells: int
 ) -> tuple[int, int, float, float]:
-    """Tuple (first value, end, ΔlogL, ln p) of the interval of a power series with the lowest p-value for another level.
+    """Tuple (first value, end, ΔlogL, ln p) of the interval with the lowest p-value for another level of power.
 
     The end is exclusive. `freedom` is the degrees of freedom of each value. Boundaries lie between `cells` equal cells.
+    Ln p is 0 if no interval raises logL, and (0, 0, 0, inf) is returned for fewer than two cells.
     """
     from scipy.special import log_ndtr
 
@@ -188,10 +192,11 @@ def two_levels(
 def refine(
     power: NDArray[np.float64], freedom: float, start: int, end: int, least: int
 ) -> tuple[int, int, float]:
-    """Tuple (start, end, ΔlogL) of an interval whose boundaries are moved in turn, by single values, to the largest ΔlogL.
+    """Tuple (start, end, ΔlogL) of an interval after its boundaries are moved in turn to the largest ΔlogL.
 
-    A boundary moves by up to two coarse cells, or by an eighth of a longer interval, the step of its search. The
-    interval keeps at least `least` values, since anything shorter is an outlier and not a level.
+    In each of three rounds a boundary moves by up to two coarse cells, or by an eighth of a longer interval. The
+    interval keeps at least `least` values, since anything shorter is an outlier. ΔlogL is −inf if no interval
+    qualifies.
     """
     reach = max(2 * power.size // LEVEL_CELLS, (end - start) // 8)
     total = np.concatenate([[0.0], np.cumsum(power)])

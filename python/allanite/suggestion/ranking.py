@@ -45,10 +45,10 @@ def prior(effect: Effect) -> float:
 def in_order(
     found: Iterable[Suggestion], fit: Fit, overdispersion: float
 ) -> tuple[Suggestion, ...]:
-    """Tuple of the suggestions ranked best first, each with its alternative explanations (`rivals`).
+    """Tuple of the suggestions: significant ones first, then by class, then by score; each with its alternatives.
 
-    Disturbances that something else explains are omitted. `overdispersion` is that of the spectrum from a missing
-    change of the noise level (1 for a steady record).
+    Excluded segments that something else explains are omitted. `overdispersion` (1 for a steady record) is that of the
+    spectrum; above 1.1, changes of level lead.
     """
     judged = list(found)
     first = [s for s in judged if goes_first(s, judged, fit)]
@@ -75,7 +75,10 @@ def in_order(
 
 
 def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
-    """Tuple of copies with `rivals`: kinds that may be confused and have a score within `MAX_RIVAL_LOG_EVIDENCE`."""
+    """Tuple of copies, in the same order, whose `rivals` are the kinds that may be confused with the effect.
+
+    The scores of these kinds are within 3 nats of that of the suggestion.
+    """
     out = []
     for one in ranked:
         rivals = tuple(

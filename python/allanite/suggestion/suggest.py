@@ -232,7 +232,8 @@ class Suggestion:
 def same_misfit(first: Suggestion, other: Suggestion) -> bool:
     """True if two suggestions explain the same misfit.
 
-    They are declared alternatives, are events in one band at one time, or raise logL at the same frequencies.
+    They are declared alternatives, are events in one band at one time, or share over half of the smaller ΔlogL at the
+    same frequencies.
     """
     if other.kind in first.rivals or first.kind in other.rivals:
         return True

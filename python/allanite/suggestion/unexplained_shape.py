@@ -40,7 +40,7 @@ class Rest:
 
     @property
     def effect(self) -> Effect:
-        """The shape as an effect that can be added to the model."""
+        """Nameless effect with the shape; it can be added to the model."""
         return self.fit.model.effects[-1]
 
     def __str__(self) -> str:
@@ -56,9 +56,10 @@ def nameless() -> Effect:
 
 
 def rest_of(fit: Fit) -> Rest | None:
-    """`Rest`, a shape that would describe what a model lacks; None if it explains less than its parameters cost.
+    """`Rest`, a shape that would describe what a model lacks; or None.
 
-    None as well if the model has such a shape.
+    None if it raises logL by less than the BIC cost of its parameters, or if the model has such a shape. The fit is not
+    changed.
     """
     if any(effect.nameless for effect in fit.model):
         return None

@@ -56,10 +56,11 @@ LOSS_AT_95_PERCENT = 1.92
 
 
 def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """Candidate for the band of noise whose level differs most between one interval and all other times.
+    """Refitted candidate for the band of noise whose level differs most between one interval and all other times.
 
-    None if not significant. The bands of the model's processes are searched, and each octave. The frequency range of an
-    octave's change follows from the spectra inside and outside of the interval. None as well for a summary.
+    The bands of the model's processes are searched first, octaves only if none is significant. None for a summary, for
+    a p-value above 1 %, and for an interval shorter than 1/64 of the record or longer than 63/64. None as well if the
+    band has a change of level, if another remains after this one, or if the factor is within its error of 1.
     """
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "band level"]
     if not kinds or whitened.samples.size < data.n:
@@ -156,9 +157,9 @@ def bands_overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
 def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float, float, Array]:
     """Tuple (factor of the standard deviation in an interval, ΔlogL, standard error, power without the change).
 
-    The interval lies between the fractions `begin` and `close` of the record. In each cell the process has a known
-    share of the power, and its mean over the record is that of the model. The power over time is that of the most
-    informative cell.
+    The interval lies between the fractions `begin` and `close` of the record. Each cell is (power over time, share of
+    the process). The power returned is that of the most informative cell. If the band may be off at other times, the
+    factor is its 95 % bound. (1, 0, 1, first cell) is returned if no cell resolves the interval.
     """
     from scipy.optimize import brentq, minimize_scalar
 
@@ -204,7 +205,10 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
 
 
 def _dominated_bands(solution: Solution, data: Data) -> Iterator[tuple[Process, int, int]]:
-    """Iterator over (process, first ordinate, number of ordinates) of bands of constant level that a process dominates."""
+    """Iterator over (process, first ordinate, number of ordinates) of bands of constant level that a process dominates.
+
+    The process has at least half of the power there. Bands with fewer than 64 ordinates are omitted.
+    """
     half = data.rate / (2.0 * data.n)
     for own in solution.processes:
         place = own.effect.occupies
@@ -230,8 +234,8 @@ def _changed_band(
 ) -> tuple[float, float] | None:
     """Pair (low, high), Hz, of the band near an octave whose power differs most inside and outside of `when`; or None.
 
-    The ends of `octave` are relative to the Nyquist frequency, those of `when` to the record. None with too few
-    samples.
+    The ends of `octave` are relative to the Nyquist frequency, those of `when` to the record. The band lies between
+    half the lower end and twice the upper end. None if a spectrum has fewer than 16 samples or nothing is outside.
     """
     low, high = octave
     n = samples.size

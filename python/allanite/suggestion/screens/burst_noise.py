@@ -42,9 +42,11 @@ PART_BLOCKS = 32
 
 
 def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
-    """Tuple with the candidate of burst noise if the samples may switch between two levels; otherwise empty.
+    """Tuple with one refitted candidate of burst noise if the samples may switch between two levels; otherwise empty.
 
-    It is built from a Gauss-Markov candidate, which has the same spectrum.
+    It is built from a Gauss-Markov candidate, which has the same spectrum. Empty if that candidate has a ΔlogL below 8,
+    if another candidate leads it by ln 1000, or if the log odds of two levels are below −20. Log odds below ln 1000 do
+    not raise its ΔlogL; negative ones lower it.
     """
     candidates, data = view.spectral, view.data
     twins = [

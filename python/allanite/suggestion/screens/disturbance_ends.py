@@ -19,11 +19,12 @@ OVERLAPPING_WINDOWS = 4
 def without_ringing(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> tuple[float, float] | None:
-    """Pair (start, end) of a loud segment without quiet parts at its ends, as fractions of the record.
+    """Pair (start, end) of a loud segment without quiet parts at its ends, as fractions of the record; or None.
 
     A single octave of the spectrum rings long before and after a loud segment; windows of finite length do not. `low`
-    and `high` are the ordinates of the octave, `first` and `last` the segment as fractions. Half a window stays at each
-    end. None if the segment is shorter than two windows or if nothing in it is strong enough to ring.
+    and `high` are the ordinates of the octave, `first` and `last` the segment as fractions. None if the segment is
+    shorter than two windows, if fewer than 64 windows lie outside, or if no window has 100 times the median power
+    outside.
     """
     n = samples.size
     length = WINDOW_PERIODS * 4 * n // (low + high)

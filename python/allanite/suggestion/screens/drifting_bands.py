@@ -66,7 +66,10 @@ def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
 def screen_drifting_bands(
     bands: list[Process], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Tuple of candidates in which a moving band replaces one of `bands`, alone or with other bands on its course."""
+    """Tuple of candidates in which a moving band replaces one of `bands`, alone or with other bands on its course.
+
+    Bands without a candidate are omitted; empty without bands.
+    """
     if not bands:
         return ()
     found = (_moving_band_candidate(own, solution, data) for own in bands)
@@ -74,7 +77,7 @@ def screen_drifting_bands(
 
 
 def _may_move(own: Process, data: Data) -> bool:
-    """True if the band is present and enough sections of the record resolve it."""
+    """True if the band is present, can move, and at least 8 sections of the record resolve it."""
     return (
         own.theta > 0.0
         and _movable(own.effect)
@@ -142,7 +145,10 @@ def _replaced_text(replaced: tuple[Effect, ...]) -> str:
 def _replaceable_sets(
     own: Process, moving: Process, solution: Solution
 ) -> list[tuple[Effect, ...]]:
-    """List of tuples of the effects that a moving band may replace: the band alone, and with all others on its course."""
+    """List of tuples of the effects that a moving band may replace: the band alone, and with all others on its course.
+
+    Only the first if no other band is there; empty if the moving band has no frequency range.
+    """
     course = moving.effect.occupies
     if course is None:
         return []
@@ -226,10 +232,11 @@ class _Sections:
     def _course(
         self, width: float, theta: float, within: tuple[float, float], replaced: tuple[Effect, ...]
     ) -> _Course | None:
-        """Most likely course of a band of one half-width within a frequency range, Hz; None if the range is too narrow.
+        """Most likely course of a band of one half-width within a frequency range, Hz; or None.
 
         The frequency is constant in each of several sections of the record, or follows straight lines between corners.
-        The number of sections or lines is the one with the largest ΔlogL.
+        The number of sections or lines is the one with the largest ΔlogL. None if the range has at most four places or
+        a place has no band.
         """
         step = width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)
@@ -340,7 +347,8 @@ def likeliest_polygon(gains: Array, parts: int) -> tuple[Array, float]:
 def _thinned(course: Array, half: float) -> Array:
     """Course after averaging pairs of sections, repeatedly, while neighboring frequencies differ by at most `half`.
 
-    `half` is the half-width of the band, in the unit of the course.
+    `half` is the half-width of the band, in the unit of the course. At least 8 sections remain; a shorter course is
+    unchanged.
     """
     while course.size >= 2 * MIN_BAND_SECTIONS:
         fewer = course.reshape(-1, 2).mean(axis=1)
@@ -351,7 +359,10 @@ def _thinned(course: Array, half: float) -> Array:
 
 
 def _parabola_offset(gains: Array, path: NDArray[np.int64]) -> Array:
-    """Array of offsets, at most ±½ step, from the index in `path` to the maximum of a parabola through the gains."""
+    """Array of offsets, at most ±½ step, from the index in `path` to the maximum of a parabola through the gains.
+
+    The offset is 0 at the first and last index, and where the gains have no maximum.
+    """
     at = path.clip(1, gains.shape[1] - 2)
     row = np.arange(at.size)
     low, mid, high = gains[row, at - 1], gains[row, at], gains[row, at + 1]

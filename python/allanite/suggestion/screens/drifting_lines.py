@@ -106,11 +106,11 @@ def solved_with(
 def _bands_to_search(
     spectral: tuple[Candidate, ...], data: Data, white: NDArray[np.float64]
 ) -> Iterator[tuple[float, float]]:
-    """Iterator over (low, high), Hz, of each band to search.
+    """Iterator over (low, high), Hz, of each band to search for drifting lines.
 
-    These are all frequencies if they fit into one band, bands with excess power, and the band of
-    the best resonance. A line that drifts far raises each of its ordinates by too little for an
-    excess to show.
+    First all frequencies if the record has at most 131072 ordinates. Then, for each width from 64 to 65536 ordinates,
+    the band with the most power if its excess is significant (1 %). Last the band of the best resonance, if it is
+    narrower than 65536 cycles per record.
     """
     whole = white.size <= 2 * MAX_BAND_FREQUENCIES
     if whole:
@@ -156,7 +156,8 @@ def _best_candidate(
 ) -> Candidate | None:
     """Candidate of the best drifting line of one kind over all bands.
 
-    None if steady lines explain as much, if it drifts by less than one cycle, or if it cannot become significant.
+    None if its ΔlogL is less than 8 above that of the best steady line, if it drifts by less than one cycle per record,
+    or if it cannot become significant.
     """
     noise, T = solution.noise(data), data.duration
     steady = max((c.gain for c in lines), default=0.0)

@@ -63,10 +63,9 @@ _SeenByOctave = tuple[float, float, float, NDArray[np.float64], float]
 def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
     """Array of shape (n,): standardized scores of outliers among the first and last samples, 0 for other samples.
 
-    The score is the distance from the neighbors. The whitened record has no values at the ends, where a sensor that
-    just began, or an empty filter, puts its outliers. From the middle outwards, each sample is compared with the median
-    of the inner neighbors that are no outliers, in units of the usual distance of samples that far apart. One record of
-    noise in a thousand has such an outlier.
+    The whitened record has no values at the ends. From the middle outwards, each sample is compared with the median of
+    the inner neighbors that are no outliers. Scores are in units of the robust deviation of such distances. One record
+    of noise in a thousand has such an outlier.
     """
     from scipy.special import ndtri
 
@@ -222,11 +221,11 @@ def _exclusion_candidate(
 
 
 def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """Candidate of the disturbance with the lowest p-value, or of a stuck value if the record has one; None without either.
+    """Candidate that excludes a stuck value, or else the disturbance with the lowest p-value; None without either.
 
-    A disturbance is a segment in which some band has `MIN_DISTURBANCE_POWER_RATIO` times its usual power. The segment
-    is at most `MAX_EXCLUDED_FRACTION` of the record. Each octave is searched for one interval; octaves that see the
-    same disturbance begin earlier or end later extend the segment. None for a summary, which keeps no samples.
+    A disturbance has twice its usual power in some band, a p-value below 1e-6, and at most 20 % of the record. Each
+    octave is searched for one interval; octaves that see the same disturbance begin earlier or end later extend it.
+    None for a summary, which keeps no samples.
     """
     if whitened.samples.size < data.n:
         return None  # a summary keeps no samples to take out
@@ -296,7 +295,11 @@ def _segment_effect(start: float, end: float) -> Modifier | None:
 
 
 def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
-    """Candidate that excludes the longest run of equal values (stuck sensor, lost link); None if such runs are not rare."""
+    """Candidate that excludes the longest run of equal values (stuck sensor, lost link); or None.
+
+    None if the run has fewer than 16 samples, more than 20 % of the record or a p-value above 1e-6. None as well if
+    more than 10 % of neighbors elsewhere are equal.
+    """
     samples = data.samples
     if data.missing is not None:
         samples = np.where(data.missing, np.nan, samples)
@@ -323,8 +326,8 @@ def _power_ratio(
     """Largest ratio, over the bands within an octave, of the power in a segment to the median power of other segments.
 
     The octave has the ordinates `low` … `high`; `first` and `last` are fractions of the record. The ratio is divided by
-    `NARROW_DISTURBANCE_FACTOR` if half of the other segments have a narrow peak in these ordinates,
-    because such a peak may swell or wander. None if the segment is too short.
+    10 if half of the other segments have a narrow peak in these ordinates, because such a peak may swell or wander.
+    None if a band would have fewer than 8 ordinates or lie above the Nyquist frequency.
     """
     from scipy.fft import next_fast_len, rfft
 
@@ -375,9 +378,10 @@ def _is_loud(power: NDArray[np.float64], freedom: float, first: float, last: flo
 
 
 def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], float]]:
-    """List of (first ordinate, end, power over time, degrees of freedom of each value) of the octaves of a whitened record.
+    """List of (first ordinate, end, power over time, degrees of freedom of each value) for each octave.
 
-    Octaves with too few values are omitted.
+    The octaves are those of a whitened record. The degrees of freedom are reduced by the overdispersion. Octaves with
+    fewer than 64 values or without power are omitted.
     """
     return [
         (low, high, power, each / overdispersion(power, each))

@@ -23,8 +23,8 @@ def most_likely_borders(
 ) -> NDArray[np.int64]:
     """Array of the borders `places`, each moved to the most likely place for the levels on its two sides.
 
-    An interval between two borders keeps at least `least` values, since anything shorter is an outlier. The ends of the
-    record are no borders.
+    An interval between two borders keeps at least `least` values, since anything shorter is an outlier. A border
+    between equal levels, or without room to move, stays.
     """
     out = places.copy()
     for k, place in enumerate(places):
@@ -76,8 +76,7 @@ def borders_within_cells(
     """Pair of lists: refined borders, in cells of a power map, and power after each border over that at the start.
 
     A cell may be a mean over more than its own time. Levels come from cells well inside the intervals, with one mean
-    for all intervals of the same factor. The power near a border then gives its place between the levels on the two
-    sides.
+    for all intervals of the same factor. The power within 12 cells of a border gives its place between the two levels.
     """
     known = [1.0, *factors]
     at = np.arange(power.size) + 0.5

@@ -69,7 +69,7 @@ def screen_outliers_and_levels(
 def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
     """True if the median size of the samples changes by at least half of the change of their rms.
 
-    False if the change is not significant, and for a summary.
+    False for a p-value above 1 %, a constant level, or a summary.
     """
     effect = candidate.effect
     assert isinstance(effect, Modifier)
@@ -87,8 +87,9 @@ def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bo
 def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Candidate]:
     """List of refitted candidates of changes of the white-noise level that explain its power over time best.
 
-    The search covers one interval, several intervals, a periodic level, and levels that follow a
-    logged column. Candidates within `MAX_RIVAL_LOG_EVIDENCE` nats of the best are returned.
+    The search covers one interval, several intervals, a periodic level, and levels that follow a logged column.
+    Candidates within 3 nats of the best (ΔlogL less BIC cost) are returned. Empty if the power cannot be judged
+    (`level_series`) or nothing is found.
     """
     series = level_series(solution, data, whitened)
     if series is None:
@@ -116,7 +117,10 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
 
 
 def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series | None:
-    """`Series` of the power of white noise over time; None if there is too little, or if its level depends on the bias."""
+    """`Series` of the power of white noise over time; or None.
+
+    None with fewer than 64 values, or if the samples rarely change code, so that the level depends on the bias.
+    """
     calm = whitened.without_single
     power, share, freedom = white_power(solution, data, calm)
     if power is None or power.size < MIN_POWER_VALUES or _rarely_changes_code(data):
@@ -128,7 +132,11 @@ def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series |
 
 
 def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
-    """True if the periodic change repeats a fixed waveform, so that it is a spectral line instead of a noise level."""
+    """True if the periodic change repeats a fixed waveform, so that it is a spectral line instead of a noise level.
+
+    The loud samples and those one period later must have a mean product above half of the excess power. False for a
+    summary, and for a period of one sample or the record.
+    """
     effect = candidate.effect
     assert isinstance(effect, Modifier)
     samples, lag = whitened.samples, round(effect.values["period"] * data.rate)
@@ -146,7 +154,7 @@ def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
 
 
 def _rarely_changes_code(data: Data) -> bool:
-    """True if the samples rarely change code, so the noise level depends on the bias."""
+    """True if the samples are quantized and fewer than a quarter of neighboring samples differ."""
     seen = data.samples if data.missing is None else data.samples[~data.missing]
     return (
         coarse_step(seen) > 0.0 and float(np.mean(np.diff(seen) != 0.0)) < MIN_CODE_CHANGE_FRACTION
@@ -254,7 +262,7 @@ def _white_fraction(solution: Solution) -> float:
 def _square_with_ends(whitened: Whitened) -> NDArray[np.float64]:
     """Array of the squares of the whitened samples with normal tails.
 
-    The unknown ends of the record get the mean power of the samples nearby.
+    The unknown ends of the record get the mean square of the next four times as many samples.
     """
     square = whitened.with_normal_tails.samples**2
     n, ends = square.size, end_samples(square.size)
@@ -291,10 +299,10 @@ def overdispersion_without(
 
 
 def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
-    """Candidate for one interval whose white-noise level differs most from all other times; None if it is too weak.
+    """Candidate (not refitted) for one interval whose white-noise level differs most from all other times; or None.
 
-    Two levels raise logL over one by −½(d_in ln ρ_in + d_out ln ρ_out), with mean powers ρ and
-    degrees of freedom d.
+    None if ΔlogL is below 3, or if the factor differs from 1 by less than the discrepancy or its standard error. The
+    p-value is that of the coarse search, the ends are refined.
     """
     power, size = series.judged, series.judged.size
     cells = min(LEVEL_CELLS, size // 8)

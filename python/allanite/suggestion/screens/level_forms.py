@@ -160,9 +160,10 @@ def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.i
 
 
 def _partition(power: Array, count: Array, price: float) -> list[int]:
-    """List of the borders of the partition into constant levels with the largest logL less `price` per border.
+    """Ascending list of the borders of the partition into constant levels with the largest penalized logL.
 
-    It is found by dynamic programming; `count` is the degrees of freedom of each value.
+    Each border costs `price`. A border is the index of the first value after it; `count` is the degrees of freedom of
+    each value. Empty if one level is best.
     """
     total = np.concatenate([[0.0], np.cumsum(power * count)])
     size = np.concatenate([[0.0], np.cumsum(count)])
@@ -182,7 +183,11 @@ def _partition(power: Array, count: Array, price: float) -> list[int]:
 
 
 def _alternating_borders(power: Array, count: Array, borders: list[int], price: float) -> list[int]:
-    """List of the borders between two alternating levels, as cell indices, starting from the intervals of a partition."""
+    """Ascending list of the borders between two alternating levels, as cell indices, from the intervals of a partition.
+
+    Each split of the intervals into quiet and loud is tried; the most likely is returned. Empty for fewer than two
+    `borders`.
+    """
     if len(borders) < 2:
         return []
     means = np.sort(_interval_sums(power * count, borders) / _interval_sums(count, borders))
@@ -263,10 +268,11 @@ def _loss(power: Array, places: NDArray[np.int64], freedom: float) -> float:
 
 
 def screen_cycle(series: Series, model: Model) -> Candidate | None:
-    """Candidate of a periodic level with the best period and the gate that explains the power best.
+    """Candidate (not refitted) of a periodic level with the best period and the gate that explains the power best.
 
-    None if not significant. The p-value is the larger of those of H and of the best gate. H is the largest sum of
-    harmonic powers less their cost, over all frequencies.
+    None if H has a p-value above 1 %, the ΔlogL is at most 3, or the catalog has no such level. H is the largest sum of
+    harmonic powers less their cost, over all frequencies. The candidate's p-value is the larger of those of H and of
+    the gate.
     """
     from scipy.special import log_ndtr
 
@@ -319,8 +325,8 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
 def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, float, int, int]:
     """Tuple (ΔlogL, period in cells, first phase, end phase) of the best gate for about `cycles` periods in the record.
 
-    A gate is an interval of phases with another noise level. Phases are in 1/`PHASES` of a period. The end is exclusive
-    and may be above `PHASES`.
+    A gate is an interval of phases with another noise level. Phases are in 1/64 of a period. The end is exclusive and
+    may be above 64. ΔlogL is −inf if no tried period fills all phases.
     """
     cells = power.size
     best = (-np.inf, 0.0, 0, 0)
@@ -340,7 +346,8 @@ def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, floa
 def refined_gate(square: Array, period: float, first: float, share: float) -> tuple[float, ...]:
     """Tuple (period, first sample, share) of the gate that explains the squares of samples best, near a coarse gate.
 
-    Period and start are in samples. The coarse gate is known to 1/`PHASES` of a period at both ends of the record.
+    Period and start are in samples. The coarse gate is known to 1/64 of a period at both ends of the record. The coarse
+    gate is returned if no finer one is usable.
     """
     n, reach = square.size, 2 * FINE_PHASES
     phases = PHASES * FINE_PHASES
@@ -393,7 +400,10 @@ def _best_phases(sums: Array, count: Array, freedom: float) -> tuple[float, int,
 
 
 def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -> list[Candidate]:
-    """List of candidates in which the log of the noise level is linear in a column, one for each suitable column."""
+    """List of candidates in which the log of the noise level is linear in a column, one for each suitable column.
+
+    Constant columns, and columns with a ΔlogL below 3, are omitted. The candidates are not refitted.
+    """
     from scipy.special import log_ndtr
 
     blanks = [blank for blank in _level_effects(model, columns) if blank.follows is not None]

@@ -51,8 +51,8 @@ def _divide_by_level(
 ) -> list[tuple[int, float]]:
     """Divide `power` in place by the level of its neighborhood; return a list of (end, level) of each interval.
 
-    The ends are exclusive. A band that the model misses is then no line. Beside an empty bin, which has no level, no
-    power is raised; elsewhere levels are at least `floor`.
+    The ends are exclusive. A band that the model misses is then no line. Levels are at least `floor`, and at least 1
+    next to an empty bin, where the true level is unknown.
     """
     gone = np.flatnonzero(is_empty(bins))
     edges = np.unique(
@@ -77,9 +77,11 @@ def _divide_by_level(
 def screen_lines(
     solution: Solution, data: Data, whitened: NDArray[np.float64], white: NDArray[np.float64]
 ) -> tuple[Candidate, ...]:
-    """Tuple of candidates of the strongest lines of the residual, with the harmonics that stand out, refitted.
+    """Tuple of refitted candidates of up to 12 lines of the residual, the clearest first, each with its harmonics.
 
-    `whitened` is the residual in time; `white` are its ordinates whitened by the model without a discrepancy.
+    `whitened` is the residual in time; `white` are its ordinates whitened by the model without a discrepancy. Evenly
+    spaced lines become one candidate. The search ends at a peak of at most 6, or less than 3 above ln of the trials. A
+    candidate without a gain is omitted.
     """
     if solution.best.scale is not None or data.gain is not None:
         # A discrepancy would absorb a line of a few cycles; a random draw for missing samples would dilute it.
@@ -120,7 +122,7 @@ def screen_lines(
 def _refitted(
     effect: Periodic, start: float, solution: Solution, data: Data, band: tuple[int, float]
 ) -> Candidate | None:
-    """Candidate of a line or comb after the refit near the frequency `start` (Hz); None without a gain.
+    """Candidate of a line or comb after the refit near the frequency `start` (Hz); None if ΔlogL is not positive.
 
     `band` is the half-width (ordinates) and the ΔlogL of the narrow-band noise that explains the line best.
     """
@@ -159,7 +161,10 @@ def _refitted(
 
 
 def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
-    """Pair: frequency index (half cycles per record) of the clearest line, and its peak height minus ln of the trials."""
+    """Pair: frequency index (half cycles per record) of the clearest line, and its peak height minus ln of the trials.
+
+    The height is −inf if no peak is above 6.
+    """
     # Octaves and known frequencies have their own shares of the trials.
     octaves = [(2**k, 2 ** (k + 1)) for k in range(1, (ratio.size - 1).bit_length())]
     known = 2.0 * data.n / data.rate * known_bands(data.n, data.rate)
@@ -173,7 +178,10 @@ def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
 
 
 def _peaks(ratio: NDArray[np.float64], data: Data) -> list[int]:
-    """List of the frequency indices (half cycles per record) of the strongest separate lines, clearest first."""
+    """List of the frequency indices (half cycles per record) of at most 48 separate lines, clearest first.
+
+    It ends before a peak of at most 6, or less than 3 above ln of the trials.
+    """
     left, found = ratio.copy(), []
     for _ in range(MAX_SPACED_LINES):
         top, above = _strongest(left, data)
@@ -185,10 +193,10 @@ def _peaks(ratio: NDArray[np.float64], data: Data) -> list[int]:
 
 
 def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
-    """Pair: the lowest of evenly spaced lines among these `places`, and a list of all lines as multiples of it; or None.
+    """Pair: the lowest of evenly spaced lines among `places`, and an ascending list of all as multiples of it; or None.
 
-    The comb has at least `MIN_SPACED_LINES` lines, at `MIN_COMB_FRACTION` or more of the places between its lowest and
-    its highest line. None if there is no such comb, or if its lines are harmonics of the spacing.
+    The comb has at least 5 lines, at 60 % or more of the places between its lowest and its highest line. None if there
+    is no such comb, or if its lines are harmonics of the spacing.
     """
     at = np.sort(np.array(places, dtype=np.float64))
     best: tuple[int, float, float, NDArray[np.float64]] | None = None
@@ -241,8 +249,8 @@ def _periodic_effects(
 def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:
     """Pair: half-width (ordinates) and ΔlogL of the narrow-band noise that explains a line best.
 
-    Half-widths up to 2 become 0. A Lorentzian of any height is fitted to the single ordinates near the line (Whittle
-    likelihood).
+    A Lorentzian of any height and a half-width of 1, 2, 4, … 64 is fitted to the single ordinates near the line
+    (Whittle likelihood). Half-widths up to 2 are returned as 0.
     """
     j = np.arange(
         max(1, top - WIDTH_ORDINATES),
@@ -263,7 +271,10 @@ def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple
 
 
 def _wandering_note(frequency: float, width: int, surplus: float, data: Data) -> str:
-    """Sentence for a line that is narrow-band noise rather than a pure line; otherwise an empty text."""
+    """Sentence for a line that is narrow-band noise rather than a pure line; otherwise an empty text.
+
+    Empty if the band has no width, or a ΔlogL of less than 8 more than the line.
+    """
     if width == 0 or surplus < MIN_DELTA_LOGL_OVER_SIMPLER:
         return ""
     hertz = width * data.rate / (2.0 * data.n)
@@ -298,7 +309,10 @@ def _comb(ratio: NDArray[np.float64], top: int, width: int) -> tuple[int, list[i
 def _harmonics_found(
     ratio: NDArray[np.float64], top: int, divisor: int, width: int, highest: int
 ) -> list[int]:
-    """List of the multiples of the frequency `top`/`divisor`, up to `highest`, that stand out of the noise."""
+    """Ascending list of the multiples of the frequency `top`/`divisor`, up to `highest`, that stand out of the noise.
+
+    A peak stands out if it is above 8 plus ln of the number of values searched for it.
+    """
     found = []
     for m in range(1, highest + 1):
         # The place of the line is known to half an ordinate plus its width; fractions scale with it.

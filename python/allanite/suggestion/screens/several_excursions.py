@@ -44,9 +44,10 @@ def _excursion_times(event: Away) -> list[tuple[float, float]]:
 def several_excursions(
     kind: type[Deterministic], first: Away, places: float, solution: Solution, data: Data
 ) -> tuple[Away, float] | None:
-    """Pair: effect with the set of excursions least likely by chance, and the cost of their number in ln p; or None.
+    """Pair: effect with the 2 to 32 excursions least likely by chance, and the cost of their number in ln p; or None.
 
-    None if there are fewer than two. `solution` is that of the model without excursions.
+    None if a second excursion does not lower the p-value, or if they cannot be merged. `solution` is that of the model
+    without excursions.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def _next_excursion(kind: type[Deterministic], solution: Solution, data: Data) -
 
 
 def _with_height_one(event: Away) -> Away:
-    """A copy of an excursion with height 1 as a start value, before several excursions are fitted together."""
+    """Copy of an excursion with height 1, a start value before several excursions are fitted together."""
     return event.with_amplitudes(np.ones(1))
 
 

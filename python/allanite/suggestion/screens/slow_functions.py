@@ -61,8 +61,8 @@ def screen_slow(
 ) -> Screen:
     """`Screen` of a family of slow functions: the best grid point of each effect, refitted, and its richer forms.
 
-    `rival` is the solution with the best wandering process, beyond which a function must explain something.
-    `whitened` returns the whitened record of the solution, if it is needed.
+    A grid point with a ΔlogL below 3 has no candidate. `rival` is the solution with the best wandering process, beyond
+    which a function must explain something. `whitened` returns the whitened record of the solution, if it is needed.
     """
     found: list[Candidate] = []
     arcs: list[float] = []
@@ -159,7 +159,11 @@ def _significant_richer_forms(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """List of the refitted candidates of richer forms that explain significantly more than nothing, or than `simple`."""
+    """List of the refitted candidates of richer forms that explain significantly more than `simple`.
+
+    The limit is a p-value of 1 %; None as `simple` stands for no function. Refuted forms, and forms of an event already
+    in the list, are omitted.
+    """
     found: list[Candidate] = []
     for effect, (arc, _, noise) in forms.items():
         plain = 0.0
@@ -187,7 +191,10 @@ def _several_excursions(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """List with the refitted candidate of several excursions; empty if one of those found `singly` is significant."""
+    """List with the refitted candidate of several excursions; empty without one.
+
+    Empty if one of those found `singly` has a p-value below 1e-4, if `forms` has no excursion, or if the model has one.
+    """
     alone = [
         (_gain(effect, solution, noise, data), arc * starts, effect)
         for effect, (arc, starts, noise) in forms.items()
@@ -213,7 +220,7 @@ def _several_excursions(
 
 
 def _is_same_event(one: Candidate, other: Candidate, data: Data) -> bool:
-    """True if two candidates are one event, refitted from two starts."""
+    """True if two candidates are of one kind, and start and end within 1/8192 of the record of each other."""
     a, b = one.effect.when, other.effect.when
     if one.effect.kind != other.effect.kind or a is None or b is None:
         return False
@@ -229,7 +236,10 @@ def _gain(effect: Deterministic, solution: Solution, noise: Noise, data: Data) -
 def _with_best_shapes(
     effect: Deterministic, names: tuple[str, ...], solution: Solution, noise: Noise, data: Data
 ) -> Deterministic:
-    """A copy of the effect with the best shapes between the neighbors of its grid point, optimized one after the other."""
+    """Copy of the effect with the best shapes between the neighbors of its grid point, optimized in turn.
+
+    Each shape is the best of 33 values and the present one.
+    """
     known = solution.model.deterministic
     for name in names:
         grid = np.unique(effect.grid(name, data.n, data.rate))
@@ -253,11 +263,10 @@ def _refitted_candidate(
 ) -> Candidate | None:
     """Refitted candidate of a slow function; None if it is refuted.
 
-    It is refuted if it gains nothing, if it contradicts its column at one of two time scales, or if an event
-    rests on a few samples. With `over`, a ΔlogL and a family, it is also refuted if its gain above that ΔlogL is not
-    significant, or if the time of the event is not known. The smaller of two gains decides on its significance: beyond
-    the model, and beyond the best wandering process. Its score uses the whole gain: a random process that takes part of a
-    drift is not a better explanation of the drift.
+    It is refuted if it gains nothing, if it contradicts its column at one of two time scales, or if an event rests on a
+    few samples. With `over`, a ΔlogL and a family, its gain above that ΔlogL must be significant (1 %) and the time of
+    the event known. `gain` is the ΔlogL beyond the model. `judged_gain`, for the p-value, is at most that beyond the
+    best wandering process.
     """
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
@@ -287,7 +296,11 @@ def _refitted_candidate(
 
 
 def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> bool:
-    """True if a short event rests on a few samples alone: outliers, or the tails of the noise."""
+    """True if the trimmed mean of a short event has less than half of its mean: it rests on outliers.
+
+    The means are relative to an equal time before the event. False for events above 4096 samples, events without
+    duration, and summaries. With fewer than 16 samples present, True only if they are missing inside the event.
+    """
     if event.when is None or event.when[0] == event.when[1] or data.samples.size < data.n:
         return False
     first, last = (round((t - data.start) * data.rate) for t in event.when)
@@ -355,9 +368,10 @@ def score(candidate: Candidate) -> float:
 
 
 def with_gains_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
-    """Dict from family to `Screen`; a clearly worse function gets the smallest ΔlogL that it has next to a best one.
+    """Dict from family to `Screen`; functions 3 nats or more below the best score get a smaller `judged_gain`.
 
-    A step at the start looks like a warm-up, and like any temperature that rises from there.
+    It is the smallest ΔlogL that the function has in a model with one of the best. A step at the start looks like a
+    warm-up, and like any temperature that rises from there. Without candidates, `screens` is returned.
     """
     found = [c for screen in screens.values() for c in screen.candidates]
     if not found:

@@ -222,9 +222,9 @@ def _residual_maxima(
 def _with_richer_form(
     ends: list[tuple[Model, Maximum]], model: Model, best: Maximum, part: RandomPart
 ) -> tuple[Model, Maximum]:
-    """Pair (model, maximum) with a richer form of the last effect, if it gains enough; otherwise `model` and `best`.
+    """Pair (model, maximum) with a richer form of the last effect, if it gains 8 nats; otherwise `model` and `best`.
 
-    Richer forms are tried only if the model has a discrepancy.
+    The forms of the eight most likely `ends` are tried, and only if the model has a discrepancy.
     """
     if best.scale is None:
         return model, best
@@ -297,7 +297,7 @@ def _refitted_candidate(
 ) -> Candidate | None:
     """Candidate from the best of many grid points after polishing the best few and refitting the model.
 
-    None if it gains too little.
+    None if no grid point raises logL by 0.5, or if `_candidate_of_last_effect` refutes the refitted effect.
     """
     scanned = scan_added_effect(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SCORE_GAIN:

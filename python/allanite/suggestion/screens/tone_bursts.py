@@ -36,7 +36,10 @@ if TYPE_CHECKING:
 def screen_tone_bursts(
     bands: tuple[Band, ...], lasting: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Tuple of the best tone burst of each kind of the catalog, refitted, if it beats the lines and bands in `lasting`."""
+    """Tuple of the best tone burst of each kind of the catalog, refitted, if it beats the lines and bands in `lasting`.
+
+    Bands of more than 4096 values are not searched. Empty without a burst.
+    """
     # A burst does not drift, so wide bands are not needed.
     bands = tuple(band for band in bands if band.series.size <= MAX_EXHAUSTIVE_FREQUENCIES)
     blanks = blanks_of_screen("passing line", solution, data)
@@ -51,10 +54,11 @@ def _best_candidate(
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
-    """Candidate of the best tone burst over all bands; None if `lasting` lines and bands explain as much, or if refuted.
+    """Candidate of the best tone burst over all bands; None if it is refuted.
 
-    It is refuted if it cannot become significant, has fewer than `MIN_PERIODS` periods, lies on the course of a moving
-    band, is a line of the model, or if a discrepancy remains or would be needed elsewhere.
+    It is refuted if its ΔlogL is less than 8 above that of `lasting` lines and bands nearby, if it cannot become
+    significant, or if it has fewer than 4 periods. It is refuted as well on the course of a moving band, at a line of
+    the model, or if a discrepancy remains or is needed elsewhere.
     """
     noise, T = solution.noise(data), data.duration
     tried = [(band, search_burst(band)) for band in bands]
@@ -99,7 +103,10 @@ def _is_on_course(frequency: float, solution: Solution) -> bool:
 def _needs_discrepancy_elsewhere(
     frequency: float, width: float, solution: Solution, data: Data
 ) -> bool:
-    """True if the model needs a discrepancy in bins farther than `width` from the frequency (both in Hz)."""
+    """True if a discrepancy raises logL by over 3 in bins farther than `width` from the frequency (both in Hz).
+
+    False if the model has no discrepancy.
+    """
     edges = data.bins.edges / (2.0 * data.duration)
     far = (edges[1:] < frequency - width) | (edges[:-1] > frequency + width)
     if solution.best.scale is None or not far.any():
