@@ -118,18 +118,11 @@ class Suggestion:
     def score(self) -> float:
         """Rise of the log evidence plus the prior of the effect, nats; suggestions are ranked by it.
 
-        For a moving band it is the change of marginal logL of the mean spectrum, where the band competes with
-        processes.
+        The ΔlogL of a moving band already contains the cost of its course.
         """
         effect = self.effect
         if self.gives_way:
-            base = self.before.solution
-            part = RandomPart(self.before.data, base.power, base.count)
-            return (
-                part.log_likelihood_of(self.solution.best)
-                - part.log_likelihood_of(base.best)
-                + prior(effect)
-            )
+            return self.delta_log_likelihood - self.surplus + prior(effect)
         if effect.screened not in {"spectral", "slow"}:
             return 0.5 * self.delta_bic - self.surplus + prior(effect)
         return (
