@@ -19,7 +19,6 @@ from allanite.common.extensions import values_of_modules
 from allanite.common.numbers import number
 from allanite.common.threads import Pool
 from allanite.effects import Modifier, Moving, Stochastic
-from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.remembered import MIN_TRIM_SAMPLES, trim_memory
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.result import Fit, plain
