@@ -151,7 +151,7 @@ def improve_columns(
 
 
 def with_given_designs(model: Model) -> Model:
-    """A copy of a model in which the filter designs and orders that have a value are held."""
+    """Copy of a model in which the filter designs and orders that have a value are held."""
 
     def held(effect: Effect) -> Effect:
         """A copy of a filter whose choices with a value are held; other effects unchanged."""

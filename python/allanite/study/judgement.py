@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 
 def gain(before: Fit, after: Fit) -> float:
-    """Score of the model `after` minus that of `before`, nats: the change of log evidence plus that of the effects' priors.
+    """Score of the model `after` minus that of `before`, nats: change of log evidence plus that of the priors.
 
-    The change of the priors is limited to ±`MAX_RIVAL_LOG_EVIDENCE`, as of one effect, so that priors do not favor the
-    model with more effects.
+    The change of the effects' priors is limited to ±3 nats, as of one effect, so that priors do not favor the model
+    with more effects.
     """
     change = sum(map(prior, after.model)) - sum(map(prior, before.model))
     change = min(max(change, -MAX_RIVAL_LOG_EVIDENCE), MAX_RIVAL_LOG_EVIDENCE)
@@ -53,7 +53,9 @@ def discrepancy_rises(before: Fit, after: Fit) -> bool:
 def no_error_rises(before: Fit, after: Fit) -> bool:
     """True if neither the discrepancy nor the Allan error rises by more than its own scatter.
 
-    Also True without a comparison if the last effect excludes outliers.
+    The discrepancy rises if its interval lies above the old one. The Allan error may rise to twice its scatter, but at
+    no single τ by more. Without an Allan error only the discrepancy counts. Always True if the last effect excludes
+    outliers.
     """
     old, new = before.curve, after.curve
     other = after.data is not before.data and removes(after.model.effects[-1])
@@ -134,7 +136,7 @@ def changed_bins(before: Fit, after: Fit) -> NDArray[np.bool_]:
 
 
 def is_doubtful_event(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
-    """True if a one-time event has weak evidence and raises the Allan error above its scatter.
+    """True if a one-time event has p > 1e-4 and raises the Allan error above its scatter.
 
     Such an event is probably part of another effect.
     """
@@ -147,6 +149,6 @@ def is_doubtful_event(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
 
 
 def leaves_others_unchanged(before: Fit, rung: Rung) -> bool:
-    """True if the step `rung` changes no bin of the spectrum and adds no slow function of time."""
+    """True if the step `rung` changes no bin of the spectrum beyond its scatter and adds no slow function of time."""
     slow = any(isinstance(effect, Deterministic) and effect.low for effect in rung.new)
     return not slow and not changed_bins(before, rung.fit).any()

@@ -68,9 +68,10 @@ class Rung:
 
     @property
     def changes(self) -> tuple[str, ...]:
-        """Tuple of texts of the changes, one for each kind: ``+ sinusoid``, ``− rate random walk``, ``− 2 × resonance``.
+        """Tuple of texts of the changes: ``+ sinusoid``, ``− rate random walk``, ``− 2 × resonance``.
 
-        Additions come first. Effects that left and came back in the same step are omitted.
+        Additions come first, one text each; removals have one text for each kind. Effects that left and came back in
+        the same step are omitted. Empty for the first step.
         """
         further = {e.kind for e in self.new if e.further} & set(self.removed)
         # An effect that left and came back with another one has not changed.
@@ -125,8 +126,8 @@ def rung_of(
 ) -> Rung:
     """`Rung` from one state of a search to another; `added` is the first new effect of the kind `named`.
 
-    If none has this kind, `added` is a new effect whose kind has not left. `risen` (ΔlogL) is needed if the logL of the
-    fits is not comparable; by default it is their difference.
+    If none has this kind, `added` is a new effect, preferably of a kind that has not left; None without new effects.
+    `risen` (ΔlogL) is needed if the logL of the fits is not comparable; by default it is their difference.
     """
     lost = after.lost_since(before)
     gone = tuple(before.fit.model.effects[place].kind for place in lost)
@@ -188,7 +189,7 @@ class Study:
 
     @property
     def fit(self) -> Fit:
-        """The last fit."""
+        """`Fit` of the last step."""
         return self.ladder[-1].fit
 
     @property
@@ -241,7 +242,7 @@ class Study:
 
     @cached_property
     def undecided(self) -> Undecided | None:
-        """`Undecided`: the models that explain the record as well as the last, and values over all of them.
+        """`Undecided`: the models that explain the record as well as the last, and values over all of them. Cached.
 
         None if there are none.
         """
@@ -249,7 +250,10 @@ class Study:
 
     @property
     def left(self) -> list[str]:
-        """List of sentences about what the last model does not explain; empty if the model suffices."""
+        """List of sentences about what the last model does not explain; empty if the model suffices.
+
+        If no view fails and there is no doubt, one sentence says so.
+        """
         if self._is_good_enough:
             return []
         return [*self.check.left, *self.doubts] or [self.check.nowhere]
@@ -402,7 +406,7 @@ def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
     """Tuple of the unexplained misfit of each step, % of the largest (usually that of the first step).
 
     The misfit of the last step is the logL that a saturated model gains, less its expectation for a true model. That of
-    an earlier step adds the ΔlogL of all later steps.
+    an earlier step adds the ΔlogL of all later steps. Negative misfits count as 0; all are 100 % without any misfit.
     """
     left = [max(ladder[-1].fit.excess, 0.0)]
     for before, rung in reversed(list(itertools.pairwise(ladder))):

@@ -28,9 +28,9 @@ def is_line(effect: Effect | None) -> bool:
 def is_same_feature(one: Effect, other: Effect, fit: Fit) -> bool:
     """True if two effects describe one hump or gap of the spectrum.
 
-    This holds for a line in or near a band (a wandering line leaves single ordinates in the flanks of a band); for two
-    bands of similar width, one with its middle in the other (the hump is no pure resonance); for an effect on the course of
-    a moving band; and for a band and a filter that removes it, since each would grow against the other.
+    This holds for a line within 10/T of a band, and for two bands whose half-widths differ by less than a factor of 3,
+    if one has its middle in the other. It also holds for an effect on the course of a moving band, and for a band and a
+    filter that removes it. False for two lines, two filters, or an effect without a frequency.
     """
     a, b = one.occupies, other.occupies
     if a is None or b is None:
@@ -57,10 +57,10 @@ def line_distance(one: Effect, other: Effect) -> float:
 
 
 def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> bool:
-    """True if at least half of an effect, or of its moments, lies between two times.
+    """True if at least half of an effect, or of its moments, lies between the two times of `when`, s.
 
-    For a function of time and for a noise level, nearly all of its changes must lie there. A change of level of a band
-    compares the times inside and outside its interval, so it lies there if most of either does.
+    For a function of time and for a noise level, 90 % of its changes must lie there. A change of level of a band
+    compares the times inside and outside its interval, so either may lie there. False for other effects.
     """
     first, last = when
     if isinstance(effect, Modifier) and effect.moments:

@@ -85,7 +85,7 @@ class Search:
                     self.ladder.append(further)
 
     def _check_of_last_fit(self) -> Check:
-        """`Check` of the last fit; stores it, reports progress, and frees memory that only earlier fits need."""
+        """`Check` of the last fit; stores it as `check`, reports progress, and frees memory of earlier fits."""
         fit = self.ladder[-1].fit
         for rung in self.ladder[:-1]:
             rung.fit.forget_check()
@@ -129,7 +129,10 @@ class Search:
 
 
 def is_full(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:
-    """True if the search has made as many additions as it may: more than `limit`, or `MAX_EVENTS` lines and exclusions."""
+    """True if the search has made `limit` additions or more, or 32 lines and exclusions.
+
+    The first step, lines and exclusions do not count towards `limit`.
+    """
     independent = sum(rung.added is not None and _is_independent(rung.added) for rung in ladder)
     return independent >= MAX_EVENTS or len(ladder) - independent > limit
 

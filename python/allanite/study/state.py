@@ -43,7 +43,10 @@ class State:
         return cls(fit, tuple(range(len(kinds))), kinds[:given], len(kinds))
 
     def after(self, fit: Fit, gone: Collection[int] = ()) -> State:
-        """State of a later fit whose model lacks the effects at the indices `gone` and has new effects at its end."""
+        """State of a later fit whose model lacks the effects at the indices `gone` and has new effects at its end.
+
+        A new effect that may occur once, of a kind of the user's model, counts as the user's.
+        """
         numbers = [n for place, n in enumerate(self.numbers) if place not in gone]
         used = self.used
         for effect in fit.model.effects[len(numbers) :]:
@@ -75,7 +78,7 @@ class State:
 
 
 def state_of(ladder: Sequence[Rung]) -> State:
-    """`State` at the end of a ladder; effects of steps made by hand are recognized by kind and frequency."""
+    """`State` at the end of the steps `ladder`; effects of steps made by hand are recognized by kind and frequency."""
     state = State.of(ladder[0].fit)
     for rung in ladder[1:]:
         if rung.numbers:

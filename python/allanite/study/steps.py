@@ -59,7 +59,10 @@ def next_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
 
 
 def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
-    """Pair of the next step after a check of the last fit and the suggestions that it adds; None if nothing helps."""
+    """Pair of the next step after a check of the last fit and the suggestions that it adds; None if nothing helps.
+
+    Suggestions are tried first, then a replacement (empty suggestions), then suggestions that are not significant.
+    """
     before = state_of(ladder)
     for suggestion in _candidates(check):
         found = _step_with(ladder, before, suggestion, check)
@@ -72,8 +75,8 @@ def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
 def _candidates(check: Check) -> list[Suggestion]:
     """List of the suggestions to try, best first; empty without significant suggestions.
 
-    The significant ones come after those that explain the misfit of the first of them with a clearly higher score. The
-    p-value of one shows that an effect is missing; the scores tell which.
+    Suggestions with a score 3 nats above the first significant one that explain the same misfit precede the significant
+    ones. The p-value shows that an effect is missing; the scores tell which.
     """
     significant = list(check.significant)
     if not significant:
@@ -85,10 +88,10 @@ def _candidates(check: Check) -> list[Suggestion]:
 
 
 def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) -> Found | None:
-    """Step and suggestions that make a rejected fit adequate by the best suggestion that is not significant; else None.
+    """Step and suggestions that make a rejected fit adequate by the best suggestion that is not significant; or None.
 
-    None as well if the fit is adequate. The fit of the whole curve has shown that an effect is missing, so clear
-    evidence which one suffices.
+    The suggestion must have a score above 3 nats. None as well if the fit is adequate. The whole curve has shown that
+    an effect is missing, so clear evidence which one suffices.
     """
     if check.fit.adequate:
         return None
@@ -102,10 +105,10 @@ def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) 
 
 
 def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
-    """Pair of a last step after an adequate check and its suggestions; the step adds no effect. None if nothing helps.
+    """Pair of a last step after an adequate check and its suggestions; None if nothing helps.
 
-    A moving band may replace a band, one effect may replace all excursions, a nameless shape a stack of effects, or an
-    alternative with a higher score an effect.
+    The step never adds more effects than it removes. A moving band may replace a band, one effect all excursions, a
+    nameless shape a stack of effects, or an alternative with a higher score an effect.
     """
     before = state_of(ladder)
     for suggestion in check.significant:
@@ -118,9 +121,10 @@ def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
 
 
 def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
-    """`Rung` with the largest gain that merges a stack of effects, or drops, replaces or splits one; None if none gains.
+    """Step with the largest expected gain that merges a stack of effects, or drops, replaces or splits one; or None.
 
-    New effects that the record does not show are removed again, and no error may rise beyond its scatter.
+    It must gain 0.5 nats of score, or 3 nats of evidence. New effects that the record does not show are removed again,
+    and no error may rise beyond its scatter. No model of the search may lead the result by more than 3 nats.
     """
     before = state_of(ladder)
     shape = with_nameless_shape(ladder, before)
@@ -151,7 +155,10 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
 
 
 def _with_detected(before: State, after: State) -> State | None:
-    """State after a step without its new effects that are not detected; None if none of them is detected."""
+    """State after a step without its new effects that are not detected; None if none of them is detected.
+
+    `after` itself if all are detected.
+    """
     new = after.new_since(before)
     absent = [place for place in new if not is_detected(after.fit, place)]
     if not absent:
@@ -168,7 +175,8 @@ def further_steps(
     """Iterator over further steps from the same check, as long as a new check would find the same.
 
     Lines do not affect each other. After any other addition, the spectrum must not have changed, and no effect may have
-    left. Suggestions that explain the same misfit as those `added` are left to the next check.
+    left. Suggestions that explain the same misfit as those `added` are left to the next check. The arguments are not
+    changed.
     """
     ladder, added = list(ladder), list(added)
     lines, still = is_line(ladder[-1].added), leaves_others_unchanged(check.fit, ladder[-1])
@@ -199,7 +207,10 @@ def further_steps(
 def _step_with(
     ladder: Sequence[Rung], before: State, suggestion: Suggestion, check: Check
 ) -> Found | None:
-    """Pair of a step that adds `suggestion` and all suggestions that it adds; None if it does not help."""
+    """Pair of a step that adds `suggestion` and all suggestions that it adds; None if it does not help.
+
+    None as well if too few samples remain, if an event cannot be placed in time, or if it is doubtful.
+    """
     try:
         found = _merged_or_added(before, suggestion, check)
     except TooShortError:
@@ -272,6 +283,6 @@ def _settled(ladder: Sequence[Rung], before: State, added: State, check: Check) 
 
 
 def _is_unchanged(before: Fit, after: Fit) -> bool:
-    """True if the model has the same kinds of effects as before and explains no more."""
+    """True if the model has the same kinds of effects as before and gains less than 3 nats."""
     old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
     return old == new and gain(before, after) < MAX_RIVAL_LOG_EVIDENCE

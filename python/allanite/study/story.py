@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
-    """Tuple of the steps that users read: they add the effects of the last model one after the other to the first model.
+    """Tuple of the steps that users read: they add the effects of the last model in turn to the first model.
 
     A search that never dropped an added effect, and never raised an error beyond its scatter, is returned unchanged.
-    Otherwise each step adds the effect that raises logL most among those that do not raise the Allan error, or else among
-    those that raise no error beyond its scatter. If there is none, all remaining effects are added at once. Samples are
-    excluded first. An initial effect that the last model lacks is dropped as soon as the evidence is higher without it.
+    Otherwise each step adds the effect that raises logL most and does not raise the Allan error, or else raises no
+    error beyond its scatter. If there is none, all remaining effects are added at once. Samples are excluded first. An
+    initial effect that the last model lacks is dropped as soon as the evidence is higher without it.
     """
     if _is_direct(ladder):
         return tuple(ladder)
@@ -114,7 +114,11 @@ def _fit_of_step(
 def _step_with_record(
     ladder: Sequence[Rung], fit: Fit, new: list[Effect], gone: list[Effect]
 ) -> Rung:
-    """Step (`Rung`) of a fit with the trials, and if needed the ΔlogL, that the search recorded for its first effect."""
+    """Step of a fit with the trials that the search recorded for its first effect; None for an unknown effect.
+
+    The recorded ΔlogL is used as well for exclusions, levels over time and moving bands, which the mean spectrum does
+    not show.
+    """
     known = next((r for r in ladder if any(e.kind == new[0].kind for e in r.new)), None)
     # The mean spectrum does not show exclusions, levels over time and moving bands, so the search's ΔlogL is used.
     in_time = isinstance(new[0], Modifier) and (new[0].removes or new[0].passing)

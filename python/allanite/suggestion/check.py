@@ -87,12 +87,18 @@ class Check:
 
     @property
     def left(self) -> list[str]:
-        """List of sentences: one or two per view on which the model fails, and one for an unexplained shape."""
+        """List of sentences: one or two per view on which the model fails, one for an unexplained shape.
+
+        Empty if no view fails and no shape remains.
+        """
         return [*self.where.sentences(), *([] if self.rest is None else [str(self.rest)])]
 
     @property
     def nowhere(self) -> str:
-        """Sentence that replaces the list of failures if no view fails; it depends on the verdict."""
+        """Sentence that replaces the list of failures if no view fails.
+
+        It says that the model is adequate, which effects are missing, or that the whole curve differs.
+        """
         if self.adequate:
             return "no view fails significantly"
         if self.significant:

@@ -103,7 +103,10 @@ def _outliers_lead(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
 
 
 def _is_clustered(taken: NDArray[np.bool_]) -> bool:
-    """True if the samples masked by `taken` lie in clusters of at least `MIN_OUTLIERS_PER_CLUSTER` on average."""
+    """True if the samples masked by `taken` lie in clusters of at least 4 on average.
+
+    Samples at most 1/256 of the record apart are in one cluster.
+    """
     at = np.flatnonzero(taken)
     places = 1 + np.count_nonzero(np.diff(at) > taken.size // LEVEL_CELLS)
     return bool(at.size >= MIN_OUTLIERS_PER_CLUSTER * places)
@@ -127,7 +130,7 @@ def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
 
 
 def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
-    """True if the score of every other significant suggestion is below `MAX_EXPLAINED_REMAINDER` times this score.
+    """True if the score of every other significant suggestion is below a tenth of this score.
 
     For a change of the noise level, other changes of the level do not count. False if burst noise or a disturbance is
     significant.

@@ -94,7 +94,10 @@ def min_excess(count: float) -> float:
 
 
 def arc_length(directions: NDArray[np.float64]) -> float:
-    """Sum of the angles between successive rows of unit vectors, rad; `directions` has shape (points, dimension)."""
+    """Sum of the angles between successive rows of unit vectors, rad; 0 for fewer than two rows.
+
+    `directions` has shape (points, dimension).
+    """
     if directions.shape[0] < 2:
         return 0.0
     cosine = np.clip(np.einsum("ij,ij->i", directions[1:], directions[:-1]), -1.0, 1.0)

@@ -363,9 +363,9 @@ def _suggestion(
 ) -> Suggestion:
     """Suggestion of a candidate: its ΔlogL, its p-value corrected for all `searches`, and its fit.
 
-    `surplus` is the ΔlogL that a discrepancy of the model without the effect explains. It is added to the ΔlogL if the
-    model with the effect needs no discrepancy. `scatter` is the overdispersion: it raises the p-value, except that of
-    levels, outliers and excluded segments, and leaves the ΔlogL as it is.
+    `surplus` is the ΔlogL that a discrepancy of the model without the effect explains. It is added if the model with
+    the effect needs no discrepancy. `scatter`, the overdispersion, raises the p-value, except that of levels, outliers
+    and excluded segments. `removes_percent` is NaN and `rivals` empty until later steps fill them.
     """
     from scipy.special import log_ndtr
 
@@ -424,10 +424,10 @@ def _with_shares(fit: Fit, judged: list[Suggestion]) -> list[Suggestion]:
 
 
 def _removed_misfit(fit: Fit, suggestion: Suggestion) -> float:
-    """Misfit of the spectrum that a suggestion removes, nats: its ΔlogL.
+    """Misfit of the spectrum that a suggestion removes, nats, at least 0: its ΔlogL.
 
-    For exclusions, changes of level and moving bands, whose evidence is not in the spectrum, it is the fall of the misfit
-    of the remaining samples.
+    For exclusions, changes of level and moving bands, whose evidence is not in the spectrum, it is the fall of the
+    misfit of the remaining samples.
     """
     if _changes_over_time(suggestion.effect):
         return max(max(fit.excess, 0.0) - max(suggestion.found.excess, 0.0), 0.0)

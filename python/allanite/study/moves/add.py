@@ -31,9 +31,9 @@ def with_addition(
 ) -> State | None:
     """State with one more effect, without the effects in its place; None if it does not help.
 
-    Of a line and a band at one frequency only the one with more evidence stays. Several of the suggested `lines` may
-    together replace one band. Added effects inside an excluded segment are removed. The user's effects are never
-    removed.
+    Of a line and a band at one frequency only the one with 3 nats more evidence stays. Several of the suggested `lines`
+    may together replace one band. Added effects inside an excluded segment are removed. None as well if an effect of
+    the user's model would have to leave.
     """
     fit = before.fit
     effect = addition if isinstance(addition, Effect) else addition.effect
@@ -65,7 +65,7 @@ def with_addition(
 
 
 def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
-    """Tuple of the lines after the first that are far enough from all others to be resolved.
+    """Tuple of the lines after the first that are far enough from all others to be resolved: more than 10/T.
 
     Empty if the first effect is no line.
     """
@@ -81,12 +81,12 @@ def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
 def with_second_effect(
     before: State, after: State, check: Check, falls: bool
 ) -> tuple[State, Suggestion] | None:
-    """Pair: state with a second effect with which no error rises beyond its scatter, and the suggestion of it; else None.
+    """Pair: state with a second effect with which no error rises beyond its scatter, and the suggestion of it; or None.
 
     It is needed if the first addition alone raises an error. The second effect is one that `check` found missing. If
     none of those helps, the model with the addition is checked. Its suggestions are added, or replace the addition. If
-    only the discrepancy rises, within its interval (`falls`), the second effect must gain `MAX_RIVAL_LOG_EVIDENCE` and
-    lower the discrepancy.
+    only the discrepancy rises, within its interval (`falls`), the second effect must gain 3 nats and lower the
+    discrepancy.
     """
     new = after.fit.model.effects[-1].kind
     if falls:
@@ -108,10 +108,10 @@ def with_second_effect(
 def _first_tolerable_pair(
     before: State, after: State, suggestions: Sequence[Suggestion]
 ) -> tuple[State, Suggestion] | None:
-    """Pair of a state with one of the `suggestions` added, and that suggestion; None if an error always rises.
+    """Pair of a state with one of the `suggestions` added, and that suggestion; or None.
 
     It is the first suggestion with which the Allan error does not rise, otherwise the first with which no error rises
-    beyond its scatter.
+    beyond its scatter. Only the first 8 are tried; explained effects and worse predictions are skipped.
     """
     tolerable: tuple[State, Suggestion] | None = None
     for suggestion in suggestions[:MAX_FORMS_TRIED]:

@@ -93,7 +93,7 @@ def _may_be_dropped(fit: Fit, place: int, needed: Collection[str]) -> bool:
 def _without(fit: Fit, place: int, given: bool) -> Fit | None:
     """Fit without the effect at index `place` if the effect is needless; None if it is needed.
 
-    An added effect is needless if the score rises without it, a given one if logL falls by less than `MIN_SCORE_GAIN`.
+    An added effect is needless if the score rises by 0.5 nats without it, a given one if logL falls by less than 0.5.
     """
 
     def gains(less: Solution) -> float:

@@ -28,10 +28,11 @@ if TYPE_CHECKING:
 
 
 def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> State | None:
-    """State with one effect for all excursions that the search has added and all that are still missing; or None.
+    """State with one effect for all excursions, those that the search has added and those still missing; or None.
 
-    Each further excursion must explain more than any other slow function, and something in addition to the best random
-    process of the `suggestions`. All together must leave a model that is as good.
+    At most 32 in all. Each further excursion must explain more than any other slow function, and something in addition
+    to the best random process of the `suggestions`. All together must leave a model that is as good; otherwise only the
+    known ones are merged. None if fewer than two remain.
     """
     fit = before.fit
     places = [p for p in before.added if isinstance(fit.model.effects[p], Away)]
@@ -61,7 +62,10 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
 
 
 def _missing_excursion(solution: Solution, data: Data, rival: Solution | None) -> Away | None:
-    """Excursion that explains more than all other slow functions that may be missing, if it is significant; else None."""
+    """Excursion that explains more than all other slow functions that may be missing; or None.
+
+    None if it is not the best one or has a p-value above 1 %.
+    """
     slow = slow_families(solution.model, data.covariates)
     whitened = cache(lambda: whiten(solution, data))
     screens = {

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 
 def with_merged_levels(before: State) -> State | None:
-    """State in which one effect replaces several changes of level, and includes those still missing.
+    """State in which one effect replaces several changes of level, and includes those still missing; or None.
 
-    None if none explains more. One or two separate intervals need not be merged. Candidates are what a search finds
-    without the changes, and the changes combined. The one with the highest score of the power of the white noise over
-    time is taken. None if no candidate explains more than the changes without the last.
+    Candidates are what a search finds without the changes, and the changes combined. The one with the highest score of
+    the power of the white noise over time is taken. None if no candidate explains 3 nats more than the changes without
+    the last.
     """
     fit = before.fit
     changes, places = _added_level_changes(before)

@@ -34,8 +34,8 @@ def with_harmonics_or_side_bands(before: State, after: State) -> State:
     """State to which the harmonics of a new narrow band are added, or in which a modulated band replaces it.
 
     The new band is the last effect of `after`. If it has side bands, it is modulated. If it is a side band of a present
-    band, the present band is modulated, and others may be too. Each change must gain `MAX_RIVAL_LOG_EVIDENCE` and raise
-    no error. `after` is returned unchanged if nothing helps.
+    band, the present band is modulated, and others may be too. Each change must gain 3 nats and raise no error. `after`
+    is returned unchanged if nothing helps.
     """
     place = len(after.fit.model) - 1
     band = after.fit.model.effects[place]
@@ -65,7 +65,10 @@ def _is_band(effect: Effect, data: Data) -> bool:
 
 
 def _moves(fit: Fit, band: Effect) -> bool:
-    """True if the frequency of `band` changes significantly over the record, which makes it as wide as side bands do."""
+    """True if the frequency of `band` changes significantly (1 %) over the record.
+
+    A moving band is as wide as one with side bands.
+    """
     bands = [b for b in bands_that_may_move(fit.solution, fit.data) if b.effect is band]
     found = screen_drifting_bands(bands, fit.solution, fit.data)
     return any((c.log_p_value or 0.0) < np.log(FALSE_ALARM_PROBABILITY) for c in found)
@@ -97,7 +100,10 @@ def _with_modulated_band(before: State, band: Effect) -> State | None:
 
 
 def _modulated_by(effect: Effect, band: Effect) -> Stochastic | None:
-    """Modulated form of the band `effect` if the weaker `band` may be its side band; else None."""
+    """Modulated form of the band `effect` if the weaker `band` may be its side band; or None.
+
+    The distance must be 6 half-widths to half of the lower end of `effect`. None if `effect` is modulated already.
+    """
     assert isinstance(effect, Stochastic)
     assert isinstance(band, Stochastic)
     a, b = effect.occupies, band.occupies
@@ -139,9 +145,9 @@ def _is_near_peak(effect: Effect, peak: tuple[float, float]) -> bool:
 
 
 def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
-    """Fit with the harmonics of a narrow band of the model that raise the score, lowest first.
+    """Fit with the harmonics (up to the 12th) of a narrow band that raise the score by 3 nats, lowest first.
 
-    The same fit if none does.
+    The same fit if none does, or if the band is not fitted to single ordinates.
     """
     if not isinstance(effect, Stochastic) or not is_fitted_to_ordinates(effect, fit.data):
         return fit
@@ -183,8 +189,8 @@ def _with_side_bands(state: State, place: int) -> State:
     """State with the narrow band at index `place` modulated, if the record shows its side bands; else the same state.
 
     Side bands have equal distances on both sides and the width of the band. The distance tried is the one at which the
-    power on both sides stands out most. The gain must exceed `MAX_RIVAL_LOG_EVIDENCE` and ln of the number of
-    distances. The score must also be above that of one more band on the stronger side.
+    power on both sides stands out most. The gain must exceed 3 nats plus ln of the number of distances. The score must
+    also be above that of one more band on the stronger side.
     """
     fit = state.fit
     effect, data = fit.model.effects[place], fit.data

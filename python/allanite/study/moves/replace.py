@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 def replacements(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
     """Iterator over (expected gain in nats, indices of the replaced effects, model) with one or two effects replaced.
 
-    A declared alternative replaces one effect; two slow processes may be replaced together. The new effects are the
-    last of the model. A model whose evidence leads by more than `MAX_RIVAL_LOG_EVIDENCE` has an expected gain above the
-    limit whatever the priors are.
+    A declared alternative replaces one effect; two slow processes may be replaced together. Only detected effects are
+    replaced. The new effects are the last of the model. A lead of more than 3 nats of evidence suffices whatever the
+    priors are.
     """
     effects = fit.model.effects
     for lead, places, solution in fit.instead_of_two:
@@ -42,7 +42,7 @@ def replacements(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
 def _promised(lead: float, priors: float) -> float:
     """Expected gain, nats, of a model whose log evidence leads by `lead`; `priors` is the change of the log priors.
 
-    If the lead exceeds `MAX_RIVAL_LOG_EVIDENCE`, the gain is above `MIN_SCORE_GAIN` whatever the priors are.
+    If the lead exceeds 3 nats, the gain is above 0.5 nats whatever the priors are.
     """
     return lead + max(priors, MIN_SCORE_GAIN - MAX_RIVAL_LOG_EVIDENCE)
 

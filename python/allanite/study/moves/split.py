@@ -35,7 +35,10 @@ def splits(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
 
 
 def _filters_beside(fit: Fit, place: int) -> Iterator[int]:
-    """Iterator over indices of filters that may have the wrong design because the broad hump at `place` makes up for it."""
+    """Iterator over indices of filters whose wrong design the broad hump at `place` may make up for.
+
+    Empty if the effect at `place` is no broad hump.
+    """
     out = fit.model.effects[place]
     if is_broad(out):
         for other, effect in enumerate(fit.model.effects):

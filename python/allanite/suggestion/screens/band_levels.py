@@ -120,9 +120,10 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
 
 
 def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
-    """List of the candidates whose score is within `MAX_RIVAL_LOG_EVIDENCE` nats of the best score.
+    """List of the candidates whose score is within 3 nats of the best score.
 
-    None entries are dropped. All others are left for the next check. `n` is the number of samples in the BIC cost.
+    The score is ΔlogL less the BIC cost for `n` samples. None entries are dropped. All others are left for the next
+    check.
     """
     price = 0.5 * np.log(max(n, 2))
     worth = [(c.gain - price * c.parameters, c) for c in found if c is not None]
@@ -131,7 +132,7 @@ def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
 
 
 def _interval(power: Array) -> tuple[float, float, float]:
-    """Tuple (start, end, ln p) of the interval whose power differs most; start and end are fractions of the record."""
+    """Tuple (start, end, ln p) of the interval with the lowest p-value for another power; fractions of the record."""
     size = power.size
     freedom = 1.0 / overdispersion(power)
     cells = min(LEVEL_CELLS, size // 8)
@@ -142,7 +143,10 @@ def _interval(power: Array) -> tuple[float, float, float]:
 
 
 def _largest_delta_logl(power: Array) -> float:
-    """ΔlogL of the interval whose power differs most; 0 for fewer than 16 values."""
+    """ΔlogL of the interval with the lowest p-value for another power, over its overdispersion.
+
+    0 for fewer than 16 values.
+    """
     cells = min(LEVEL_CELLS, power.size // 8)
     if cells < 2:
         return 0.0

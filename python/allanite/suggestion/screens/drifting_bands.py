@@ -107,9 +107,9 @@ def _moving(band: Stochastic, course: tuple[float, ...]) -> Moving | None:
 
 
 def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Candidate | None:
-    """Candidate in which a moving band replaces a band of the model (`own`) and others on its course.
+    """Refitted candidate in which a moving band replaces a band of the model (`own`) and others on its course.
 
-    None if it does not move.
+    None if the frequency does not change, or if the moving band has no power after the refit.
     """
     low, high = own.effect.occupies or (0.0, 0.0)
     width = (high - low) / (high + low)

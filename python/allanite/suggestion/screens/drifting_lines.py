@@ -56,9 +56,10 @@ def bands_with_excess(
     data: Data,
     white: NDArray[np.float64],
 ) -> tuple[Band, ...]:
-    """Tuple of bands that may hold a line that drifts or is switched; empty for a summary or with missing samples.
+    """Tuple of bands that may hold a line that drifts or is switched.
 
-    A summary keeps only the lowest ordinates, so a band has no phase. `white` are the whitened ordinates.
+    Empty for a summary, which keeps only the lowest ordinates, and with missing samples. `white` are the whitened
+    ordinates.
     """
     if not has_all_ordinates(data):
         return ()
@@ -72,7 +73,10 @@ def bands_with_excess(
 def screen_drifting_lines(
     bands: tuple[Band, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Tuple of the best drifting line of each kind of the catalog, refitted, if it explains more than `lines`."""
+    """Tuple of the best drifting line of each kind of the catalog, refitted, if it explains more than `lines`.
+
+    Empty without `bands`.
+    """
     blanks = blanks_of_screen("drifting line", solution, data)
     found = (_best_candidate(blank, bands, lines, solution, data) for blank in blanks if bands)
     return tuple(c for c in found if c is not None)
@@ -93,7 +97,8 @@ def solved_with(
 ) -> tuple[Solution, Deterministic, float]:
     """Tuple (solution with one more effect, the fitted effect, ΔlogL of that effect alone).
 
-    The ΔlogL uses the noise without the line, so that the line in its cells does not count as discrepancy.
+    The ΔlogL uses the noise without the line, so that the line does not count as discrepancy. It is at most the rise of
+    logL of the whole fit.
     """
     refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
     last = refitted.model.deterministic[-1]

@@ -132,9 +132,9 @@ def screen_outliers(
     """Function that refits the candidate that excludes outliers; None if the record has none.
 
     Outliers are samples of the whitened record beyond the limit that normal noise reaches in 1 % of records. The scale
-    comes from quantiles, which a few percent of outliers do not move. The ΔlogL is that of a separate level for each
-    outlier, less ln n for choosing it. None as well if it is not positive, if more than `MAX_EXCLUDED_FRACTION` of the
-    samples are outliers, for a summary, and for a record of few codes.
+    comes from quantiles. The ΔlogL is that of a separate level for each outlier, less ln n for choosing it. None as
+    well if it is not positive, if more than 20 % of the samples are outliers, for a summary, and for a record of few
+    codes.
     """
     from scipy.special import log_ndtr
 
@@ -365,9 +365,9 @@ def _power_ratio(
 
 
 def _is_loud(power: NDArray[np.float64], freedom: float, first: float, last: float) -> bool:
-    """True if the mean relative power between two fractions of the record is significantly above 1.
+    """True if the mean relative power between two fractions of the record is significantly (1 %) above 1.
 
-    False without values.
+    The first and the last value are ignored. False without values.
     """
     from scipy.special import chdtrc
 
@@ -391,7 +391,10 @@ def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], fl
 
 
 def delta_logl_of_separate_levels(whitened: Whitened, first: float, last: float) -> float:
-    """ΔlogL of separate levels of all octaves, louder or quieter, between two fractions of the record."""
+    """ΔlogL of separate levels of all octaves, louder or quieter, between two fractions of the record.
+
+    Octaves that do not resolve the interval add nothing; at least 0.
+    """
     return sum(
         rise for rise, _ in _octave_levels(octaves_of(whitened.with_normal_tails), first, last)
     )

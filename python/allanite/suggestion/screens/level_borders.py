@@ -47,8 +47,8 @@ def borders_between_values(
 ) -> NDArray[np.int64]:
     """Array of the most likely borders between intervals of constant level, as indices of values.
 
-    Borders and levels are refined alternately until neither changes, because borders of coarse cells are far off in
-    logL. Intervals of the same factor have one level.
+    Borders and levels are refined alternately until no border moves, at most 20 times. Intervals of the same factor
+    have one level and keep at least `least` values.
     """
     for _ in range(MAX_ROUNDS):
         before, places = (
@@ -82,7 +82,10 @@ def borders_within_cells(
     at = np.arange(power.size) + 0.5
 
     def levels(borders: Sequence[float]) -> list[float]:
-        """List of the mean power of each interval, without the blurred cells at its borders."""
+        """List of the mean power of each interval, without the 12 blurred cells at its borders.
+
+        Intervals of the same factor have one mean. An interval without other cells gets its factor squared.
+        """
         ends = [0.0, *borders, float(power.size)]
         inside: dict[float, list[Array]] = {}
         for factor, (low, high) in zip(known, pairwise(ends), strict=True):

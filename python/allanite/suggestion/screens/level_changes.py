@@ -50,9 +50,10 @@ if TYPE_CHECKING:
 def screen_outliers_and_levels(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, list[Candidate]]:
-    """Pair: candidate of outliers or None, and list of candidates of level changes in the samples without these outliers.
+    """Pair: candidate of outliers or None, and list of candidates of level changes without these outliers.
 
-    If most samples of an interval are louder, the change of level comes first and outliers are left for the next step.
+    If most samples of an interval are louder, the change of level comes first: outliers are None and left for the next
+    step.
     """
     refit_outliers = screen_outliers(solution, data, whitened.samples)
     found = screen_levels(solution, data, whitened)
@@ -189,10 +190,10 @@ def count_of_level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
 def _with_refined_times(
     candidate: Candidate, series: Series, solution: Solution, data: Data, whitened: Whitened
 ) -> Candidate:
-    """Candidate with its times refined to single samples, and with the factors that follow from these times.
+    """Copy of a candidate with its times refined to single samples, and with the factors that follow from these times.
 
     Loud samples outside of coarse times would be outliers. A summary has no samples; its cells of power refine the
-    times.
+    times. The same candidate is returned without times, or if refined times are out of order.
     """
     effect = candidate.effect
     if isinstance(effect, Level) and "period" in effect.values:
@@ -231,7 +232,10 @@ def _with_refined_times(
 def _with_refined_gate(
     candidate: Candidate, solution: Solution, data: Data, whitened: Whitened
 ) -> Candidate:
-    """Candidate of a periodic level with period, start and share refined to single samples, and with its factor there."""
+    """Copy of a candidate of a periodic level with period, start, share and factor from single samples.
+
+    The same candidate is returned for a summary, or if the gate covers all samples or none.
+    """
     effect = candidate.effect
     assert isinstance(effect, Level)
     if whitened.samples.size != data.n:
@@ -281,10 +285,9 @@ def _refitted_candidate(candidate: Candidate, solution: Solution, data: Data) ->
 def overdispersion_without(
     base: Solution, data: Data, levels: list[Candidate], searches: int
 ) -> tuple[float, float]:
-    """Pair (overdispersion of the spectrum, largest relative power) due to the best significant missing level change.
+    """Pair (overdispersion of the spectrum, largest relative power) due to the best missing level change.
 
-    Both are 1 if no significant level change is missing. `searches` is the number of searches, for
-    the significance.
+    Only changes with a p-value below 1 % after `searches` searches count; the pair is (1, 1) without one.
     """
     sure = [
         c

@@ -271,8 +271,8 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
     """Candidate (not refitted) of a periodic level with the best period and the gate that explains the power best.
 
     None if H has a p-value above 1 %, the ΔlogL is at most 3, or the catalog has no such level. H is the largest sum of
-    harmonic powers less their cost, over all frequencies. The candidate's p-value is the larger of those of H and of
-    the gate.
+    harmonic powers less their cost, over all frequencies. None as well for constant power and for too few values. The
+    candidate's p-value is the larger of those of H and of the gate.
     """
     from scipy.special import log_ndtr
 

@@ -206,9 +206,10 @@ def _log_p_narrow(gain: float, data: Data) -> float:
 def _residual_maxima(
     points: list[Effect], unit: NDArray[np.float64], solution: Solution
 ) -> list[Effect]:
-    """List of the grid points at which the residual lies more in their direction than at both neighbors, at most 60.
+    """List, in grid order, of up to 60 grid points at which the residual is larger than at both neighbors.
 
-    For narrow effects only: effects elsewhere in the model cannot have absorbed them there.
+    The residual is projected on the direction of each point; the largest are kept. For narrow effects only, since
+    effects elsewhere in the model cannot have absorbed them.
     """
     residual = (solution.power / solution.spectrum - 1.0) * np.sqrt(0.5 * solution.count)
     score = unit @ residual
