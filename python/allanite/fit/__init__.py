@@ -86,7 +86,11 @@ def fit_model(
 
 
 def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") -> Fit:
-    """Fit of a model of any size to a recording, see `fit_model`; stepwise model building may exceed its size limit."""
+    """Fit of a model of any size to a recording, see `fit_model`; stepwise model building may exceed its size limit.
+
+    Several columns give a warning and `Several` fits. Missing samples are completed. The end samples are masked if they
+    leak. Raises `InputError` for an unknown method, a locked sensor or values that the model does not allow.
+    """
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}; use one of {', '.join(METHODS)}")
     if isinstance(recording, Summary) and recording.whole:
@@ -163,9 +167,9 @@ def fit_columns(recording: Recording, model: Model | Effect | str, method: str =
 
 
 def _following(model: Model, columns: list[str]) -> Model:
-    """A model whose effects without a column name follow the only logged column.
+    """Copy of a model whose effects without a column name follow the only logged column.
 
-    `model` unless there is exactly one column.
+    `model` itself unless there is exactly one column.
     """
     if len(columns) != 1:
         return model

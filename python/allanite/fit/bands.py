@@ -135,7 +135,10 @@ def _quantiles(
     probabilities: list[float],
     kind: str,
 ) -> NDArray[np.float64]:
-    """Array of the quantiles of σ̂²/σ² at one averaging factor for the given `probabilities`."""
+    """Array of the quantiles of σ̂²/σ² at one averaging factor for the given `probabilities`.
+
+    Below 40 degrees of freedom, the exact law of the sum of squares; above, or for quantization alone, the χ² law.
+    """
     from scipy.special import gammaincinv
 
     if edf < MAX_EXACT_EDF and any(name != "blue" for name, _ in terms):

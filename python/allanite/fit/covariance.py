@@ -71,7 +71,8 @@ def _with_narrow(
 ) -> tuple[list[tuple[int, str]], NDArray[np.float64]]:
     """Pair: names and covariance in which narrow bands have the errors from single ordinates.
 
-    The parameters of narrow bands are uncorrelated with all others.
+    The parameters of narrow bands are uncorrelated with all others. New parameters are appended. The given `covariance`
+    may be changed in place.
     """
     own = {(place, name): i for i, (place, name) in enumerate(names)}
     for place, effect in enumerate(solution.model):

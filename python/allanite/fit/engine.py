@@ -210,7 +210,7 @@ class _Functions:
         return _Functions(tuple(made), design, regression)
 
     def without_leverage(self, whole: RandomPart) -> RandomPart:
-        """A copy of the random part `whole` whose counts per bin lack the degrees of freedom that the regression used.
+        """Copy of the random part `whole` whose counts per bin lack the degrees of freedom of the regression.
 
         The power is scaled up by the same ratio; a bin keeps a count of at least 0.05.
         """
@@ -256,9 +256,9 @@ class _ResidualOrdinates:
     def moved(self, functions: _Functions, data: Data, is_tried: bool) -> _ResidualOrdinates:
         """`_ResidualOrdinates` with the functions `functions` removed instead of the earlier ones.
 
-        A function stays removed with its old amplitudes if none changed by more than `MAX_KEPT_CHANGE` standard
-        uncertainties (`MAX_KEPT_CHANGE_TRIED` with `is_tried`). With `is_tried` (an additional effect is only tried),
-        faint functions, except short events, are removed only at the ordinates of the regression.
+        A function stays removed with its old amplitudes if none changed by more than 0.01 standard uncertainties (0.1
+        with `is_tried`). With `is_tried` (an additional effect is only tried), faint functions (amplitudes below 12
+        uncertainties), except short events, are removed only at the ordinates of the regression.
         """
         scatter = np.sqrt(np.diag(functions.regression.covariance))
         max_change = MAX_KEPT_CHANGE_TRIED if is_tried else MAX_KEPT_CHANGE
@@ -315,14 +315,14 @@ def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
 
 
 def _with_white(model: Model) -> Model:
-    """The model, with white noise added in first place if it has no stochastic effect."""
+    """Copy of the model with white noise in first place if it has no stochastic effect; otherwise the model itself."""
     if not model.stochastic:
         return Model((white_noise(), *model.effects))
     return model
 
 
 def with_coefficients(model: Model, theta: Array) -> Model:
-    """A copy of the model with the squared coefficients `theta`; held coefficients stay."""
+    """Copy of the model with the squared coefficients `theta`; held coefficients stay."""
     return _with_replaced(
         model,
         Stochastic,
@@ -336,7 +336,7 @@ def with_coefficients(model: Model, theta: Array) -> Model:
 
 
 def _with_replaced(model: Model, base: type[Effect], effects: Iterator[Effect]) -> Model:
-    """A copy of the model whose effects of class `base` are replaced by `effects`, in order."""
+    """Copy of the model whose effects of class `base` are replaced by `effects`, in order."""
     return Model(tuple(next(effects) if isinstance(e, base) else e for e in model))
 
 

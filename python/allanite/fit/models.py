@@ -6,12 +6,12 @@ from allanite.effects import Effect, Model
 
 
 def with_effect(model: Model, place: int, effect: Effect) -> Model:
-    """A copy of the model with the effect at index `place` replaced by `effect`."""
+    """Copy of the model with the effect at index `place` replaced by `effect`."""
     return Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
 
 
 def without_effect(model: Model, place: int) -> Model:
-    """A copy of the model without the effect at index `place`."""
+    """Copy of the model without the effect at index `place`."""
     return Model(model.effects[:place] + model.effects[place + 1 :])
 
 

@@ -110,10 +110,10 @@ def _at_least(costs: Array, numbers: int) -> Array:
 
 
 def block_losses(values: Array, matrix: Array, variance: Array, mean: bool) -> Array:
-    """Array of the loss of ln p(block | rest) if a regression is fitted only to the rest of the record, shape (BLOCKS,).
+    """Array of the loss of ln p(block | other blocks) if a regression is fitted only to the others, shape (BLOCKS,).
 
-    The rest determines the amplitudes a with precision matrix R. Integrated over them, the block is less likely by ½ (a
-    − â)ᵀ R (a − â) + ½ ln |A|/|R| than with the amplitudes â and precision A of the whole record. A unit-information
+    The other blocks determine the amplitudes a with precision matrix R. Integrated over a, the block is less likely by
+    ½ (a − â)ᵀ R (a − â) + ½ ln |A|/|R| than with amplitudes â and precision A of the whole record. A unit-information
     prior (one of the k ordinates, Kass & Wasserman 1995) is added to R.
 
     Parameters

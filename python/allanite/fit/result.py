@@ -187,7 +187,11 @@ class Fit:
         return any(f.kind == "quantisation" and f.severity == "warning" for f in audit)
 
     def __getitem__(self, name: str) -> Any:
-        """Estimate by parameter name (``N``), or by effect and parameter (``GM.q_c``, ``SIN2.frequency``)."""
+        """Estimate by parameter name (``N``), or by effect and parameter (``GM.q_c``, ``SIN2.frequency``).
+
+        The name of an effect (``GM``) returns the dict of its estimates. The first match is returned; a missing name
+        raises `KeyError`.
+        """
         key, _, parameter = name.partition(".")
         seen: dict[str, int] = {}
         found = []
@@ -245,7 +249,7 @@ class Fit:
         return self._searched(together, place)
 
     def solution_without(self, *places: int) -> Solution:
-        """Solution without the effects at the indices `places`, the shapes of the other effects kept; computed once."""
+        """Solution without the effects at the indices `places`, the shapes of the other effects kept. Cached."""
         from allanite.fit.engine import solve
 
         if places not in self._without:
@@ -293,7 +297,7 @@ class Fit:
         return self.check()
 
     def forget_check(self) -> None:
-        """Drop `last_check` to free the memory of its suggested models."""
+        """Drop the cached `last_check` to free the memory of its suggested models; without effect if there is none."""
         self.__dict__.pop("last_check", None)
 
     def add(self, addition: Any) -> Fit:

@@ -113,7 +113,10 @@ class SimulatedCheck:
 def simulate_check(
     fit: Fit, n: int, seed: int, progress: Callable[[int, int], None] | None
 ) -> SimulatedCheck:
-    """`SimulatedCheck`: comparison of a fit with refits of `n` records simulated from it; see `Fit.simulate_check`."""
+    """`SimulatedCheck`: comparison of a fit with refits of `n` records simulated from it; see `Fit.simulate_check`.
+
+    Raises `InputError` for n below 1 and for a model that excludes samples. `progress` is called with (refits done, n).
+    """
     from allanite.fit import fit_model
     from allanite.recording import Recording
 

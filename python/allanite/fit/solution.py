@@ -127,7 +127,7 @@ class Residual:
         return self.data.functions.get(self._key, lambda: self.data.without(self.removed))
 
     def known(self, ordinates: Array) -> Residual:
-        """The residual itself, after storing its known ordinates in the cache of the data."""
+        """Same object, after its known ordinates are stored in the cache of the data."""
         if self.removed:
             self.data.functions.get(self._key, lambda: ordinates)
         return self
@@ -187,7 +187,7 @@ class Solution:
 
     @cached_property
     def model(self) -> Model:
-        """The model with fitted values."""
+        """`Model` of the effects with fitted values. Cached."""
         return Model(tuple(own.effect for own in self.effects))
 
     @cached_property

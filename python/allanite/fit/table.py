@@ -127,7 +127,10 @@ def _percent(share: float) -> str:
 
 
 def is_wider(value: Estimate, interval: tuple[float, float]) -> bool:
-    """True if `interval` extends beyond the interval of the estimate, at one end, by over a tenth of the latter's width."""
+    """True if `interval` extends beyond the interval of the estimate, at one end, by over a tenth of its width.
+
+    False if the estimate has no interval.
+    """
     if value.interval is None:
         return False
     low, high = value.interval
@@ -135,7 +138,11 @@ def is_wider(value: Estimate, interval: tuple[float, float]) -> bool:
 
 
 def undecided_sentence(fit: Fit, found: Undecided) -> str:
-    """Sentence that names other models that explain the record equally well, and the intervals widened by them."""
+    """Sentence that names up to three other models that explain the record equally well, and the widened intervals.
+
+    Only intervals that are clearly wider (`is_wider`) are given. Below a probability of 5 % of the fitted model, the
+    sentence says that the likelihood favors the others.
+    """
     (own, share), *others = found.models
     others = sorted(others, key=lambda model: -model[1])
     names = ", ".join(f"{name} ({_percent(p)})" for name, p in others[:MAX_NAMED_MODELS])

@@ -58,7 +58,7 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
 
 
 def tried_and_dropped(ladder: Sequence[Rung]) -> tuple[Effect, ...]:
-    """Tuple of the effects that a search added and dropped again, one for each kind that the last model lacks."""
+    """Tuple of the effects that a search added and dropped again: the last of each kind that the last model lacks."""
     there = {e.kind for e in ladder[-1].fit.model}
     tried = {e.kind: e for rung in ladder for e in rung.new if e.kind not in there}
     return tuple(tried.values())

@@ -152,7 +152,11 @@ def _read(
     edf: NDArray[np.float64],
     n: int,
 ) -> LineReading:
-    """`LineReading` of one line on an Allan curve of n samples; `present` is False with a reason if the line is absent."""
+    """`LineReading` of one line on an Allan curve of n samples; `present` is False with a reason if the line is absent.
+
+    A line is present if a window of a factor 4 in τ has its slope within 0.05 plus two standard errors, and the curve
+    lies nowhere below the line. The window with the best slope is read.
+    """
     name, slope, where = line.name, line.slope, line.read_at
 
     def absent(reason: str) -> LineReading:

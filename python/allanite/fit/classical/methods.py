@@ -222,7 +222,10 @@ def _lines_without_effect(
 
 
 def _remark(whittle: Estimate, line: LineReading, parameter: Parameter) -> str:
-    """Remark how the line reading contradicts the Whittle estimate; empty text if it does not."""
+    """Remark how the line reading contradicts the Whittle estimate; empty text if it does not.
+
+    They contradict if their intervals do not overlap, or if no line can be read for a detected parameter.
+    """
     low, high = whittle.interval or (float(whittle), float(whittle))
     low, high = sorted((abs(low), abs(high)))
     if line.value is None or line.low is None or line.high is None:

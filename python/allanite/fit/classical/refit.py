@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def refit(fit: Fit, method: str) -> Fit:
-    """A copy of the Whittle fit with coefficients of the method ``gls`` or ``lines``, and the likelihood recomputed.
+    """Copy of the Whittle fit with coefficients of the method ``gls`` or ``lines``, and the likelihood recomputed.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def refit(fit: Fit, method: str) -> Fit:
 
 
 def _with_values(own: Fitted, values: dict[str, Any]) -> Fitted:
-    """A copy of a fitted effect with its coefficient taken from `values`; unchanged if the method does not estimate it."""
+    """Copy of a fitted effect with its coefficient taken from `values`; itself if the method does not estimate it."""
     if isinstance(own, Process):
         name = own.effect.coefficient
         value = float(values[name])
@@ -60,7 +60,10 @@ def _with_values(own: Fitted, values: dict[str, Any]) -> Fitted:
 
 
 def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
-    """Tuple of a dict of estimates by parameter name for each effect; GLS refits coefficients of random processes only."""
+    """Tuple of a dict of estimates by parameter name for each effect; GLS refits coefficients of random processes only.
+
+    A coefficient is detected if p < 1 %; otherwise its interval starts at 0. All other values are those of `fit`.
+    """
     data, model = fit.data, fit.model
     factors = gls_factors(data.n)
     curve = oadev(data.residual(model), rate=data.rate, factors=factors)

@@ -54,9 +54,10 @@ def remove_level_change(
 def remove_motion(
     white: NDArray[np.float64], own: Process, moving: Moving, solution: Solution, data: Data
 ) -> None:
-    """Remove a moving band's changes from the whitened ordinates `white`, in place.
+    """Divide out a moving band's changes from the whitened ordinates `white`, in place.
 
-    The time series near the band are divided by the root of the expected relative power.
+    The time series near the band are divided by the root of the expected relative power. Cells in which the band has at
+    most 1 % of the power stay, and so does everything if the band has no frequency.
     """
     if moving.occupies is None:
         return

@@ -66,7 +66,7 @@ def effective_freedom(model: Model, data: Data) -> NDArray[np.float64]:
 
 
 def _computed_freedom(model: Model, data: Data) -> NDArray[np.float64]:
-    """The array that `effective_freedom` returns, without the cache."""
+    """Array of the effective degrees of freedom of each bin, as of `effective_freedom`, without the cache."""
     bins = data.bins
     power = np.maximum(data.power, 1e-300)
     order = np.argsort(power)

@@ -396,9 +396,10 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> SampleD
 
 
 def _checked_values(samples: NDArray[Any], label: str) -> NDArray[np.float64]:
-    """Array of the samples of one column as floats.
+    """Array of the samples of one column as floats; float64 samples are not copied.
 
-    InputError or TooShortError for several columns, too few or infinite ones.
+    Raises `InputError` for several columns or infinite samples, `TooShortError` for fewer than 32 samples. NaN are
+    allowed.
     """
     if samples.ndim != 1:
         raise InputError(f"a fit needs one column, found an array of shape {samples.shape}")

@@ -85,7 +85,10 @@ def profile(power: Array, count: Array, spectrum: Array) -> Array:
 
 
 def best_scale(power: Array, count: Array, spectrum: Array) -> tuple[int, float]:
-    """Pair: index into `SCALES` of the most likely discrepancy of a spectrum, and its marginal logL."""
+    """Pair: index into `SCALES` of the most likely discrepancy of a spectrum, and its marginal logL.
+
+    An index is returned even if δ = 0 is more likely.
+    """
     return likelihood(count).best_scale(power, spectrum)[:2]
 
 

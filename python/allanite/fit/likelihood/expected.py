@@ -126,7 +126,7 @@ def _column_with_modifiers(
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def _without_coefficient(effect: Stochastic) -> Stochastic:
-    """A copy of the effect without coefficient, held names and limits: a cache key, since columns do not depend on them."""
+    """Copy of the effect without coefficient, held names and limits; a cache key, as columns do not depend on them."""
     return effect.with_values(**{effect.coefficient: None}, hold=(), limits={}, at_limit=())
 
 

@@ -95,9 +95,10 @@ def ordinates_of_bins(near: Ordinates, bins: Bins) -> Ordinates:
 def means_near(
     effect: Effect, bins: Bins, rate: float, density: Callable[[Ordinates], NDArray[np.float64]]
 ) -> tuple[Ordinates, NDArray[np.float64]]:
-    """Pair of arrays: indices of the bins in or near a narrow band, and the mean of its `density` in each of these bins.
+    """Pair of arrays: indices of the bins in or near a narrow band, and the mean of its `density` in each bin.
 
-    The nodes at which bins are usually evaluated would miss the band.
+    The nodes at which bins are usually evaluated would miss the band. Up to 8192 ordinates are summed, more are
+    interpolated.
     """
     near = bins_near(effect, bins, rate)
     first, end = bins.edges[near], bins.edges[near + 1]

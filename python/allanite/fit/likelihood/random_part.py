@@ -54,7 +54,7 @@ class Linear:
         )
 
     def whole(self, found: Maximum) -> Maximum:
-        """A copy of the maximum `found` over the free coefficients, with the held coefficients included in its θ."""
+        """Copy of the maximum `found` over the free coefficients, with the held coefficients included in its θ."""
         theta = self.fixed.copy()
         theta[self.free] = found.theta
         return replace(found, theta=theta)

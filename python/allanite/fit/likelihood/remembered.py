@@ -37,7 +37,7 @@ def times_of(n: int, rate: float, start: float) -> NDArray[np.float64]:
 
 
 def trim_memory(samples: int) -> None:
-    """Return freed memory to the operating system after a search of a record of this many samples, if it is long.
+    """Return freed memory to the operating system after a search of a record of at least 131072 samples.
 
     Only in processes of the command; a library leaves the allocator to the program that uses it.
     """
@@ -61,9 +61,10 @@ class ArrayCache:
     _lock: Lock = field(default_factory=Lock, repr=False)
 
     def get(self, key: Hashable, make: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
-        """The array of a key; made by `make` and stored if it is not cached.
+        """Array of a key; made by `make` and stored if it is not cached.
 
-        Arrays larger than `most` are not stored. Two threads may make the same array twice.
+        Arrays larger than `most` bytes are not stored. The arrays used longest ago are dropped beyond `most`. Two
+        threads may make the same array twice.
         """
         with self._lock:
             found = self._kept.pop(key, None)
@@ -97,5 +98,5 @@ class ArrayCache:
 
 
 def series_cache(n: int) -> ArrayCache:
-    """An empty `ArrayCache` for series of a record of n samples."""
+    """New empty `ArrayCache` for series of a record of n samples."""
     return ArrayCache(max(MIN_CACHE_BYTES, 32 * min(n, MAX_CACHED_SAMPLES)))

@@ -27,7 +27,11 @@ MIN_EMPTY_BIN_ORDINATES = 16
 
 
 def bins_with_stop_band(ordinates: NDArray[np.float64]) -> Bins:
-    """`Bins` of a record with these ordinates; empty bins have (nearly) no degrees of freedom."""
+    """`Bins` of a record with these ordinates; empty bins have (nearly) no degrees of freedom.
+
+    A bin of at least 16 ordinates above 1/32 of the rate is empty below 1e-4 of the power within two octaves. The
+    cached `bins_of` is returned without empty bins.
+    """
     bins = bins_of(ordinates.size)
     at = np.log2(bins.frequency(1.0))
     top = np.flatnonzero(at > np.log2(MIN_STOP_BAND_FREQUENCY))

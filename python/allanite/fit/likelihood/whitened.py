@@ -166,9 +166,10 @@ def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
 
 
 def _without_outliers(whitened: Whitened) -> Whitened:
-    """`Whitened` in which each outlier is reduced to the usual size of the samples in its cell.
+    """`Whitened` in which each outlier is reduced to the usual size of the samples in its cell of 32.
 
-    Unchanged without outliers.
+    An outlier is 1.7 times the size that normal samples exceed in 1 % of records. Unchanged without outliers, for a
+    summary, and for coarse codes.
     """
     from scipy.special import ndtri_exp
 
@@ -195,7 +196,7 @@ def _is_from_summary(whitened: Whitened) -> bool:
 
 
 def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
-    """A copy with replaced samples, and with the octave bands computed from them."""
+    """Copy with replaced samples, and with the octave bands computed from them."""
     found = _samples_and_bands(_kernels.cosine_transform(samples))
     kept = {low for low, *_ in whitened.bands}
     return replace(
@@ -223,7 +224,10 @@ def _normalized(whitened: Whitened) -> Whitened:
 
 
 def _is_normal(samples: NDArray[np.float64]) -> bool:
-    """True if samples are consistent with normal samples whose level differs between segments."""
+    """True if samples are consistent with normal samples whose level differs between 64 segments.
+
+    False for coarse codes and for a segment whose median is 0; True for fewer than 64 samples.
+    """
     if coarse_step(samples) > 0.0:
         return False
     size = np.abs(samples[:: -(-samples.size // MAX_TAIL_TEST_SAMPLES)])
@@ -257,7 +261,10 @@ def _samples_and_bands(
     white: NDArray[np.float64],
     bands: Sequence[tuple[int, int, NDArray[np.float64], float]] = (),
 ) -> Whitened:
-    """`Whitened` samples and octave bands of the white ordinates `white`; `bands` are known higher octaves."""
+    """`Whitened` samples and octave bands of the white ordinates `white`; `bands` are known higher octaves.
+
+    The end samples are 0. Octaves with fewer than 256 ordinates, or mostly empty ones, are omitted.
+    """
     from scipy.fft import next_fast_len
 
     # With a deep stop band, leakage makes the ends loud.
@@ -381,6 +388,9 @@ def white_power(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[NDArray[np.float64] | None, float, float]:
     """Tuple: mean power over time of the octaves that white noise dominates, its white share, and squares per value.
+
+    White noise must have half of the power. Octaves more than 8 times coarser than the finest are ignored. (None, 0, 0)
+    is returned without such octaves.
 
     Returns
     -------

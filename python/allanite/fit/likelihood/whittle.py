@@ -201,10 +201,10 @@ def profile_loss(
 def profile_interval(
     power: Array, count: Array, columns: Array, best: Maximum, index: int, logl_scale: float = 1.0
 ) -> tuple[float, float, float]:
-    """Tuple (low, high, drop): 95 % profile-likelihood interval of θ_index with the other θ free, and loss of logL at 0.
+    """Tuple (low, high, drop): 95 % profile-likelihood interval of θ_index, and loss of logL at θ_index = 0.
 
-    `logl_scale` scales logL if bins are correlated: the variance of θ_index that the likelihood claims over its actual
-    variance (Chandler & Bate 2007).
+    The other θ are free. `logl_scale` scales logL if bins are correlated: the variance of θ_index that the likelihood
+    claims over its actual variance (Chandler & Bate 2007). `drop` is infinite if the model has one coefficient.
 
     Returns
     -------

@@ -112,7 +112,8 @@ class _ConditionalMean:
     def mean(self, samples: Array) -> Array:
         """Array of `samples` in which the missing ones are replaced by their conditional mean.
 
-        Their present values start the iteration.
+        Their present values start the iteration. It ends at a relative error of 1e-5 or after 400 steps, which are
+        added to `steps`.
         """
         residual = -self._weighted(samples, self.precision)
         out = samples.copy()
@@ -227,7 +228,10 @@ def complete(
 def _drawn_unknown_part(
     bridge: _ConditionalMean, spectrum: Array, seed: int
 ) -> tuple[Array, Array, Array]:
-    """Tuple of arrays: one draw of the unknown part, and mean squared ordinates of the unknown and of the known part."""
+    """Tuple of arrays: one draw of the unknown part, and mean squared ordinates of the unknown and of the known part.
+
+    The means are over 2 to 8 draws, or one for at most 512 samples, whose shares are solved exactly.
+    """
     n = spectrum.size
     rng = np.random.default_rng(seed)
     root = np.sqrt(spectrum)
@@ -255,6 +259,8 @@ def _logl_difference(one: Data, other: Data) -> float:
 
 def settle(data: SampleData, model: Model) -> tuple[SampleData, Solution]:
     """Pair (data, solution): record completed under the model fitted to it, and this fit, iterated until both agree.
+
+    They agree if logL changes by less than 0.02; there are at most 8 rounds without, and 8 with the levels of the bins.
 
     Parameters
     ----------

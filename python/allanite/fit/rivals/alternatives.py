@@ -191,7 +191,7 @@ class Rivals:
     pairs: tuple[tuple[str, str], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: ``rivals`` with every kind, and ``rival_pairs``."""
+        """Dict for JSON: ``rivals`` with every kind once, those in pairs last, and ``rival_pairs``."""
         every = (*self.alone, *(kind for pair in self.pairs for kind in pair))
         return {
             "rivals": list(dict.fromkeys(every)),
@@ -200,7 +200,10 @@ class Rivals:
 
 
 def rivals(fit: Fit, place: int) -> Rivals:
-    """`Rivals` (alternative explanations) of the effect at index `place`; empty if the effect is not detected."""
+    """`Rivals` (alternative explanations) of the effect at index `place`; empty if the effect is not detected.
+
+    Single effects within 3 nats of the evidence are listed, and all pairs of `Fit.together`.
+    """
     if not is_detected(fit, place):
         return Rivals()
     alone = [a.effect.kind for a in fit.alternatives(place) if a.evidence > -MAX_RIVAL_LOG_EVIDENCE]

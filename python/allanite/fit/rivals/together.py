@@ -78,9 +78,9 @@ def can_be_split(effect: Effect) -> bool:
 
 
 def is_broad(effect: Effect) -> bool:
-    """True for a band that is wider than a structural mode.
+    """True for a band that is wider than a structural mode: damping above 0.2.
 
-    The edge of a filter and quantization can imitate such a band.
+    The edge of a filter and quantization can imitate such a band. False for other effects.
     """
     if not isinstance(effect, Stochastic) or effect.occupies is None:
         return False
@@ -136,8 +136,9 @@ def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], .
 def together(fit: Fit, place: int, also: int | None = None) -> list[Pair]:
     """List of pairs of effects that may replace the effect at `place`, the pair with the highest evidence first.
 
-    At least one of the two is a declared alternative of that effect. Clearly worse pairs are not listed. With `also`,
-    the effect at this second index is removed, too.
+    At least one of the two is a declared alternative of that effect. Pairs 3 nats or more below the evidence of the fit
+    are omitted. With `also`, the effect at this second index is removed, too. Empty if the effect cannot be split, or
+    if no other effect remains.
     """
     effects = fit.model.effects
     out = effects[place]
@@ -178,7 +179,11 @@ class _PairSearch:
     least: float
 
     def pairs(self) -> list[tuple[float, Model]]:
-        """List of (ln evidence at shapes from a grid, model) of candidate pairs."""
+        """List, in no order, of (ln evidence at shapes from a grid, model) of candidate pairs.
+
+        Filters and broad bands are replaced by a filter and a process. Other effects are replaced by two functions, two
+        processes or one of each.
+        """
         if is_broad(self.out) or isinstance(self.out, Modifier):
             return self._filtered()
         scans = list(self._scans(self.base))
@@ -258,9 +263,10 @@ class _PairSearch:
         return blank.kind != self.out.kind and not blank.refined
 
     def _functions(self, scans: list[Scan]) -> list[tuple[float, Model]]:
-        """List of (ln evidence, model) of the best pairs of slow functions.
+        """List of (ln evidence, model) of the best six pairs of slow functions, fitted.
 
         All combinations of grid points of two kinds are compared by their joint ΔlogL; the best pairs are then fitted.
+        The order is that of the comparison.
         """
         base = self.base
         j = filter_ordinates(self.data)

@@ -300,7 +300,10 @@ def _pooled(
     interval: tuple[float, float],
     p_value: float,
 ) -> Pooled:
-    """`Pooled` parameter: the common value, or the random-effects mean if the recordings disagree."""
+    """`Pooled` parameter: the common value, or the random-effects mean if the recordings disagree (p below 5 %).
+
+    `spread` is None if it is unknown; the common value stays then.
+    """
     spread, agree = _spread(estimates), p_value >= MIN_AGREEMENT_P
     if not agree and spread is not None:
         value, interval = _random_effects_mean(estimates, spread)

@@ -81,7 +81,7 @@ class Band:
     def search(self) -> tuple[float, float, float]:
         """Tuple (mid-record frequency, drift over the record, ΔlogL) of the best drifting line on a grid.
 
-        Frequencies are in cycles per record.
+        Frequencies are in cycles per record. Bands above 4096 values are searched only near likely courses.
         """
         if self.series.size > MAX_EXHAUSTIVE_FREQUENCIES:
             found = [self._best_near_course(*course) for course in self._courses()]
@@ -285,10 +285,10 @@ def loudest_frequency(
 def polish_drifting(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> Deterministic:
-    """A copy of the line with the frequency and drift that explain most of the residual `ordinates`, shape (n,).
+    """Copy of the line with the frequency and drift that explain most of the residual `ordinates`, shape (n,).
 
-    Without start values, the strongest line near the largest ordinate is searched. The effect itself is returned if the
-    gain is negligible.
+    Without start values, the strongest line near the largest ordinate is searched. The effect itself is returned if
+    logL rises by less than 1e-3.
     """
     values, T = effect.values, data.duration
     f, d = values["frequency"], values["drift"]

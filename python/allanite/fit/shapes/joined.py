@@ -20,7 +20,7 @@ MAX_TRIED_REMOVALS = 4
 
 
 def places_without_form(model: Model, part: RandomPart) -> list[int]:
-    """List of the indices of effects of free form that have no pieces yet."""
+    """List of the indices of the effects that are built from simple processes (`pieces`) and have no design yet."""
     return [
         place
         for place, effect in enumerate(model.effects)
@@ -31,11 +31,11 @@ def places_without_form(model: Model, part: RandomPart) -> list[int]:
 
 
 def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
-    """A copy of the model with the effect at `place` built from the pieces that describe the power left by the others.
+    """Copy of the model with the effect at `place` built from up to six simple processes of its kind (`pieces`).
 
-    All pieces are fitted at once. Then the least useful piece is removed repeatedly, as long as there are more than
-    `MAX_PIECES` or the loss of logL stays below a price. The price is 2 for two parameters (Akaike 1974) plus ln of the
-    number of pieces to choose from.
+    All are first fitted at once to the power that other effects leave. The least useful one is removed repeatedly, as
+    long as there are more than six or the loss of logL stays below a price. The price is 2 for two parameters (Akaike
+    1974) plus ln of the number to choose from. With none left, the middle one is used.
     """
     effect = model.effects[place]
     assert isinstance(effect, Stochastic)
@@ -79,7 +79,7 @@ def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
 
 
 def _least_significant(linear: Linear, first: int, found: Maximum, part: RandomPart) -> list[int]:
-    """List of the indices of the least significant pieces, by θ over its standard error; at most `MAX_TRIED_REMOVALS`."""
+    """List of the indices of the four least significant `pieces`, by θ over its standard error, the least first."""
     theta = found.theta
     share = linear.matrix * (np.sqrt(0.5 * part.count) / (linear.matrix @ theta))[:, None]
     variance = np.diag(np.linalg.pinv(share.T @ share, hermitian=True))[first:]

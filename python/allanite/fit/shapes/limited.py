@@ -61,7 +61,10 @@ def _released(
     found: Solution,
     fit: Callable[[Model], Solution],
 ) -> tuple[Held, Solution] | None:
-    """Pair: held parameters, and solution after releasing `key`; None if limits are violated or logL does not rise."""
+    """Pair: held parameters, and solution after releasing `key`; or None.
+
+    None if the solution violates a limit, or if logL rises by less than 1e-3.
+    """
     rest = {k: value for k, value in held.items() if k != key}
     tried = fit(_with_held(model, found.model, rest))
     if (
@@ -73,7 +76,7 @@ def _released(
 
 
 def _set_to_limits(found: Solution, held: Held) -> Solution:
-    """A copy of the solution with held parameters set exactly to their limits.
+    """Copy of the solution with held parameters set exactly to their limits.
 
     An amplitude computed from a sine and a cosine part differs from its limit by rounding.
     """
@@ -103,12 +106,15 @@ def _beyond_limits(model: Model, held: Held) -> Held:
 
 
 def _shapes_with_range(effect: Effect) -> tuple[str, ...]:
-    """Tuple of the names of shapes whose declared range acts as limits: free shapes of random effects and modifiers."""
+    """Tuple of the names of shapes whose declared range acts as limits: free shapes of random effects and modifiers.
+
+    Empty for functions of time.
+    """
     return () if isinstance(effect, Deterministic) else effect.free_shapes
 
 
 def _moved_into_limits(effect: Effect) -> Effect:
-    """A copy of the effect with start values moved into the limits and nothing held at a limit; itself without limits."""
+    """Copy of the effect with start values moved into the limits and nothing held at a limit; itself without limits."""
     if not effect.limits and not effect.at_limit:
         return effect
     values = {

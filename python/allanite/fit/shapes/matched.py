@@ -172,7 +172,7 @@ def best_spans(
 
 
 def _shifted_in_time(effect: Deterministic, start: float) -> Deterministic:
-    """A copy of the effect with `start` added to all its times, s.
+    """Copy of the effect with `start` added to all its times, s.
 
     Times since the start of the analyzed data thereby become times since the first sample of the recording.
     """
@@ -201,7 +201,10 @@ def orthogonal_to(basis: NDArray[np.float64], rows: NDArray[np.float64]) -> NDAr
 
 
 def basis_of(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array: orthonormal basis that spans the rows, shape (ordinates, at most rows)."""
+    """Array: orthonormal basis that spans the rows, shape (ordinates, at most rows).
+
+    Directions with a singular value of at most 1e-3 of unit rows are omitted.
+    """
     left, singular, _ = np.linalg.svd(_units(rows).T, full_matrices=False)
     return np.asarray(left[:, singular > MIN_INDEPENDENT_NORM])
 

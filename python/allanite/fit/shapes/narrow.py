@@ -89,7 +89,7 @@ class Window:
 
     @property
     def own(self) -> Stochastic:
-        """The band with the model's present values."""
+        """Band (effect of the model) with the model's present values."""
         effect = self.model.effects[self.place]
         assert isinstance(effect, Stochastic)
         return effect
@@ -162,7 +162,10 @@ class Window:
         return float(np.log(0.5 * MAX_NARROW_WIDTH * np.mean(self.j)))
 
     def is_admissible(self, x: Array) -> bool:
-        """True if coordinates describe an admissible narrow band in this window."""
+        """True if coordinates describe an admissible narrow band: in the window, and neither too narrow nor too wide.
+
+        The half-width is at least one ordinate, |x₃| is below 2, and peaks of one effect do not overlap.
+        """
         return bool(
             np.log(MIN_HALF_WIDTH) <= x[2] <= self.max_log_half_width + 0.7
             and self.j[0] < x[1] < self.j[-1]
@@ -183,7 +186,11 @@ class Window:
         )
 
     def best_of_widths(self) -> Array:
-        """Array of the coordinates of the most likely band of several widths, each centered where the excess is largest."""
+        """Array of the coordinates of the most likely band of several widths, each centered at its largest excess.
+
+        Half-widths grow by factors of 2 from one ordinate. The start is returned if none is more likely, or without
+        other noise.
+        """
         if not np.all(self.rest > 0.0):  # without other noise, no excess is defined
             return self.start()
         excess = self.power / self.rest
@@ -207,7 +214,10 @@ class Window:
         return best
 
     def optimized(self, x: Array) -> Array:
-        """Array of the coordinates of the local maximum of logL, by Fisher scoring from x; `x` itself if no step helps."""
+        """Array of the coordinates of the local maximum of logL, by Fisher scoring from x; `x` itself if no step helps.
+
+        It ends after 40 steps or if logL rises by less than 1e-3.
+        """
         for _ in range(MAX_STEPS):
             slopes, now = self._slopes(x)
             value = self._log_likelihood_of(now)
@@ -263,8 +273,8 @@ class Window:
 def ordinates_delta_logl(model: Model, data: Data, ordinates: Array, count: Array) -> float:
     """Additional logL from the single ordinates near narrow bands, given the power of their bins; 0 without such bands.
 
-    The rest of the model counts as flat within a bin. Otherwise a band next to the empty end of a filtered spectrum
-    would get credit for the slope of the filter.
+    The other effects count as flat within a bin. Otherwise a band next to the empty end of a filtered spectrum would
+    get credit for the slope of the filter.
 
     Parameters
     ----------
@@ -321,9 +331,10 @@ def _ordinates_weight(effect: Stochastic, data: Data) -> float:
 
 
 def is_flat_near(model: Model, place: int, data: Data) -> bool:
-    """True if the model without narrow bands is nearly constant within the bins near the band at index `place`.
+    """True if the model without narrow bands is nearly constant within each bin near the band at index `place`.
 
-    If a filter attenuates part of a bin strongly, single ordinates would describe the filter instead of the band.
+    The ln of its density changes by less than 0.5. If a filter attenuates part of a bin strongly, single ordinates
+    would describe the filter instead of the band. True if the model has no other effect.
     """
     near = bins_near(model.effects[place], data.bins, data.rate)
     terms = data.terms(Model(tuple(e for e in model if not is_narrow(e))))
@@ -369,6 +380,8 @@ def fit_narrow_bands(
     model: Model, best: Maximum, part: RandomPart, ordinates: Array, settled: int = 0
 ) -> tuple[Model, Maximum]:
     """Pair: model with every narrow band fitted to single ordinates, and maximum over the coefficients.
+
+    The arguments are returned if no band changes. Bands without power are not fitted.
 
     Parameters
     ----------

@@ -98,11 +98,11 @@ class _Shapes:
         return np.clip(np.array(at, dtype=float), self.limits[:, 0], self.limits[:, 1])
 
     def at(self, point: Array) -> Model:
-        """A copy of the model with shapes at the coordinates of a point."""
+        """Copy of the model with shapes at the coordinates of a point."""
         return self.with_shapes(self.model, point, range(point.size))
 
     def with_shapes(self, model: Model, point: Array, which: Iterable[int]) -> Model:
-        """A copy of `model` in which the shapes with the indices `which` have the coordinates of a point.
+        """Copy of `model` in which the shapes with the indices `which` have the coordinates of a point.
 
         Other shapes stay.
         """
@@ -126,7 +126,9 @@ def polish(
 ) -> tuple[Model, Maximum]:
     """Pair: model with locally optimized shapes at `places` (index of the effect, name), and its maximum.
 
-    If a discrepancy is nearly decisive, the optimization runs with and without it. With `roughly`, it ends early.
+    Shapes of bands fitted to ordinates are skipped; without other `places`, `model` and `best` are returned. If a
+    discrepancy is nearly decisive, the optimization runs with and without it. With `roughly`, it ends after 15 instead
+    of 60 steps.
     """
     places = [p for p in places if not is_fitted_to_ordinates(model.effects[p[0]], part.data)]
     if not places:

@@ -212,7 +212,10 @@ def _worth_polishing(
 
 
 def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Model, Maximum]:
-    """Pair (model, maximum) with the simplest design of the effect at `place` among those with nearly the best logL."""
+    """Pair (model, maximum) with the simplest design of the effect at `place` whose logL is within 2 of the best.
+
+    Among equally simple ones, the one with the largest logL. `ends` must not be empty.
+    """
     top = max(found.log_likelihood for _, found in ends)
     alike = [end for end in ends if end[1].log_likelihood >= top - MAX_SIMPLER_LOSS]
     first = type(alike[0][0].effects[place])()
@@ -226,9 +229,9 @@ def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Mode
 
 
 def better_form(model: Model, place: int, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
-    """Pair (model, maximum) with another form of the effect at index `place` (`Effect.equal_forms`) if logL rises clearly.
+    """Pair (model, maximum) with another form of the effect at index `place` (`Effect.equal_forms`), or the arguments.
 
-    Otherwise `model` and `best`.
+    Another form must raise logL by more than 2.
     """
     found = model, best
     for effect in model.effects[place].equal_forms():

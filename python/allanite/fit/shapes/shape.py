@@ -135,7 +135,10 @@ def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:
 
 
 def with_open_shapes(model: Model, given: Model) -> Model | None:
-    """A copy of the model with those shapes open again that had no value in the `given` model; None if all had values."""
+    """Copy of the model with those shapes open again that had no value in `given`; None if all had values.
+
+    Shapes of functions of time stay.
+    """
     effects = [
         old if not isinstance(old, Deterministic) and _has_open_shape(old) else new
         for new, old in zip(model.effects, given.effects, strict=True)
@@ -152,7 +155,7 @@ def _has_open_shape(effect: Effect) -> bool:
 
 
 def _with_grid_middles(model: Model, data: Data) -> Model:
-    """A copy of the model in which every open random effect has the values in the middle of its grid."""
+    """Copy of the model in which every open random effect has the values in the middle of its grid."""
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) and _has_open_shape(effect):
             points = grid_models(model, place, data)
@@ -163,7 +166,7 @@ def _with_grid_middles(model: Model, data: Data) -> Model:
 def fit_deterministic_shapes(
     model: Model, noise: Noise, data: Data, *, lines: bool, slow: bool, settled: int = 0
 ) -> Model:
-    """A copy of the model with optimized shapes of deterministic effects, at a given spectrum of the noise.
+    """Copy of the model with optimized shapes of deterministic effects, at a given spectrum of the noise.
 
     Shapes without a value are always searched. With `lines`, frequencies of lines are optimized, with `slow` the shapes
     of slow functions. The last effect, which a search just added, is always optimized. The first `settled` effects keep
@@ -289,7 +292,7 @@ def _peak(
 def _spanned(
     effect: Deterministic, others: tuple[Deterministic, ...], noise: Noise, data: Data
 ) -> Deterministic:
-    """A copy of the effect at the best pair of times, if two of its times are unknown; otherwise the effect itself.
+    """Copy of the effect at the best pair of times, if two of its times are unknown; otherwise the effect itself.
 
     A grid of all pairs would not fit into memory.
     """
@@ -325,9 +328,10 @@ def _optimize_slow(
     noise: Noise,
     data: Data,
 ) -> Model:
-    """A copy of the model with optimized shapes of one slow effect (lag, time constant, time), one shape after the other.
+    """Copy of the model with optimized shapes of one slow effect (lag, time constant, time), one shape after the other.
 
-    The amplitudes of the other deterministic effects are fitted for each value.
+    The amplitudes of the other deterministic effects are fitted for each value. A shape stays if logL rises by less
+    than 1e-3.
     """
     from scipy.optimize import minimize_scalar
 

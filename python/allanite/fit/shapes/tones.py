@@ -55,7 +55,10 @@ def _burst_lengths(size: int) -> NDArray[np.int64]:
 
 
 def search_burst(band: Band) -> tuple[float, float, float, float]:
-    """Tuple (frequency in cycles per record, start and end as fractions of the record, ΔlogL) of the strongest burst."""
+    """Tuple (frequency in cycles per record, start and end as fractions of the record, ΔlogL) of the strongest burst.
+
+    ΔlogL is −inf if the band has too few values for a burst.
+    """
     from scipy.fft import fft
 
     k = band.series.size
@@ -180,10 +183,10 @@ def _optimized(
 def polish_burst(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> Deterministic:
-    """A copy of the burst with the frequency and times that explain most of the residual `ordinates`, shape (n,).
+    """Copy of the burst with the frequency and times that explain most of the residual `ordinates`, shape (n,).
 
     Without start values, the strongest burst near the largest ordinate is searched. The effect itself is returned if
-    the gain is negligible.
+    logL rises by less than 1e-3.
     """
     values, T = effect.values, data.duration
     f, start, end = values["frequency"], values["start"], values["end"]

@@ -231,7 +231,7 @@ class _Parts:
         return cls(candidate, normalized, [normalized(effect) for effect in fixed])
 
     def _last(self, exponent: float) -> Stochastic:
-        """A copy of the last effect with this exponent."""
+        """Copy of the last effect with this exponent."""
         return self.candidate.effects[-1].with_values(exponent=float(exponent))
 
     def at(self, place: Array) -> StampedNoise:
@@ -295,7 +295,7 @@ def _relative_log_variances(
 
 
 def _scatter(noise: StampedNoise, length: float) -> float:
-    """Variance of a noise after `length` seconds, given its state at the start."""
+    """Variance of a noise after `length` seconds, given its state at the start; it includes the white variance."""
     total = noise.white + noise.walk * length
     for variance, rate, summed in noise.lags:
         s = rate * length

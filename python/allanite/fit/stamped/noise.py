@@ -45,7 +45,7 @@ class StampedNoise:
     white: float = 0.0
 
     def scaled(self, factor: float) -> StampedNoise:
-        """A copy of the noise with its variance multiplied by `factor`."""
+        """Copy of the noise with its variance multiplied by `factor`."""
         lags = tuple((factor * v, rate, summed) for v, rate, summed in self.lags)
         return StampedNoise(lags, factor * self.walk, factor * self.white)
 
@@ -101,7 +101,8 @@ def integrated_noise(term: Term, rate: float, n: int) -> StampedNoise:
     """`StampedNoise` of samples that are the integral of a term, e.g. the phase (s) of a clock.
 
     Each lag keeps its density at frequencies far below the sampling rate. The parameters are those of `sampled_noise`.
-    Quantization and power laws with exponents above 0 up to 2 become noise of the phase itself.
+    Quantization and power laws with exponents above 0 up to 2 become noise of the phase itself. Raises `InputError` for
+    exponents below −2 and terms without a power law.
     """
     lag = _lag_of(term)
     if lag is not None:

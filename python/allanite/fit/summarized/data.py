@@ -93,7 +93,7 @@ class SummaryData(Data):
     def factors(self) -> NDArray[np.int64]:
         """Array of the averaging factors of the accumulated Allan curve, up to a third of the record.
 
-        Factors with mostly missing terms are excluded unless the kept samples resolve them.
+        Factors with mostly missing terms are excluded unless 16 kept samples resolve them.
         """
         curve: Deviation = self.summary.oadev()
         m = curve.factors
@@ -103,8 +103,8 @@ class SummaryData(Data):
     def deviation(self, factors: NDArray[np.int64], less: Array | None = None) -> Array:
         """Array of the overlapping Allan deviation of the record, minus a signal `less` if given, shape of `factors`.
 
-        The accumulated curve is used. Where terms are missing, or with a signal, the kept samples are used if they are
-        fine enough, since an event may lie in the missing terms.
+        The accumulated curve is used. Where terms are missing, or with a signal, the kept samples are used if 16 of
+        them resolve τ. Variances are at least 1e-6 of the accumulated ones.
         """
         curve: Deviation = self.summary.oadev()
         at = np.searchsorted(curve.factors, factors)

@@ -81,9 +81,9 @@ def gain_without(fit: Fit, place: int, less: Solution) -> float:
 
 
 def _may_be_dropped(fit: Fit, place: int, needed: Collection[str]) -> bool:
-    """True if the search may drop the effect at index `place`: removable, not of a `needed` kind, and seen in the spectrum.
+    """True if the search may drop the effect at index `place`: removable and not of a `needed` kind.
 
-    The evidence of events in time is not in the mean spectrum, so that an event is dropped only if it is not detected.
+    An effect whose evidence is not in the mean spectrum, such as an event, must also be undetected.
     """
     effect = fit.model.effects[place]
     judged = effect.screened in {"spectral", "slow", "line"} or not is_detected(fit, place)

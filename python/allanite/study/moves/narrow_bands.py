@@ -248,7 +248,10 @@ def _with_side_bands(state: State, place: int) -> State:
 
 
 def _excess_variance(fit: Fit, first: int, last: int, mean: float) -> float:
-    """Variance, U², of the ordinates `first` … `last` beyond the model; their power is `mean` times the expected one."""
+    """Variance, U², of the ordinates `first` … `last` beyond the model, at least 0.
+
+    Their power is `mean` times the expected one.
+    """
     power = float(np.sum(fit.solution.ordinates[first : last + 1] ** 2))
     return power * max(1.0 - 1.0 / mean, 0.0) / fit.data.n
 

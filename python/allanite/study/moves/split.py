@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 def splits(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
     """Iterator over (expected gain in nats, indices of the replaced effects, model) with one effect replaced by two.
 
-    A filter may be replaced together with the effect. The new effects are the last of the model.
+    Only detected effects are replaced. A filter may be replaced together with the effect. The new effects are the last
+    of the model.
     """
     for place, out in enumerate(fit.model.effects):
         if not is_detected(fit, place):
