@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._event import Away, sines
+from allanite.effects._event import Away, Event, sines
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -67,6 +67,12 @@ class Excursion(Away):
     def when(self) -> tuple[float, float] | None:
         """Pair (start, end), s; None without values."""
         return None if self.start is None or self.end is None else (self.start, self.end)
+
+    def extended(self) -> tuple[Event, ...]:
+        """Tuple with one transient, which jumps where the excursion starts and then decays back; empty without a start."""
+        from allanite.effects.transient import Transient
+
+        return () if self.start is None else (Transient(time=self.start),)
 
     @classmethod
     def candidates(

@@ -79,14 +79,17 @@ class Transient(Event):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Empty tuple: a search tries a transient where it finds a bias step (`BiasStep.extended`)."""
+        """Empty tuple: a search tries a transient where it finds a bias step or an excursion (`extended`)."""
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array of 1024 times within the record, or of 15 time constants from 1/500 to 1/4 of it, s."""
+        """Array of 1024 times within the record, or of 20 time constants from 1/3000 to 1/4 of it, s.
+
+        Three of the shortest time constants are as long as the shortest excursion, 1/1000 of the record.
+        """
         if name == "time":
             return np.linspace(0.0, n / rate, 1026)[1:-1]
-        return np.geomspace(n / 500.0, n / 4.0, 15) / rate
+        return np.geomspace(n / 3000.0, n / 4.0, 20) / rate
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
         """Standard error of the time, s, as for a bias step; None for the time constant, whose likelihood is smooth."""

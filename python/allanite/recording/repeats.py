@@ -161,3 +161,18 @@ def longest_run(pieces: Iterable[tuple[int, NDArray[np.float64]]], n: int) -> tu
     if n - run_start > longest:
         longest, start = n - run_start, run_start
     return start, longest, equal
+
+
+def share_of_repeats_followed(samples: NDArray[np.float64], limit: int) -> float:
+    """Share of repeated samples that another repeat follows, in runs of one value shorter than `limit` samples.
+
+    0 without such runs. It exceeds the share of repeats in the record if values are held again and again.
+    """
+    repeats = runs = 0
+    for first in range(0, samples.size - 1, PART_SAMPLES):
+        part = samples[first : first + PART_SAMPLES + 1]
+        lengths = np.diff(np.flatnonzero(part[1:] != part[:-1]))
+        short = lengths[(lengths > 1) & (lengths < limit)]
+        repeats += int(short.sum()) - short.size
+        runs += short.size
+    return (repeats - runs) / repeats if repeats else 0.0

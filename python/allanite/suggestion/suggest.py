@@ -225,7 +225,7 @@ def same_misfit(first: Suggestion, other: Suggestion) -> bool:
     """True if two suggestions explain the same misfit.
 
     They are declared alternatives, are events in one band at one time, or share over half of the smaller ΔlogL at the
-    same frequencies.
+    same frequencies. Exclusions and changes of the noise level leave the spectrum as it is.
     """
     if other.kind in first.rivals or first.kind in other.rivals:
         return True
@@ -234,10 +234,15 @@ def same_misfit(first: Suggestion, other: Suggestion) -> bool:
     ):
         return True
     one, two = first.gains, other.gains
-    if one.size != two.size:
+    if one.size != two.size or any(_changes_level_or_excludes(s.effect) for s in (first, other)):
         return False
     least = min(float(one.sum()), float(two.sum()))
     return least > 0.0 and float(np.minimum(one, two).sum()) > MAIN_SHARE * least
+
+
+def _changes_level_or_excludes(effect: Effect) -> bool:
+    """True if the effect excludes samples or changes a noise level over time."""
+    return isinstance(effect, Modifier) and (effect.removes or effect.passing)
 
 
 def _band(effect: Effect) -> tuple[float, float] | None:
@@ -436,5 +441,4 @@ def _removed_misfit(fit: Fit, suggestion: Suggestion) -> float:
 
 def _changes_over_time(effect: Effect) -> bool:
     """True for exclusions, changes of level and moving bands, which change samples or their spectrum over time."""
-    in_time = isinstance(effect, Modifier) and (effect.removes or effect.passing)
-    return in_time or isinstance(effect, Moving)
+    return _changes_level_or_excludes(effect) or isinstance(effect, Moving)

@@ -74,6 +74,36 @@ def test_a_value_that_stands_still_is_taken_out():
     assert first.found.check().adequate
 
 
+def _held(x: np.ndarray, places: np.ndarray, seed: int) -> np.ndarray:
+    """A link that loses samples again and again: each loss repeats the last value 1 + Geometric(0.3) times."""
+    rng = np.random.default_rng(seed)
+    for at in places:
+        x[at : at + 2 + rng.geometric(0.3)] = x[at]
+    return x
+
+
+def test_the_longest_of_many_holds_is_no_event():
+    """Of 1000 holds, the longest has over 16 samples. A value that stands for 400 samples is none of them."""
+    places = np.random.default_rng(8).integers(0, N - 100, 1000)
+    x = _held(_noise(7), places, 9)
+    kinds = [s.kind for s in al.fit_model(al.Recording(x, rate=RATE), MODEL).check().significant]
+    assert "disturbance" not in kinds
+    x[20_000:20_400] = x[20_000]
+    check = al.fit_model(al.Recording(x, rate=RATE), MODEL).check()
+    stuck = next(s for s in check.significant if s.kind == "disturbance")
+    assert (stuck.effect.start, stuck.effect.end) == (20_000 / RATE, 20_399 / RATE)
+
+
+def test_each_of_a_few_lost_links_is_one():
+    """Other values that stand for long do not make such a value usual."""
+    x = _noise(10)
+    for first in range(5_000, N, 12_000):
+        x[first : first + 100] = x[first]
+    first = al.fit_model(al.Recording(x, rate=RATE), MODEL).check().suggestions[0]
+    assert first.kind == "disturbance"
+    assert "One value stands for 100 samples" in first.explanation
+
+
 def test_samples_lost_to_zero_are_no_lag():
     """Where the mean is far from 0, a lost sample that is written as 0 stands out, anywhere in the record."""
     rng = np.random.default_rng(6)

@@ -219,3 +219,18 @@ def test_a_jump_whose_time_may_be_outside_the_record_is_not_placed(time, deviati
     data = al.fit_model(al.Recording(np.random.default_rng(1).standard_normal(1000), 1.0), "N").data
     own = Regressed(step, np.ones(1), np.full((1, 1), deviation**2), np.ones((1, 1)), step)
     assert is_placed(own, data) == placed
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_decay_of_seconds_is_one_transient(seed):
+    """After a restart the sensor settles in 5 s of a record of two hours: no step, and no ramps that cancel."""
+    rate, n = 5.0, 40_000
+    rng = np.random.default_rng([seed, 21])
+    x = g.white(rng, n, rate, 0.0028) + g.walk(rng, n, rate, 2e-4)
+    since = np.arange(n) / rate - 2000.0 * (seed + 1)
+    x += np.where(since >= 0.0, 0.06 * np.exp(-np.maximum(since, 0.0) / 5.0), 0.0)
+    first = al.parse_model("N+K").fit(al.Recording(x, rate)).check().suggestions[0]
+    assert (first.kind, first.significant) == ("transient", True)
+    assert first.effect.time == pytest.approx(2000.0 * (seed + 1), abs=1.0)
+    low, high = first.estimates["time_constant"].interval
+    assert low < 5.0 < high

@@ -15,7 +15,7 @@ from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, discrepancy_gain, evidence
 from allanite.fit.rivals.together import is_broad
-from allanite.study.judgement import gain, no_error_rises
+from allanite.study.judgement import gain, no_error_rises, predicts_as_well
 from allanite.study.relations import is_line, line_distance
 from allanite.suggestion.constants import MAX_WANDERING_LINE_DISTANCE, MIN_DELTA_LOGL_OVER_SIMPLER
 from allanite.suggestion.unexplained_shape import nameless
@@ -76,7 +76,7 @@ def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
     A stack is two or more random effects of one kind, broad bands, or power laws, that the initial model did not have.
     The shape replaces it if its score is higher, where a discrepancy explains nothing. It also replaces a stack that
     hides an effect of the initial model, such as the white noise, if no discrepancy rises. It raises no error beyond
-    its scatter.
+    its scatter, and predicts unseen data as well as the stack.
     """
     fit, effects = before.fit, before.fit.model.effects
     count = Counter(effect.kind for effect in effects)
@@ -97,7 +97,7 @@ def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
         _stands_for_another(fit, better, before.given)
         and left[1] < left[0] + MAX_RIVAL_LOG_EVIDENCE
     )
-    if more < MAX_RIVAL_LOG_EVIDENCE and not instead:
+    if (more < MAX_RIVAL_LOG_EVIDENCE and not instead) or not predicts_as_well(fit, better):
         return None
     # The stack may have described chance deviations, so the errors are compared with those before it.
     kinds = {effects[place].kind for place in places}

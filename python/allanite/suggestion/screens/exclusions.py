@@ -14,7 +14,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import SampleData, without_samples
 from allanite.fit.likelihood.whitened import end_samples, rounding_step
 from allanite.fit.missing.completion import complete
-from allanite.recording.repeats import longest_run
+from allanite.recording.repeats import longest_run, share_of_repeats_followed
 from allanite.recording.tails import outlier_limit
 from allanite.suggestion.constants import (
     END_NEIGHBORS,
@@ -304,15 +304,18 @@ def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
     if data.missing is not None:
         samples = np.where(data.missing, np.nan, samples)
     first, count, equal = longest_run([(0, samples)], data.n)
-    # Probability of a run of this length anywhere, if neighbors are equal as often as elsewhere.
     share = max(equal - count + 1, 1) / (data.n - 1)
-    chance = float(np.log(data.n) + (count - 1) * np.log(share))
     if (
         share > MAX_EQUAL_NEIGHBOR_FRACTION
         or count < MIN_SEGMENT_SAMPLES
         or count > MAX_EXCLUDED_FRACTION * data.n
-        or chance > np.log(MAX_EXCLUSION_PROBABILITY)
     ):
+        return None
+    # Probability of a run of this length anywhere, if runs begin and go on as often as elsewhere. In a record whose
+    # values are held again and again, the longest run is the tail of the others.
+    followed = max(share, share_of_repeats_followed(samples, MIN_SEGMENT_SAMPLES))
+    chance = float(np.log(data.n * share) + (count - 2) * np.log(followed))
+    if chance > np.log(MAX_EXCLUSION_PROBABILITY):
         return None
     begin = data.start + first / data.rate
     note = f"One value stands for {count} samples from {begin:.6g} s: a stuck sensor or a lost link"

@@ -41,6 +41,7 @@ from allanite.suggestion.screens.spectral import Candidate, Screen
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from allanite.effects import Effect
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.expected import Noise
     from allanite.fit.likelihood.whitened import Whitened
@@ -129,25 +130,33 @@ def _richer_forms(
     """Dict from richer forms of an effect, with optimized shapes, to (angle of its grid, number of starts, noise used).
 
     They include excursions between any two times of the grid, which need not begin where the simple
-    form was found.
+    form was found, and the richer forms of an excursion.
     """
     base, known = solution.noise(data), solution.model.deterministic
     beside = None if simple is None else simple.solution
     noise = base if beside is None else beside.noise(data)
     found: dict[Deterministic, tuple[float, float, Noise]] = {}
-    for blank in () if simple is None else simple.effect.extended():
-        assert isinstance(blank, Deterministic)
-        grid = grid_points(blank, data)
-        gain, directions = matched_gains(grid, solution.ordinates, noise, data, known)
-        start = grid[int(np.argmax(gain))]
-        finer = _with_best_shapes(start, blank.free_shapes, solution, noise, data)
-        found[finer] = arc_length(directions), starts, noise
+
+    def add_extended(plain: Effect, starts: float, noise: Noise) -> None:
+        """Add the richer forms of an effect that may start at any of `starts` independent places."""
+        for blank in plain.extended():
+            assert isinstance(blank, Deterministic)
+            grid = grid_points(blank, data)
+            gain, directions = matched_gains(grid, solution.ordinates, noise, data, known)
+            start = grid[int(np.argmax(gain))]
+            finer = _with_best_shapes(start, blank.free_shapes, solution, noise, data)
+            found.setdefault(finer, (arc_length(directions), starts, noise))
+
+    if simple is not None:
+        add_extended(simple.effect, starts, noise)
     # Beside a step the fitted noise may be too low for an excursion elsewhere, so both noise models are tried.
     for own in (noise,) if beside is None else (noise, base):
         for effect, arc in best_spans(kind, solution.ordinates, own, data, known):
             # Each independent place could be either end.
             finer = _with_best_shapes(effect, effect.free_shapes, solution, own, data)
-            found.setdefault(finer, (arc, max(1.0, arc / (0.5 * np.pi)), own))
+            places = max(1.0, arc / (0.5 * np.pi))
+            found.setdefault(finer, (arc, places, own))
+            add_extended(finer, places, own)
     return found
 
 
