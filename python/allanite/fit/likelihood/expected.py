@@ -14,7 +14,7 @@ from allanite import _kernels
 from allanite.common.memory import cleared_by_free_buffers
 from allanite.common.showing import brief
 from allanite.common.threads import stop_if_unwanted
-from allanite.effects import Model
+from allanite.effects import Level, Model
 from allanite.fit.likelihood.peaks import is_narrow, means_near
 from allanite.fit.likelihood.stop_band import EMPTY_BIN_DENSITY_FACTOR, is_empty
 from allanite.spectrum import Bins, bins_of
@@ -64,20 +64,25 @@ def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArra
 
 
 def columns_like(
-    model: Model, other: Model, known: NDArray[np.float64], data: Data
+    model: Model,
+    other: Model,
+    known: NDArray[np.float64],
+    data: Data,
+    used: Sequence[bool] | None = None,
 ) -> NDArray[np.float64]:
     """Array of the expected bin power of each random effect at coefficient 1, shape (bins, effects), reusing known columns.
 
-    `known` holds the columns of the model `other`, which has as many random effects. Only the
-    columns of effects that differ are computed.
+    `known` holds the columns of the model `other`, which has as many random effects. Only the columns of effects that
+    differ are computed. With `used`, only those of effects where it is True; others keep the known columns.
     """
     effects, before = model.stochastic, other.stochastic
     modifiers, filters = model.modifiers, model.filters
     still = len(modifiers) == len(other.modifiers) and all(map(is_, modifiers, other.modifiers))
     passed = still or filters == other.filters
     out = np.array(known.T)
-    for row, effect, old in zip(out, effects, before, strict=True):
-        if effect is not old or not (still if effect.white else passed):
+    needed = (True,) * len(effects) if used is None else used
+    for row, effect, old, need in zip(out, effects, before, needed, strict=True):
+        if need and (effect is not old or not (still if effect.white else passed)):
             row[:] = _column_with_modifiers(effect, modifiers if effect.white else filters, data)
     return out.T
 
@@ -115,12 +120,19 @@ def _column_with_modifiers(
     """Array of the expected bin power of one effect at coefficient 1 with the modifiers `acting` on it, shape (bins,)."""
     stop_if_unwanted()
     opened, mixing = _without_coefficient(effect), data.mixing
+    # Level changes multiply the column; cached columns do not depend on them.
+    power, rest = 1.0, acting
+    levels = tuple(m for m in acting if isinstance(m, Level))
+    if levels:
+        power = Model(levels).mean_level(data.span) ** 2
+        rest = tuple(m for m in acting if m not in levels)
 
     def own() -> NDArray[np.float64]:
-        """Array of the bin power without mixing by missing samples."""
-        return _complete_column(opened, acting, data.rate, data.span, data.n, data.ends_missing)
+        """Array of the bin power without level changes and without mixing by missing samples."""
+        return _complete_column(opened, rest, data.rate, data.span, data.n, data.ends_missing)
 
-    return own() if mixing is None else data.of_bins.get((opened, acting), lambda: mixing @ own())
+    column = own() if mixing is None else data.of_bins.get((opened, rest), lambda: mixing @ own())
+    return power * column if levels else column
 
 
 @cleared_by_free_buffers

@@ -20,6 +20,7 @@ from allanite.fit.likelihood.discrepancy import (
     judge,
     linearized,
 )
+from allanite.fit.likelihood.expected import columns_like
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 
 if TYPE_CHECKING:
@@ -210,8 +211,9 @@ def _slopes(
         moved = point.copy()
         h = 1e-4 if point[i] + 1e-4 < shapes.limits[i, 1] else -1e-4
         moved[i] += h
-        moved_linear = part.linear(shapes.with_shapes(here, moved, [i]), (here, linear))
-        slopes[:, i] = (moved_linear.matrix @ theta - now) / h
+        there = shapes.with_shapes(here, moved, [i])
+        matrix = columns_like(there, here, linear.matrix, part.data, theta != 0.0)
+        slopes[:, i] = (matrix @ theta - now) / h
     return slopes
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Model, Stochastic
-from allanite.fit.likelihood.expected import column_of
+from allanite.fit.likelihood.expected import column_of, columns_like
 from allanite.fit.likelihood.whittle import (
     MAX_EQUAL_WEIGHT_FREEDOM,
     Maximum,
@@ -66,7 +66,7 @@ def scan_added_effect(
     for point, matrix, start in zip(points, matrices, starts, strict=True):
         start[:known] = base.theta
         if not isinstance(point, Stochastic):
-            matrix[:] = part.linear(model + point, (model, before)).matrix
+            matrix[:] = columns_like(model + point, model, before.matrix, part.data)
             continue
         matrix[:, :-1] = before.matrix
         column = matrix[:, -1] = column_of(model, point, part.data)
