@@ -242,7 +242,8 @@ def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
 def _labels(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
     """Tuple of labels of the effects of one model, such as ``SIN`` and ``SIN2``.
 
-    `most` maps each kind to the logarithms of the first shape parameters of its labels 1, 2, ….
+    `most` maps each kind to the logarithms of the first shape parameters of its labels 1, 2, …. Effects get the labels
+    whose sum of distances is least.
     """
     from scipy.optimize import linear_sum_assignment
 

@@ -48,8 +48,8 @@ class Twin:
 def samples_of(study: Study) -> dict[str, Any]:
     """Dict for JSON of a column's sample statistics: mean, minimum, maximum, step, clipped and references.
 
-    `step` is the quantization step or None. `clipped` lists the values at which samples were clipped. `references` maps
-    each logged column to its mean.
+    `step` is the quantization step or None; `clipped` lists the values at which samples were clipped. Both are only
+    known for rates. `references` maps each logged column to its mean.
     """
     recording = study.recording
     x = recording.rate_samples()

@@ -344,7 +344,10 @@ def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
     """
 
     def multiples(base: Line) -> dict[int, int]:
-        """Dict from the index of each line that is a harmonic of `base` to the order of the harmonic."""
+        """Dict from the index of each line that is a harmonic of `base` (up to `MAX_MULTIPLE`) to the lowest such order.
+
+        Harmonics above half the sampling rate are folded.
+        """
         out: dict[int, int] = {}
         for k in range(2, MAX_MULTIPLE + 1):
             whole = k * base.frequency
@@ -409,7 +412,10 @@ def _bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], flo
 
 
 def _merge_adjacent(bands: list[Any], width: float) -> tuple[Any, ...]:
-    """Tuple of bands (lowest frequency in Hz, highest frequency in Hz, rms), in which adjacent bands are merged."""
+    """Tuple of bands (lowest frequency in Hz, highest frequency in Hz, rms), in which adjacent bands are merged.
+
+    Their rms are added as squares. Bands are adjacent if less than 1.5 `width` lies between them.
+    """
     out: list[list[float]] = []
     for low, high, rms in bands:
         if out and low < out[-1][1] + 1.5 * width:

@@ -62,7 +62,11 @@ class Form:
         return POWERS[self.power] + words.get(self.memory, " with rate dependence")
 
     def effects(self, runs: Runs) -> tuple[Deterministic, ...]:
-        """Tuple of effects without values: one bias step at the start of each run except the first, then the law."""
+        """Tuple of effects without values: one bias step at the start of each run except the first, then the law.
+
+        The lag is held at 0 unless the memory is ``"lag"``. Hysteresis reaches over 1/16 to 1/2.2 of the temperature
+        range.
+        """
         column, starts, rate = runs.column, runs.starts, runs.recording.rate
         found: list[Deterministic] = [
             BiasStep(time=start / rate, hold=("time",)) for start in starts

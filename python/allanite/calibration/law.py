@@ -238,10 +238,10 @@ class AxisLaw:
 
     @property
     def headline(self) -> str:
-        """One sentence: form, size and temperature range of the law, or that no dependence was detected.
+        """One sentence: form, size and temperature range of the law, and the effect of the correction.
 
-        Without a dependence, it gives the 95 % limit of a slope, if known; for a straight line without hysteresis, the
-        slope.
+        Without a dependence, it says so with the 95 % limit of a slope, if known. For a straight line without
+        hysteresis, it gives the slope.
         """
         name, (low, high) = self.name, self.range
         covered = f"{number(low, 3)} to {number(high, 3)} °C"

@@ -84,7 +84,10 @@ def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
 
 
 def law_signal(fit: Fit) -> NDArray[np.float64]:
-    """Contribution of the thermal law to each sample, in the unit of the samples, with mean zero, shape (n,)."""
+    """Contribution of the thermal law to each sample, in the unit of the samples, with mean zero, shape (n,).
+
+    Zeros without a law.
+    """
     effects = law_of(fit)
     return fit.data.signal(effects) if effects else np.zeros(fit.data.n)
 
@@ -109,7 +112,10 @@ def walk_of_steps(fit: Fit, runs: Runs) -> float:
 
 
 def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
-    """Tuple of floats: bias of each run at the reference temperature, in the unit of the samples."""
+    """Tuple of floats: bias of each run at the reference temperature, in the unit of the samples.
+
+    It is the mean of the run's samples without the law.
+    """
     left = np.asarray(runs.recording.samples, dtype=float) - law_signal(fit)
     # The quadratic and cubic terms were fitted without their means, so that the means are subtracted here.
     mean = 0.0

@@ -251,7 +251,10 @@ def _c(found: ThermalCalibration) -> str:
 
 
 def _identifiers(found: ThermalCalibration) -> list[str]:
-    """List of texts: one valid C identifier for each axis; all differ."""
+    """List of texts: one valid C identifier for each axis; all differ.
+
+    Other characters become underscores, and repeated names get a number.
+    """
     names: list[str] = []
     for axis in found:
         name = re.sub(r"\W+", "_", axis.name, flags=re.ASCII).strip("_") or "axis"

@@ -176,8 +176,8 @@ def _check_address_space() -> None:
 def _run(arguments: Sequence[str] | None) -> int:
     """Exit code of a command line: runs the command, and prints every error as one line on standard error.
 
-    0 success or closed output, 2 bad input, 3 too little data or memory, 70 internal error, 130 interrupt. Interrupts
-    outside of the block and `SystemExit` pass.
+    0 success, help or closed output, 2 bad input or a missing package, 3 too little data or memory, 70 internal error,
+    130 interrupt. Interrupts outside of the block and `SystemExit` pass.
     """
     if sys.stdout is None:
         return _print_error(

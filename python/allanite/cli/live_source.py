@@ -441,7 +441,7 @@ def _blocks_of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]
     blocks: queue.Queue[bytes] = queue.Queue(MAX_QUEUED_BLOCKS)
 
     def run() -> None:
-        """Put the bytes that `read` returns into the queue; the last entry is empty."""
+        """Put the bytes that `read` returns into the queue; the last entry is empty, also if the source is closed."""
         data = b"-"
         while data:
             try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 import sys
 from contextlib import contextmanager, nullcontext
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from allanite.cli.words import words_of
+from allanite.common.documents import jsonable
 from allanite.common.errors import InputError
 from allanite.common.files import check_target, whole_file
 from allanite.common.plain import file_name, plain
@@ -37,23 +37,7 @@ MAX_TIME_RATIO = 5.0
 
 def dumps(document: Any) -> str:
     """JSON text of a document. NaN and infinities become null, NumPy arrays become lists."""
-    return json.dumps(_jsonable(document), indent=1, ensure_ascii=False, allow_nan=False)
-
-
-def _jsonable(value: Any) -> Any:
-    """Copy of a value with only types that JSON knows.
-
-    NaN and infinities become None, keys texts, arrays and tuples lists.
-    """
-    if isinstance(value, dict):
-        return {str(key): _jsonable(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_jsonable(item) for item in value]
-    if hasattr(value, "tolist"):
-        return _jsonable(value.tolist())
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value
+    return json.dumps(jsonable(document), indent=1, ensure_ascii=False, allow_nan=False)
 
 
 def print_results(results: Sequence[Any], options: LogOptions) -> None:

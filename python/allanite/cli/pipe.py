@@ -48,7 +48,7 @@ def log_file(path: str) -> Iterator[Path]:
 
 
 def _copy(head: bytes, stream: IO[bytes], spool: Path) -> None:
-    """Write `head` and all that follows in `stream` to the file `spool`.
+    """Write `head` and all that follows in `stream` to the new file `spool`; nothing for an empty `head`.
 
     Raises
     ------

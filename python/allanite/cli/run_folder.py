@@ -127,7 +127,7 @@ class RunFolder:
     def finish(self, found: Characterization) -> list[str]:
         """List of the paths written: models, figure, report and parameter files of all axes.
 
-        Prints a warning for each file that could not be made.
+        Prints a warning for each file that could not be made, and goes on.
         """
         from allanite.cli.output import dumps
 

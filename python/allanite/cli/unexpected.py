@@ -40,7 +40,7 @@ def internal_error_message(error: BaseException) -> str:
 
 
 def _version() -> str:
-    """Version of allanite, or a text that the compiled core is missing."""
+    """Version of allanite; "without its compiled core" if that is missing."""
     try:
         from allanite._kernels import version
     except ImportError:  # a missing core may be the reported error

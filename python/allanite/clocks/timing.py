@@ -586,7 +586,11 @@ def _estimate(name: str, value: float, error: float, freedom: float, unit: str) 
 
 
 def _verdict_text(verdict: Verdict, duration: float) -> str:
-    """Line of text about one limit of a mask: ``G.8272-A tdev: passes: 1.2 ns at τ = 10 s, limit 3 ns``."""
+    """Line of text about one limit of a mask: ``G.8272-A tdev: passes: 1.2 ns at τ = 10 s, limit 3 ns``.
+
+    With the interval, if known. Without a measured value, or if undecided for a short record, the needed length
+    follows.
+    """
     head = f"{verdict.mask} {verdict.kind}: {verdict.result}"
     if verdict.measured is None or verdict.limit is None:
         return f"{head}: the mask needs a record of {duration_text(verdict.needs)}"

@@ -119,7 +119,10 @@ class Combination:
 
     @property
     def headline(self) -> str:
-        """Text of one sentence: the gain at the first and last τ and at its maximum, and the names of deviating units."""
+        """Text of one sentence: the gain over the best unit at the first and last τ and at its maximum.
+
+        Units that deviate from the others are named.
+        """
         largest = int(np.argmax(self.gain))
         places = sorted({0, largest, self.tau.size - 1})
         shown = ", ".join(

@@ -1,8 +1,9 @@
-"""Read documents: texts that users or other programs wrote, such as models, data sheets and saved states."""
+"""Documents: texts that users or other programs wrote, such as models and saved states, and values for JSON."""
 
 from __future__ import annotations
 
 import json
+import math
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -90,3 +91,21 @@ def invalid_as_input_error(otherwise: str) -> Iterator[None]:
         ValueError,
     ) as error:
         raise InputError(f"{otherwise} ({type(error).__name__}: {plain(error, 120)})") from None
+
+
+def jsonable(value: Any, figures: int | None = None) -> Any:
+    """Copy of a value with only types that JSON knows; floats are rounded to `figures` digits, if given.
+
+    NaN and infinities become None, keys of dicts texts, arrays and tuples lists.
+    """
+    if isinstance(value, dict):
+        return {str(key): jsonable(item, figures) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [jsonable(item, figures) for item in value]
+    if hasattr(value, "tolist"):
+        return jsonable(value.tolist(), figures)
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            return None
+        return float(value if figures is None else f"{value:.{figures}g}")
+    return value

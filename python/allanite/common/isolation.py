@@ -217,8 +217,8 @@ def _error_without_result(code: int, worker: str, limits: Limits, memory: float)
 def _error_of_child(described: dict[str, Any], worker: str) -> Exception:
     """Exception (not raised) with the message of the error that the function raised in the child.
 
-    `InputError`, `TooShortError` and `ModuleNotFoundError` keep their type. Too little memory becomes an `InputError`,
-    any other error an `InternalError`.
+    `InputError`, `TooShortError` and `ModuleNotFoundError` keep their type. Too little memory becomes an `InputError`
+    about `worker`, any other error an `InternalError`.
     """
     kind = described["kind"]
     if kind == "memory":
@@ -301,7 +301,7 @@ def _function_named(name: str) -> Callable[..., Any]:
 
 
 def _error_text(error: Exception) -> str:
-    """Text ``"KeyError: 'x' (file.py:12)"``: type and message of an error, and the line that raised it."""
+    """Text ``"KeyError: 'x' (file.py:12)"``: type, message (at most 200 characters), and the line that raised the error."""
     frame = error.__traceback__
     while frame is not None and frame.tb_next is not None:
         frame = frame.tb_next

@@ -88,7 +88,7 @@ def require_memory(size: float, what: str) -> None:
 
 
 def source_of_budget() -> str:
-    """Text that names the source of the budget: ``"ALLANITE_MEMORY=8G"`` or ``"half of the free memory"``."""
+    """Text that names the source of the budget: ``"ALLANITE_MEMORY=8G"`` if set, else ``"half of the free memory"``."""
     setting = os.environ.get(VARIABLE)
     return "half of the free memory" if setting is None else f"{VARIABLE}={setting}"
 

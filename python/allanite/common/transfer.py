@@ -77,9 +77,10 @@ def _array_bytes(file: IO[bytes], size: int) -> Any:
 
 
 def _to_json(value: Any, file: IO[bytes]) -> Any:
-    """JSON form of a value: a plain value, or a list that begins with ``"array"``, ``"dict"`` or ``"list"``.
+    """JSON form of a value: a plain value, or a list that begins with ``"array"``, ``"dict"`` or ``"list"`` (also tuples).
 
-    The elements of its arrays are written to `file`. Raises `TypeError` for a value that cannot be transferred.
+    The elements of its arrays are written to `file`; NumPy scalars become plain. Raises `TypeError` for a value that
+    cannot be transferred, such as a dict with keys that are no texts.
     """
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in KINDS:

@@ -202,7 +202,8 @@ class _Parser:
     def parse_product(self) -> _Quantity:
         """`_Quantity` of a product or quotient, such as ``deg/s``, from the next tokens, which are consumed.
 
-        Raises `ValueError`.
+        A name without an operator is a factor. It ends at the first other token. Raises `ValueError` for a wrong
+        factor.
         """
         result = self.parse_power()
         while True:
@@ -272,7 +273,10 @@ class _Parser:
 
 
 def _quantity_of_symbol(name: str) -> _Quantity:
-    """`_Quantity` of a unit symbol or one of its aliases. Raises `ValueError` for an unknown symbol."""
+    """`_Quantity` of a unit symbol or one of its aliases. Raises `ValueError` for an unknown symbol.
+
+    Capital letters do not matter, except in symbols of two letters: ``Mg`` is no milli-g.
+    """
     field = _ALIASES.get(name.lower(), name)
     field = field.lower() if field.lower().endswith("gauss") else field
     if field in _FIELDS:

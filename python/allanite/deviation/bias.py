@@ -67,7 +67,7 @@ def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, sum
 
 
 def hadamard_total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Equivalent degrees of freedom of the Hadamard total variance (NIST SP 1065 table 11), at least 1.
+    """Equivalent degrees of freedom of the Hadamard total variance (NIST SP 1065 table 11), at least 1 for m > 1.
 
     At m = 1 they are those of the Hadamard variance. α is rounded to −2 … 0.
     """

@@ -161,7 +161,10 @@ class Deviation:
         return replace(self, unit=unit, deviation=factor * self.deviation, _bands=bands)
 
     def _interval_array(self, name: str) -> NDArray[np.float64]:
-        """Array ``"low"``, ``"high"`` or ``"edf"``, shape (k,). All three are computed at the first call."""
+        """Array ``"low"``, ``"high"`` or ``"edf"``, shape (k,), not writable. All three are computed at the first call.
+
+        Without a formula for the degrees of freedom, all are NaN.
+        """
         # Computed on first use, since it takes longer than the deviation of a short record.
         if not self._bands:
             edf = np.full(self.tau.shape, np.nan) if self._freedom is None else self._freedom()

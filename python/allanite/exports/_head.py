@@ -135,7 +135,8 @@ def _overconfidence_text(axis: Axis, choice: Choice, found: Quality) -> str:
 def axis_comments(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list[str]:
     """List of comment lines on one axis: its model, notes, assumptions, and the effects that the numbers cover or omit.
 
-    More than 8 omitted effects are counted by kind. Without a `choice`, the file covers all effects.
+    More than 8 omitted effects are counted by kind. Without a `choice`, the file covers all effects. An overbound names
+    the loudest segment.
     """
     origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
     if axis.assumptions:

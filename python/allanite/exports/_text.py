@@ -36,7 +36,7 @@ def plain(text: object, max_length: int = MAX_LENGTH) -> str:
 
 
 def _wrap_comment(line: str, begin: str) -> list[str]:
-    """List of lines that begin with `begin`: the given line, broken between words.
+    """List of lines that begin with `begin`: the given line, broken between words; only `begin` for an empty line.
 
     The later lines are indented by four more spaces. No line is longer than `LINE_LENGTH` unless a word is.
     """

@@ -83,7 +83,7 @@ class Bench:
 
     @property
     def work(self) -> Work:
-        """Work on the open log.
+        """`Work`: the state of the open log.
 
         Raises
         ------
@@ -164,7 +164,7 @@ class Bench:
                     before.cancel()
 
             def guarded(job: Job) -> None:
-                """Run the work, and announce its end to the browser."""
+                """Wait for the job before, if this one `follows` it, run the work, and announce its end to the browser."""
                 try:
                     if before is not None and follows:
                         job.await_end(before)

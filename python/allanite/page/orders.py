@@ -109,7 +109,10 @@ def _read_again(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _analyze_part(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that analyzes a part of the log: a time range in s, the longest quiet segment, or the whole log."""
+    """Start a job that analyzes a part of the log: the longest quiet segment, a time range in s, or the whole log.
+
+    With a time range, excluded segments stay excluded; else none are.
+    """
     if order.get("quiet") is True:
         tab.take((quiet_span(tab.work.whole), ()))
         return
@@ -205,7 +208,7 @@ def _hold_parameter(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _limit_parameter(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that fits with the limits of the order, given in the displayed unit."""
+    """Start a job that fits with the limits of the order, given in the displayed unit; a missing limit is an open end."""
     place, name = _integer(order, "place"), _text(order, "name") or ""
     factor = _factor_to_own_unit(tab, place, name)
     low, high = (_number(order, end) for end in ("low", "high"))

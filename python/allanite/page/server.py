@@ -14,13 +14,14 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+from allanite.common.documents import jsonable
 from allanite.common.errors import AllaniteError, InputError
 from allanite.page.guard import Guard
 from allanite.page.orders import act
 from allanite.page.sessions import GRACE, Sessions
 from allanite.page.shown import documents
 from allanite.page.shown.parts import part
-from allanite.page.shown.views import finite, view
+from allanite.page.shown.views import view
 from allanite.page.source import Source, check_name
 from allanite.page.state import state, work
 from allanite.page.words import WORDS
@@ -68,9 +69,12 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
     from starlette.routing import Route
 
     def reply(document: Any, status: int = 200) -> Response:
-        """JSON response with this document and status; NaN and ±∞ become null."""
+        """JSON response with this document and status; floats have seven digits, NaN and ±∞ become null."""
         text = json.dumps(
-            finite(document), ensure_ascii=False, allow_nan=False, separators=(",", ":")
+            jsonable(document, figures=7),
+            ensure_ascii=False,
+            allow_nan=False,
+            separators=(",", ":"),
         )
         return Plain(text, status, media_type="application/json")
 

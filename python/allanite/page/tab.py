@@ -194,7 +194,7 @@ class Tab(Bench):
         self.run("Improving", work, follows=True)
 
     def _improve(self, job: Job, column: int, before: str) -> bool:
-        """Add steps until none helps.
+        """Add steps until none helps; each is checked first, and an adequate model is then simplified.
 
         True if the last model is adequate, within the tolerance, or has the largest number of steps.
         """

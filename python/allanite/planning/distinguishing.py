@@ -54,7 +54,7 @@ def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, M
 def log_odds(truth: Model, other: Model, data: Data, columns: Columns | None = None) -> float:
     """Expected log odds of `truth`, nats: loss of logL if the model `other` is fitted to a record of `truth`.
 
-    Positive or 0.
+    Positive or 0. Known functions of `truth` whose kind is also in `other` cost nothing.
 
     Parameters
     ----------

@@ -197,7 +197,7 @@ def _detection_criterion(
     """Function of duration (s) and rate (Hz): True if `check` finds the effect with at least the probability `wanted`."""
 
     def enough(duration: float, rate: float) -> bool:
-        """True if a record of this duration and rate suffices."""
+        """True if `check` finds the effect in a record (duration in s, rate in Hz) with at least the wanted probability."""
         data = _expected.blank(round(duration * rate), rate)
         found = detection_of(base, effect, data, _expected.coarse(data, covariates))
         return found.probability >= wanted
@@ -212,7 +212,7 @@ def _distinction_criterion(
     truth, other = models_to_distinguish(base, names)
 
     def enough(duration: float, rate: float) -> bool:
-        """True if a record of this duration and rate suffices."""
+        """True if a record (duration in s, rate in Hz) gives expected odds of `MIN_ODDS` between the two effects."""
         data = _expected.blank(round(duration * rate), rate)
         return log_odds(truth, other, data, covariates) >= np.log(MIN_ODDS)
 
@@ -226,7 +226,7 @@ def _accuracy_criterion(
     value = detection_power(base, duration=1e4, rate=1.0, covariates=covariates).value(name)
 
     def enough(duration: float, rate: float) -> bool:
-        """True if a record of this duration and rate suffices."""
+        """True if a record (duration in s, rate in Hz) gives the parameter the wanted relative standard error, or less."""
         data = _expected.blank(round(duration * rate), rate)
         found = standard_errors(base, data, _expected.coarse(data, covariates))
         return found[name] <= wanted * abs(value)

@@ -145,7 +145,8 @@ def whitened_signal_power(
 ) -> Array:
     """Sum of squared whitened ordinates of a known function in each bin, shape (bins,).
 
-    Whitened: divided by √S of `null`. The projection on `directions` (`known_directions`) is subtracted first.
+    Whitened: divided by √S of `null`. For a slow function, the projection on `directions` (`known_directions`) is
+    subtracted first.
     """
     j = ordinates_of(effect, data, grid)
     values = signal_ordinates(effect, j, data, grid) / np.sqrt(null.spectrum[_bin_of(j, data)])

@@ -28,6 +28,8 @@ def family_of(
 ) -> tuple[Family, int]:
     """Tuple (family of searches in which `check` looks for the effect, number of families that share the false alarms).
 
+    The family follows from the effect's attribute ``screened``: slow function, line, level, or else spectral shape.
+
     Parameters
     ----------
     base : Model

@@ -93,7 +93,7 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
 
 
 def _title(figure: Figure, look: Theme) -> dict[str, Any]:
-    """Dict: plotly title with title and subtitle of a figure."""
+    """Dict: plotly title with title and subtitle of a figure; without a subtitle only the title."""
     rest = html_text(figure.subtitle)
     text = f"<b>{html_text(figure.title)}</b>" + (
         f"<br><span style='font-size:12px'>{rest}</span>" if rest else ""

@@ -71,7 +71,8 @@ def samples_panel(
 ) -> Panel:
     """`Panel` of one column over time: minimum, maximum and mean of each of `segments` short segments.
 
-    `last` shows the time axis, `named` labels the y axis with the name of the column.
+    Only the mean if minimum and maximum are equal everywhere. `last` shows the time axis, `named` labels the y axis
+    with the name of the column.
     """
     size, name = time_scale(column.duration)
     time, low, high, mean = _segments(column.rate_samples(), segments)

@@ -108,7 +108,10 @@ def _step_text(step: Rung, numbers: bool) -> str:
 
 
 def _bar_colors(steps: int) -> tuple[str, ...]:
-    """Tuple of the color role of each bar; the first and the last step have the colors of their curves."""
+    """Tuple of the color role of each bar: ``"model"`` for the first step, ``"c1"`` for the last, ``"before"`` for others.
+
+    The colors are those of the curves; a single bar is ``"c1"``.
+    """
     return tuple("c1" if i == steps - 1 else "model" if i == 0 else "before" for i in range(steps))
 
 

@@ -95,7 +95,10 @@ def effect_text(fit: Any, effect: Any) -> str:
 
 
 def recording_text(recording: Any) -> str:
-    """Text of log, first column, duration and rate of a recording: ``imu.csv gx · 2 h at 100 Hz``."""
+    """Text of log, first column, duration and rate of a recording: ``imu.csv gx · 2 h at 100 Hz``.
+
+    "recording" without a log and a column.
+    """
     from pathlib import Path
 
     name = Path(recording.path).name if recording.path else ""

@@ -127,7 +127,7 @@ def _size(path: Path) -> int:
 def refused_as(what: str) -> Iterator[None]:
     """Context that turns an error of a foreign library into an `InputError`: "damaged or not `what` (…)".
 
-    Lack of memory stays a `MemoryError`.
+    Errors of this package and `ModuleNotFoundError` pass. Lack of memory becomes or stays a `MemoryError`.
     """
     try:
         yield

@@ -206,7 +206,8 @@ class Inspection:
 def _texts_of_values(column: Column) -> tuple[str, str]:
     """Pair of texts: first values and range of a column.
 
-    Time stamps have as many digits as tell the first ones apart; those in ns since 1970 are written as dates.
+    Time stamps have as many digits as tell the first ones apart; those in ns since 1970 are written as dates. Without a
+    finite value, the range is empty.
     """
     if column.role != "time" or not column.first:
         ends = (

@@ -143,7 +143,10 @@ def _joined(chunks: Iterable[NDArray[Any]], parts: TimeParts) -> Iterator[NDArra
 
 
 def _differences(chunks: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
-    """Yield the differences of consecutive rows of the chunks, also across chunks."""
+    """Yield the differences of consecutive rows of each chunk, also to the last row of the chunk before.
+
+    Integers are subtracted as int64; the first chunk yields one row less.
+    """
     last: NDArray[Any] | None = None
     for chunk in chunks:
         # Differences of narrow or unsigned integers would wrap. Those of 64-bit integers are exact modulo 2^64.

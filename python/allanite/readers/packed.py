@@ -27,6 +27,8 @@ def is_packed(path: Path) -> bool:
 def unpacked(path: Path) -> Iterator[Path]:
     """Context with the path of the temporary unpacked file; errors name the compressed file.
 
+    The file keeps its name without ``.gz``; without a suffix, it is a CSV file.
+
     Raises
     ------
     InputError

@@ -244,7 +244,10 @@ def _first_lines(path: Path) -> list[str]:
 
 
 def stated_rate(path: Path) -> float | None:
-    """Sampling rate in Hz that a comment or preamble states (``// Update Rate: 100.0Hz``, ``# Tau: 1.0``), or None."""
+    """Sampling rate in Hz that a comment or preamble states (``// Update Rate: 100.0Hz``, ``# Tau: 1.0``), or None.
+
+    The first stated rate comes before the first stated interval.
+    """
     lines = _first_lines(path)
     found = next((match for line in lines if (match := _RATE.match(line))), None)
     if found is not None:

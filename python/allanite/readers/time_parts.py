@@ -216,7 +216,10 @@ def _calendar(
         return None
 
     def seconds(x: Sequence[NDArray[Any]]) -> list[NDArray[np.float64]]:
-        """List of arrays in s whose sum is the time since 1970: days, fraction of a day, hours, minutes, seconds."""
+        """List of arrays in s whose sum is the time since 1970: whole days, fraction of a day, then the times of day.
+
+        Without a month, the day is that of the year.
+        """
         years = (np.asarray(x[0]).astype(np.int64) - 1970).astype("datetime64[Y]")
         if calendar == 3:
             months = years.astype("datetime64[M]") + (np.asarray(x[1]).astype(np.int64) - 1)

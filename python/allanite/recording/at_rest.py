@@ -275,7 +275,8 @@ def _column(recording: Recording, at: int) -> NDArray[Any]:
 def _absolute_changes(x: NDArray[np.float64], m: int, order: int = 1) -> NDArray[np.float64]:
     """Absolute differences between successive averages of m samples, shape (averages − order,).
 
-    `order` is 1 or 2: the difference of two averages, or a − 2 b + c of three. NaN if an average lacks a sample.
+    An average is the median of the means of three thirds if m is large enough. `order` is 1 or 2: the difference of two
+    averages, or a − 2 b + c of three. NaN if an average lacks a sample; an incomplete last group is dropped.
     """
     groups = x[: x.size // m * m].reshape(-1, m)
     # The median of three thirds resists outliers if a group has enough samples.
@@ -493,7 +494,8 @@ def motion_error(recording: Recording) -> InputError | None:
 def _motion_text(motion: Motion, least: float) -> str:
     """Text of the signs of motion, joined by ", and ": ``3 turns of up to 90°``, changes, sway and tilt.
 
-    Changes and sway are stated if they concern more than a share `least` of the record.
+    Changes and sway are stated if they concern more than a share `least` of the record. Without a sign, only the share
+    of the record.
     """
     why = []
     if motion.turns >= MIN_TURNS:

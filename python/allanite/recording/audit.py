@@ -137,7 +137,7 @@ class _Column:
 
 
 def _count_missing(x: NDArray[Any]) -> int:
-    """Number of samples that are NaN."""
+    """Number of samples that are NaN; 0 for integers."""
     if x.dtype.kind != "f":
         return 0
     return sum(int(np.count_nonzero(np.isnan(x[k : k + CHUNK]))) for k in range(0, x.size, CHUNK))

@@ -49,7 +49,10 @@ def _float_type(samples: NDArray[Any]) -> type[np.floating]:
 
 
 def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
-    """`Finding` that a column has a no-data marker, with the value (in `unit`) and number of samples."""
+    """`Finding` (warning) that a column has a no-data marker, with the value (in `unit`) and number of samples.
+
+    The text names the end of the type if the marker is one.
+    """
     several = marker.count > 1
     what = f", {marker.type_end}" if marker.type_end else ", far from all other samples"
     unit = "" if unit == "1" else f" {unit}"

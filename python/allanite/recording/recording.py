@@ -386,7 +386,7 @@ class Recording(Record):
         return quiet_segment(self)
 
     def half(self, which: int) -> Recording:
-        """Recording of the first n // 2 samples (`which` = 0) or of the other samples (1)."""
+        """Recording of the first n // 2 samples (`which` = 0) or of all others (any other value)."""
         middle = self.n // 2
         return self._rows(slice(0, middle) if which == 0 else slice(middle, None))
 

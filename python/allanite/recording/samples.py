@@ -68,7 +68,10 @@ def require_finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
 def _infinity_text(
     piece: NDArray[Any], bad: NDArray[np.bool_], at: int, columns: Sequence[str] | None
 ) -> str:
-    """Text with the position of the first infinity: ``the first in column gx: sample 3, counted from 1, is inf``."""
+    """Text with the position of the first infinity: ``the first in column gx: sample 3, counted from 1, is inf``.
+
+    `at` is the index of the first row of `piece`. Without one name per column, usual names are used.
+    """
     row, *rest = (int(i) for i in np.argwhere(bad)[0])
     k = 1 if piece.ndim == 1 else piece.shape[1]
     names = columns if columns is not None and len(columns) == k else column_names(None, piece)
@@ -141,7 +144,10 @@ def index_of(samples: Any) -> NDArray[Any] | None:
 
 
 def find_column(name: str | int, columns: Sequence[str]) -> int:
-    """Index of a column by name, or by 0-based index, which may be text. Raises `InputError` for an unknown column."""
+    """Index of a column by name, or by 0-based index, which may be text; a name comes first.
+
+    Raises `InputError` for an unknown column, with the most similar name.
+    """
     if isinstance(name, str) and name in columns:
         return list(columns).index(name)
     if (isinstance(name, int) or name.isdecimal()) and 0 <= int(name) < len(columns):

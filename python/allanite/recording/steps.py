@@ -355,7 +355,10 @@ class Steps:
     # -- stamps that several samples share --------------------------------------------------------
 
     def _set_gaps_of_shared_stamps(self) -> None:
-        """Set `gaps`, `counts` and `times`, for stamps that several samples share (whole seconds of a 5 Hz log)."""
+        """Set `gaps`, `counts` and `times`, for stamps that several samples share (whole seconds of a 5 Hz log).
+
+        A gap is a step of more than 2.5 + 2/n intervals, where n is the mean number of samples per stamp.
+        """
         at = np.flatnonzero(self.clean > 0)
         steps = self.clean[at]
         unit = self.usual

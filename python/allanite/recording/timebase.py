@@ -107,7 +107,7 @@ class Stamps:
 
     @property
     def rows(self) -> tuple[int, int]:
-        """Tuple (first row, end) of the segment used, `end` exclusive."""
+        """Tuple (first row, end) of the segment used, `end` exclusive; the whole log without segments."""
         return self.pieces[self.piece] if self.pieces else (0, self.n)
 
     @property
@@ -271,6 +271,7 @@ def segments_between_gaps(n: int, gaps: list[tuple[int, int]]) -> tuple[tuple[in
     """Tuple of (first row, end) of each segment between gaps that are too long to fill, `end` exclusive.
 
     The longest gaps split the record, until in each segment at most four times as many samples are missing as present.
+    Gaps below `MIN_SPLITTING_GAP` samples never split.
     """
     if sum(count for _, count in gaps) <= MAX_MISSING_RATIO * n:
         return ((0, n),)

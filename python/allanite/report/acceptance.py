@@ -27,6 +27,9 @@ PLOT_HEIGHT = 3.6
 def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "") -> str:
     """HTML text of the acceptance report on all axes of a part, a complete page.
 
+    For an undecided verdict, it states the record length that would settle it, if known. The plot is that of the first
+    axis with the verdict of the part.
+
     Parameters
     ----------
     found : sequence of Acceptance

@@ -50,7 +50,7 @@ MAX_CARDS = 3
 
 
 def column_title(entry: Entry) -> str:
-    """Text of file and column of an entry: ``gyro.csv · gyro_x``."""
+    """Text of file and column of an entry: ``gyro.csv · gyro_x``; ``recording · gyro_x`` without a file."""
     recording = entry.recording
     file = Path(recording.path).name if recording.path else "recording"
     return f"{file} · {recording.columns[0]}"
@@ -261,7 +261,10 @@ def _cell_values(cell: Cell) -> list[str | Number]:
 
 
 def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
-    """List of `Block`: section on the first model: goodness of fit, where the model fails, and the missing effects."""
+    """List of `Block`: section on the first model: goodness of fit, where the model fails, and the missing effects.
+
+    Its plot is left out if the study has only one step.
+    """
     check, fit = entry.first, entry.first.fit
     out: list[Block] = [
         Heading(_first_model_title(check)),
@@ -286,7 +289,10 @@ def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> lis
 
 
 def _first_model_title(check: Any) -> str:
-    """Text of the heading on the first model: where it fails, that it fits, or that effects are missing."""
+    """Text of the heading on the first model: "Where … fails", "… fits the record", or "Effects missing from …".
+
+    The first if a misfit is left, the second if the check is adequate.
+    """
     name = check.fit.model.name
     if check.left:
         return f"Where {name} fails"

@@ -57,7 +57,7 @@ def summary(report: Report) -> list[Block]:
 
 
 def _picture(report: Report) -> Picture:
-    """`Picture` of the first page: all axes, or the curve of a single column."""
+    """`Picture` of the first page: all axes that were characterized together, or the curve of the first column."""
     if len(report.entries) == 1 or report.axes is None:
         return curve_picture(report.entries[0])
     return axes_picture(report.axes)

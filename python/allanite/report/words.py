@@ -166,7 +166,7 @@ def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:
 
 
 def _sentences_on(added: list[str]) -> str:
-    """Text of sentences that name the added effects, at most `EFFECTS_PER_SENTENCE` in each."""
+    """Text of sentences that name the added effects, at most `EFFECTS_PER_SENTENCE` in each: "Added: …. Also added: …."."""
     sentences = []
     for at in range(0, len(added), EFFECTS_PER_SENTENCE):
         *others, last = added[at : at + EFFECTS_PER_SENTENCE]
@@ -176,7 +176,7 @@ def _sentences_on(added: list[str]) -> str:
 
 
 def _why_nothing_was_added(study: Any) -> str:
-    """Clause on why no effect was added to an adequate first model."""
+    """Clause on why no effect was added to an adequate first model: too coarse a resolution, or nothing is missing."""
     if study.verdict == "limited by quantization":
         return "the resolution is too coarse to judge anything else"
     return "nothing is significantly missing"
@@ -220,7 +220,7 @@ def _effect_text(fit: Any, effect: Any) -> str:
 
 
 def _change_of_errors(first: Any, last: Any) -> str:
-    """Sentence on how Allan error and χ²/dof changed from the first to the last model."""
+    """Sentence on how Allan error and χ²/dof changed from the first to the last model; only χ²/dof without both errors."""
     before, after = first.error.adev_rms_percent, last.error.adev_rms_percent
     if before is None or after is None:
         return f"χ²/dof falls from {number(first.misfit.reduced)} to {number(last.misfit.reduced)}."

@@ -160,7 +160,7 @@ def _merged(parts: list[Summary]) -> Summary:
 
 
 def _summary_of_log(path: str, rate: float | None, unit: Any, columns: Any) -> Summary | str:
-    """`Summary` of a log, or a text with the reason why the log cannot be read."""
+    """`Summary` of a log, or a text (at most 300 characters) with the reason why the log cannot be read."""
     from allanite.readers import read
 
     try:

@@ -228,9 +228,9 @@ class LogProcess:
             self._process.stdin.flush()
 
     def _read_line(self, seconds: float) -> tuple[dict[str, Any] | None, bool]:
-        """Tuple (next message of the child, None if it ended; True if its time limit of `seconds` passed).
+        """Tuple (next message of the child; True if its time limit of `seconds` passed).
 
-        The child is killed when the time limit passes.
+        The message is None if the child ended or wrote no JSON. The child is killed when the time limit passes.
         """
         process = self._process
         assert process is not None

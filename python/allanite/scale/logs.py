@@ -167,7 +167,7 @@ def rows_of(
 
 
 def _reason(error: Exception) -> str:
-    """Text of one line: message of an error of allanite, or a request to report any other error."""
+    """Text of one line: message of an error of allanite, or for any other error a request to report it."""
     if isinstance(error, AllaniteError):
         return plain(error, 300)
     what = plain(f"{type(error).__name__}: {error}", 200)

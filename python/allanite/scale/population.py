@@ -139,7 +139,10 @@ class Fleet:
         return f"too few units: a population needs {MIN_UNITS} logs with the same axis, found {self.files}"
 
     def _unit_text(self, one: Deviating) -> str:
-        """Text of a deviating unit: ``unit4.csv, gx: N × 1.6 (p = 1e-5)``; 1.6 is the ratio to the median of all units."""
+        """Text of a deviating unit: ``unit4.csv, gx: N × 1.6 (p = 1e-5)``; 1.6 is the ratio to the median of all units.
+
+        Without a positive median, the value itself; without a value, only what deviates.
+        """
         by = one.by.replace("_", " ")
         if one.value is None:
             return f"{one.file}, {one.column}: {by} (p = {one.p_value:.1g})"

@@ -115,6 +115,8 @@ class PowerBets:
     def gains(self, white: Array, clipped: float) -> Array:
         """Natural logarithms of the e-values of whitened samples, in the order of `levels`, shape (n,).
 
+        0 for levels within the limits of the null hypothesis.
+
         Parameters
         ----------
         white : ndarray, shape (samples,)

@@ -195,7 +195,10 @@ def _check_recording(document: Mapping[str, Any], name: str) -> None:
 
 
 def _last_step(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Mapping: document of the last model of a stepwise improvement; other documents are returned unchanged."""
+    """Mapping: document of the last model of a stepwise improvement, with the recording of the whole document.
+
+    Other documents are returned unchanged.
+    """
     ladder = document.get("ladder")
     if not ladder:
         return document

@@ -59,7 +59,10 @@ FREQUENCY_FIGURES = ("bandwidth", "sample_rate")
 
 
 def known_figures() -> dict[str, tuple[str, float | str]]:
-    """Dict: name of a figure → (coefficient or `MINIMUM`, power of seconds in its unit U·s^power or the unit as text)."""
+    """Dict: name of a figure → (coefficient or `MINIMUM`, power of seconds in its unit U·s^power or the unit as text).
+
+    Figures come from the parameters of the catalog's effects, and from `CURVE_FIGURES`.
+    """
     ours = {
         figure: (p.name if p.name == e.short else f"{e.short}.{p.name}", p.unit)
         for e in CATALOGUE

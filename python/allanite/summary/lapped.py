@@ -93,6 +93,8 @@ def segments(x: Array) -> Array:
 def transform_at_end(x: Array, left: bool, right: bool) -> Array:
     """Coefficients of the lapped transform of one segment at the beginning or end of the record, or of the whole record.
 
+    The mean is subtracted first.
+
     Parameters
     ----------
     x : ndarray

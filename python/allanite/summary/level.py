@@ -105,7 +105,8 @@ class Level:
     def extend(self, *pieces: Array) -> None:
         """Append the samples that follow, in one or more arrays, to this level and to deeper levels.
 
-        Kept samples are copied, so that the caller may reuse the memory.
+        Above `MAX_KEPT_SAMPLES` only both ends are kept. Kept samples are copied, so that the caller may reuse the
+        memory.
         """
         self.stop += sum(x.size for x in pieces)
         if not self.whole:
@@ -154,7 +155,8 @@ class Level:
     def halve_tiles(self, first: int, x: Array) -> Array:
         """Samples of consecutive tiles at half the rate, shape (n / 2,). Side effect: adds the power of the tiles.
 
-        `first` is the index of the first tile. `x` has `MARGIN` more samples than the tiles at both ends.
+        `first` is the index of the first tile. `x` has `MARGIN` more samples than the tiles at both ends. The power is
+        added to this level.
         """
         count = (x.size - 2 * MARGIN) // TILE
         out: list[Array] = []

@@ -25,7 +25,7 @@ def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
     """Tuple (row of the most significant step, square of (height / standard error) of this step).
 
     A step at row i changes rows i and later. The amplitudes of the known functions are fitted together with each step.
-    Every eighth row is tried first, then all rows around the best one.
+    Every eighth row is tried first, then all rows around the best one; the first of equal ones counts.
     """
     there = np.ones(series.n, dtype=bool)
     columns = np.vstack([series.values, series.design])

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from allanite import Recording
+from allanite.common.documents import jsonable
 from allanite.fit import fit_model
 from allanite.page import bench as bench_module
 from allanite.page.jobs import Job
 from allanite.page.ladder import Ladder, Step, Work
 from allanite.page.sessions import Sessions
-from allanite.page.shown.views import finite, view
+from allanite.page.shown.views import view
 from allanite.page.source import Source
 from allanite.page.tab import Tab
 from allanite.plots.themes import COMPONENTS, theme_of
@@ -329,7 +330,7 @@ def test_no_view_grows_with_the_log(hidden):
     fit = fit_model(tab.log, "N+B+K")
     tab.push(Ladder((Step("start", Rung(fit)),), 0))
     for name in ("allan", "psd", "samples", "compare", "error", "nis"):
-        assert len(json.dumps(finite(view(tab, name, "light")))) <= 300_000
+        assert len(json.dumps(jsonable(view(tab, name, "light"), figures=7))) <= 300_000
 
 
 SHEET = b'name = "ACME"\n[figures]\nangle_random_walk = "30 deg/sqrt(h)"\nbias_instability = "20 deg/h"\n'

@@ -100,7 +100,10 @@ def _report_path(log: str, output: str | None) -> Path:
 
 
 def _provenance(logs: tuple[str, ...], model: str, options: LogOptions) -> dict[str, str]:
-    """Dict of texts from which the report can be repeated: logs, command, first model and seed."""
+    """Dict of texts from which the report can be repeated: logs, command, first model and seed.
+
+    The command is that of this process without --quiet if it is ``report``, else ``allanite report``.
+    """
     words = [w for w in sys.argv[1:] if w != "--quiet"]
     command = " ".join(["allanite", *words]) if words[:1] == ["report"] else "allanite report"
     seed = "none: nothing in a report is random" if options.seed is None else str(options.seed)

@@ -85,8 +85,8 @@ def _row(what: str, texts: tuple[str, str], remark: str, differs: bool) -> dict[
 def _effects(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterator[dict[str, Any]]:
     """Yield one row for each value of the effects of both models; ``–`` if a model lacks the value.
 
-    Rows of the first model come first. The remark is the ratio if both are detected, or says which step has or detects
-    the value.
+    Rows of the first model come first. The remark is empty for equal texts, the ratio if both are detected, or says
+    which step has or detects the value.
     """
     first, second = _values(one, unit), _values(two, unit)
     for key in [*first, *(k for k in second if k not in first)]:

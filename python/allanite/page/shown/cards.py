@@ -174,7 +174,8 @@ def _value(
 ) -> dict[str, Any]:
     """Dict of one value of an effect in the unit `shown`, with the texts of its interval or 95 % limit.
 
-    The text of a value that is not detected is ``< limit``. `over_all` is its interval over all equally good models.
+    The text of a value that is not detected is ``< limit``, except for times and frequencies. `over_all` is its
+    interval over all equally good models.
     """
     value = own.to(shown)
     unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
@@ -292,7 +293,7 @@ def _frequency_range_text(ends: Sequence[float] | None) -> str:
 
 
 def _symbol(effect: Effect, name: str) -> str:
-    """Symbol of a parameter; without a symbol, its name with blanks."""
+    """Symbol of a parameter; without a symbol, its name with blanks for underscores, except ``q_c``."""
     plain = name if name == "q_c" else name.replace("_", " ")
     return effect.parameter(name).symbol or plain
 
@@ -333,7 +334,7 @@ def _ranges_of_action(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
 
 
 def step_rows(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
-    """List of one dict per step, with the unexplained misfit in % of that of the first step."""
+    """List of one dict per step, with the unexplained misfit in % of that of the first step; empty without steps."""
     left = misfit_left([s.rung for s in steps]) if steps else ()
     return [
         {**step_row(s), "left": share, "left_text": _unexplained_text(s, share)}

@@ -131,7 +131,8 @@ def _curves(cls: type[Effect]) -> tuple[Array, Array]:
 def _example(cls: type[Effect]) -> Effect:
     """`Effect` of a class with values that suit a picture.
 
-    Coefficients are 1, shapes are those of `SHAPES` or the middle of their grid.
+    Coefficients are 1, shapes are those of `SHAPES` within their limits, or the middle of their grid. Optional
+    parameters without an entry in `SHAPES` are left out.
     """
     values: dict[str, Any] = {}
     for p in cls.parameters:

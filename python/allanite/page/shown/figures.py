@@ -111,7 +111,7 @@ def colors_of(work: Work, fit: Fit) -> list[str]:
 def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     """`Figure` of the Allan deviation with the model and the residuals, or of another deviation that the options name.
 
-    Before the first fit, only the measured curve.
+    Before the first fit, only the measured curve in the unit of figures.
     """
     fit = fit_of(tab)
     other = deviation_figure(tab.log, fit, options, tab.work.deviations)
@@ -447,7 +447,8 @@ def _innovations(fit: Fit) -> Innovations:
 def _nis_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     """`Figure` of the normalized innovation squared of the model's Kalman filter, averaged over τ.
 
-    It shows the 95 % band of a consistent filter; the subtitle begins with `_consistency_sentence`.
+    It shows the 95 % band of a consistent filter; the subtitle begins with `_consistency_sentence`. The y axis is
+    logarithmic if a value exceeds 5.
     """
     found = _innovations(tab.step.fit)
     by_tau = found.by_tau

@@ -37,7 +37,7 @@ def samples_figure(
 ) -> Figure:
     """`Figure` of the samples from ``options["from"]`` to ``options["to"]`` in s, with up to two logged columns below.
 
-    Over 3000 samples are drawn as mean and range of 1600 segments.
+    Over 3000 samples are drawn as mean and range of 1600 segments; few samples also as dots.
 
     Parameters
     ----------

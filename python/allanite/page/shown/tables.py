@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.documents import jsonable
 from allanite.common.units import conversion
 from allanite.plots.curves import component_styles, interval
 from allanite.plots.spec import Band, HeatMap, Line, Points
@@ -22,6 +22,8 @@ MOST = 4000
 
 def tables_of(figure: Figure, fit: Fit | None, unit: str) -> list[dict[str, Any]]:
     """List of the tables of a figure, each a dict with ``title``, ``head`` and ``rows``.
+
+    For the Allan curve of a fit one table with model and residuals; else one per curve (`_tables_of_marks`).
 
     Parameters
     ----------
@@ -51,7 +53,7 @@ def _curve_table(fit: Fit, unit: str) -> dict[str, Any]:
         ("residual (σ)", curve.z),
         *((n, factor * v) for n, v in zip(effects, curve.components.values(), strict=True)),
     ]
-    rows = [[_finite_or_none(v) for v in row] for row in zip(*(v for _, v in columns), strict=True)]
+    rows = jsonable(np.column_stack([v for _, v in columns]))
     return {"title": "Allan deviation", "head": [name for name, _ in columns], "rows": rows}
 
 
@@ -85,7 +87,7 @@ def _mark_rank(mark: Mark) -> int:
 
 
 def csv_of(tables: list[dict[str, Any]]) -> str:
-    """CSV text of tables, one below the other, with full precision."""
+    """CSV text of tables with full precision, separated by empty lines; a value that is None is an empty cell."""
     import csv
     import io
 
@@ -101,7 +103,7 @@ def csv_of(tables: list[dict[str, Any]]) -> str:
 
 def _table_of_x(panel: Panel, mark: Line | Points | Band) -> dict[str, Any]:
     """Table (dict with title, head and rows) of only the x values of a mark, at most 4000 rows."""
-    rows = [[_finite_or_none(v)] for v in mark.x[:MOST]]
+    rows = jsonable(np.asarray(mark.x[:MOST], dtype=float)[:, np.newaxis])
     return {"title": panel.title or panel.y.label, "head": [panel.x.label], "rows": rows}
 
 
@@ -117,22 +119,16 @@ def _named_columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, 
         found = [(name.removesuffix(" ± 95 %"), mark.y)]
         if isinstance(mark, Points) and mark.low is not None and mark.high is not None:
             found += [("low (95 %)", mark.low), ("high (95 %)", mark.high)]
-    return [(n, [_finite_or_none(v) for v in values[:MOST]]) for n, values in found]
+    return [(n, jsonable(np.asarray(values[:MOST], dtype=float))) for n, values in found]
 
 
 def _map_table(panel: Panel, mark: HeatMap) -> dict[str, Any]:
     """Table (dict) of the cells of a heat map, at most 4000 rows: edges in x and y, and the value."""
     head = [f"{panel.x.label}, from", "to", f"{panel.y.label}, from", "to", mark.label]
-    rows = [
-        [*(_finite_or_none(v) for v in (mark.x_edges[j], mark.x_edges[j + 1])),
-         *(_finite_or_none(v) for v in (mark.y_edges[i], mark.y_edges[i + 1])),
-         _finite_or_none(mark.values[i, j])]
+    x, y = mark.x_edges, mark.y_edges
+    cells = [
+        (x[j], x[j + 1], y[i], y[i + 1], mark.values[i, j])
         for i, j in np.ndindex(mark.values.shape)
-    ]  # fmt: skip
-    return {"title": panel.title or "map", "head": head, "rows": rows[:MOST]}
-
-
-def _finite_or_none(value: Any) -> float | None:
-    """Float of the value; None if it is not finite."""
-    number = float(value)
-    return number if math.isfinite(number) else None
+    ]
+    rows = jsonable(np.array(cells[:MOST], dtype=float))
+    return {"title": panel.title or "map", "head": head, "rows": rows}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError
@@ -163,7 +162,7 @@ def _units(unit: str) -> list[dict[str, Any]]:
 def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
     """Set ``meta`` of each trace to what it draws: effect, limit, model, measured, single (ordinates) or residual.
 
-    Other traces stay without it.
+    Effects have their index in the model (``effect-0``). Other traces stay without it.
     """
     for part in component_styles(fit):
         for trace in data:
@@ -188,19 +187,3 @@ def _is_title(annotation: dict[str, Any], figure: Figure) -> bool:
         panel.title and annotation["text"] == f"<b>{html_text(panel.title)}</b>"
         for panel in figure.panels
     )
-
-
-def finite(value: Any) -> Any:
-    """Copy of the value for JSON: arrays and tuples become lists, NaN and ±∞ None.
-
-    Floats are rounded to seven digits, keys of dicts become texts; other values are unchanged.
-    """
-    if isinstance(value, dict):
-        return {str(k): finite(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(v) for v in value]
-    if hasattr(value, "tolist"):
-        return finite(value.tolist())
-    if isinstance(value, float):
-        return float(f"{value:.7g}") if math.isfinite(value) else None
-    return value

@@ -62,7 +62,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
     """Tuple of two dicts of an HDF5 file by name with dots: numeric arrays, and attributes of each object as a dict.
 
-    The key ``""`` has the attributes of the file. Scales of dimensions without values are left out.
+    Fields of a table are arrays of their own. The key ``""`` has the attributes of the file. Scales of dimensions
+    without values are left out.
     """
     import h5py
 

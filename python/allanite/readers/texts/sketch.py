@@ -106,7 +106,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _values(match: re.Match[str]) -> list[tuple[str, float, str | None]]:
     """List of (column name, value, unit or None) of a matched line: three axes, or one temperature.
 
-    Names are in lower case with underscores, and ``rotation`` becomes ``gyro``.
+    Names are in lower case with underscores, and ``rotation`` becomes ``gyro``. Known units are spelled as allanite
+    does.
     """
     words = plain(match["name"]).strip().lower().replace(" ", "_")
     unit = match["unit"] and _UNITS.get(match["unit"].strip(), plain(match["unit"].strip()))
