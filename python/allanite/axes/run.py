@@ -77,7 +77,8 @@ def characterize(
     Raises
     ------
     InputError, TooShortError
-        No column can be characterized; the error is that of the first column.
+        No column can be characterized (the error is that of the first column), two recordings have a column of one name,
+        or the working log does not match.
 
     Examples
     --------

@@ -80,6 +80,8 @@ class Verdict:
 def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
     """List of `Verdict`, one for each limit of a mask: MTIE and TDEV, then time error and constant time error if limited.
 
+    MTIE and TDEV are those of the phase after the low-pass of the mask, if it has one.
+
     Parameters
     ----------
     mask : Mask

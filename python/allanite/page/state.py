@@ -228,7 +228,7 @@ def _removed_effects(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
 
 
 def work(tab: Tab) -> dict[str, Any]:
-    """Dict of the state that changes without a new version: the progress of the job."""
+    """Dict of the state that changes without a new version: ``job``, the progress of the job, or None without one."""
     return {"job": None if tab.job is None else tab.job.to_dict()}
 
 

@@ -293,7 +293,10 @@ class LogProcess:
 
 
 def serve() -> NoReturn:
-    """Main loop of the child: work on logs until the input is closed, then end the process. Does not return."""
+    """Main loop of the child: work on logs until the input is closed, then end the process. Does not return.
+
+    The process also ends, after a message to the parent, if the setup fails or a log needs too much memory.
+    """
     _state["child"] = True
     answers = os.dup(1)
     # Output of libraries must not mix with the answers.

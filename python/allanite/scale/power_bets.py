@@ -62,7 +62,10 @@ class ClippedPower:
         return max(seen, near + HIGH_CLIP * count / n)
 
     def update(self, white: Array) -> None:
-        """Add whitened samples to the counts and sums, in place; only squares above `LOW_CLIP` enter the sums."""
+        """Add whitened samples to the counts and sums, in place; squares are limited to `MAX_SQUARE`.
+
+        Only squares above `LOW_CLIP` enter the sums; those from `HIGH_CLIP` on are counted as beyond.
+        """
         square = np.minimum(np.abs(white), math.sqrt(MAX_SQUARE)) ** 2
         square = square[square > LOW_CLIP]
         seen, near = square - LOW_CLIP, np.minimum(square, HIGH_CLIP) - LOW_CLIP
