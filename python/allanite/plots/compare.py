@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+#: Maximum number of letters of a subtitle that names all curves; longer texts would take a second line.
+MAX_SUBTITLE = 120
+
+
 def plot_compare(
     curves: Any, path: str | Path | None = None, theme: str = "light", title: str = "Comparison"
 ) -> Figure:
@@ -53,7 +57,9 @@ def plot_compare(
         )
         for place, kind in enumerate(kinds)
     )
-    names = " · ".join(named[:3]) + (" · …" if len(named) > 3 else "")
+    names = " · ".join(named)
+    if len(names) > MAX_SUBTITLE:
+        names = f"{' · '.join(named[:3])} · {len(named) - 3} more"
     figure = Figure(title, names, panels, (1.0,) * len(panels), kind="compare")
     return in_figure_units(figure).saved(path, theme)
 
@@ -65,6 +71,9 @@ def _panel(items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title
     The y axis covers intervals up to four times a value.
     """
     unit = items[0][1].unit
+    kinds: dict[str, set[str]] = {}
+    for _, curve in items:
+        kinds.setdefault(curve.name, set()).add(curve.kind)
     marks: list[Mark] = []
     shown: list[Any] = []
     for i, curve in items:
@@ -73,6 +82,9 @@ def _panel(items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title
         values = np.asarray(curve.deviation) * factor
         shown.append(values)
         label = f"{curve.name} ({curve.kind})"
+        if kinds[curve.name] == {"recording", "model"}:
+            # The color shows which model belongs to which log.
+            label = "model" if curve.kind == "model" else curve.name
         if curve.low is None or curve.high is None:
             dash = "dash" if curve.kind == "model" else "dot"
             marks.append(Line(curve.tau, values, color, label, 2.0, dash))

@@ -161,33 +161,31 @@ def _guide(deviation: Deviation, slope: float, name: str, x: Axis, y: Axis) -> t
         """Position (0 to 1) of a value on a logarithmic axis."""
         return float(np.log(value / axis.low) / np.log(axis.high / axis.low))
 
-    # Place the label on the line as close to the end at long τ as the panel allows.
+    # Place the label on the line as close to its low end as the panel allows, because the legend is in the upper corner.
     inside = np.linspace(1.0, 0.0, 50)
-    at = np.exp(np.log(tau[middle]) + inside * np.log(ends[1] / tau[middle]))
+    low_end = ends[1] if slope < 0 else ends[0]
+    at = np.exp(np.log(tau[middle]) + inside * np.log(low_end / tau[middle]))
     across = [place(float(t), x) for t in at]
     up = [place(float(values[middle] * (t / tau[middle]) ** slope), y) for t in at]
-    k = next((i for i in range(50) if up[i] > 0.04 and up[i] < 0.93 and across[i] < 0.95), 49)
+    k = next((i for i in range(50) if 0.04 < up[i] < 0.93 and 0.05 < across[i] < 0.95), 49)
     line = Line(ends, heights, "guide", width=0.8, dash="dot")
     return line, Note(across[k], up[k] + 0.03, name, "guide")
 
 
 def _table(deviations: Sequence[Deviation]) -> str:
-    """Text table of τ and each deviation with its interval, one line per averaging time common to all.
-
-    Numbers that are not finite are dashes.
-    """
-    common = [t for t in deviations[0].tau if all(np.isclose(d.tau, t).any() for d in deviations)]
+    """Text table of τ and each deviation with its interval, one line per averaging time; dashes for missing values."""
+    taus = np.sort([float(t) for t in {f"{t:.6g}" for d in deviations for t in d.tau}])
     rows = [
         [
             "τ (s)",
             *(c for d in deviations for c in (d.kind, f"low {d.percent}", f"high {d.percent}")),
         ]
     ]
-    for t in common:
+    for t in taus:
         row = [f"{t:.6g}"]
         for d in deviations:
-            i = int(np.argmin(np.abs(np.asarray(d.tau) - t)))
-            cells = (d.deviation[i], d.low[i], d.high[i])
+            (found,) = np.nonzero(np.isclose(d.tau, t, rtol=1e-5))
+            cells = [v[found[0]] if found.size else np.nan for v in (d.deviation, d.low, d.high)]
             row += [f"{v:.3e}" if np.isfinite(v) else "–" for v in cells]
         rows.append(row)
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

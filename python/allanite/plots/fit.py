@@ -6,6 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.common.numbers import number
+from allanite.effects import Deterministic
+from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.plots.curves import (
     allan_panels,
     missing_lines,
@@ -13,8 +15,9 @@ from allanite.plots.curves import (
     spectrum_spans,
     tau_spans,
 )
+from allanite.plots.recording import column_panel, samples_panel, signal_line
 from allanite.plots.scaling import in_figure_units
-from allanite.plots.spec import Figure, Span
+from allanite.plots.spec import Figure, Panel, Span
 from allanite.plots.words import effect_text, p_text, recording_text, values_text
 
 if TYPE_CHECKING:
@@ -52,11 +55,12 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
 def plot_check(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure` as from `plot_fit`, with failing ranges shaded and the strongest missing effect in the subtitle.
 
+    If this effect follows a logged column, such as a temperature, panels on the right show the samples and the column.
     Written to `path` (SVG, PNG, PDF) if given; raises as `plot_fit`.
     """
     fit = check.fit
     spans = spectrum_spans(fit, check.where.worst_frequency)
-    figure = _figure(fit, tau_spans(fit), spans, missing_lines(check))
+    figure = _figure(fit, tau_spans(fit), spans, missing_lines(check), _cause_panels(check))
     figure = replace(figure, subtitle=_subtitle(check), kind="check")
     return figure.saved(path, theme)
 
@@ -66,18 +70,41 @@ def _figure(
     tau: Sequence[Span] = (),
     frequency: Sequence[Span] = (),
     lines: Sequence[float] = (),
+    more: tuple[Panel, ...] = (),
 ) -> Figure:
-    """`Figure` of a fit with shaded ranges of τ and frequency and with single ordinates at `lines` (Hz)."""
-    panels = (*allan_panels(fit, 0, tau), *spectrum_panels(fit, 1, frequency, lines))
+    """`Figure` of a fit with shaded ranges of τ and frequency and with single ordinates at `lines` (Hz).
+
+    The panels `more` are in a third column.
+    """
+    panels = (*allan_panels(fit, 0, tau), *spectrum_panels(fit, 1, frequency, lines), *more)
     figure = Figure(
         f"{recording_text(fit.recording)} · model {fit.model.name}",
         goodness_of_fit_text(fit),
         panels,
         heights=(3.4, 1.0),
-        widths=(1.0, 1.0),
+        widths=(1.0,) * (3 if more else 2),
         kind="fit",
     )
     return in_figure_units(figure)
+
+
+def _cause_panels(check: Check) -> tuple[Panel, ...]:
+    """Tuple of two `Panel`: samples with the signal of the strongest missing effect, and the logged column that it follows.
+
+    Empty if this effect follows no column.
+    """
+    fit, effect = check.fit, check.significant[0].effect if check.significant else None
+    if not isinstance(effect, Deterministic) or not effect.follows:
+        return ()
+    log, name = fit.recording, effect.follows
+    if name not in log.covariates or not has_all_ordinates(fit.data):
+        return ()
+    panel = samples_panel(log, 0, last=False)
+    line = signal_line(log, fit.data.signal([effect]), f"explained by {effect_text(fit, effect)}")
+    x = replace(panel.x, ticks=panel.x.ticks[:: 1 + len(panel.x.ticks) // 5])
+    above = replace(panel, x=x, column=2, title="Samples", marks=(*panel.marks, line))
+    below = column_panel(log, name, log.covariates[name], x, 1)
+    return above, replace(below, column=2)
 
 
 def goodness_of_fit_text(fit: Fit) -> str:

@@ -81,6 +81,10 @@ class Style:
         Widths of lines and sizes of points relative to those on the screen.
     brief : bool
         True to omit the table, and to label the axis of a strip of residuals by its unit alone.
+    bars : int or None
+        Maximum number of panels with bars; None for all. Curves need the space in a column or on a slide.
+    dpi : int
+        Pixels per inch of a PNG.
     """
 
     width: float = WIDTH
@@ -89,13 +93,15 @@ class Style:
     points: float | None = None
     strokes: float = 1.0
     brief: bool = False
+    bars: int | None = None
+    dpi: int = DPI
 
 
 #: Styles: screen, one column of a journal (88 mm, 8 pt), and slides (16:9).
 STYLES = {
     "screen": Style(),
-    "paper": Style(88.0 / 25.4, 1.8, True, 8.0, 0.6),
-    "slides": Style(16.0, 9.0, False, 18.0, 1.8, True),
+    "paper": Style(88.0 / 25.4, 1.8, True, 8.0, 0.6, bars=0, dpi=300),
+    "slides": Style(16.0, 9.0, False, 18.0, 1.8, True, bars=1),
 }
 
 
@@ -140,7 +146,11 @@ def render(
         # Names may contain letters that the font lacks.
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
         canvas.savefig(
-            stream, format=kind, dpi=DPI, facecolor=canvas.get_facecolor(), metadata=metadata
+            stream,
+            format=kind,
+            dpi=STYLES[style].dpi,
+            facecolor=canvas.get_facecolor(),
+            metadata=metadata,
         )
     return stream.getvalue()
 
@@ -161,6 +171,8 @@ def draw(
     if style not in STYLES:
         raise InputError(f"unknown style {style!r}: {', '.join(STYLES)}")
     form = STYLES[style]
+    if form.bars is not None:
+        figure = _with_few_bars(figure, form.bars)
     across = (form.width if size is None else size[0]) * 72.0 * 0.96
     if form.brief:
         figure = _without_table(figure)
@@ -170,7 +182,8 @@ def draw(
     if form.column:
         figure = _in_one_column(figure)
         lines = len(figure.below.splitlines()) if figure.below else len(figure.legend())
-        size = size or (form.width, form.height * sum(figure.heights) + ROW * lines + 0.3)
+        line = ROW * (form.points or TABLE_POINTS) / TABLE_POINTS
+        size = size or (form.width, form.height * sum(figure.heights) + line * lines + 0.3)
     rows = len(figure.below.splitlines())
     size = size or (form.width, form.height + (0.0 if form.column else ROW * rows))
     try:
@@ -221,7 +234,9 @@ def _in_one_column(figure: Figure) -> Figure:
     for row, panel in enumerate(ordered):
         # A strip shares the x axis of the panel above.
         below = row + 1 < len(ordered) and ordered[row + 1].x == panel.x
-        panels.append(replace(panel, row=row, rows=1, column=0, show_x=not below))
+        # The label of the y axis says the same as most titles.
+        title = "" if panel.y.label.startswith(panel.title) else panel.title
+        panels.append(replace(panel, row=row, rows=1, column=0, show_x=not below, title=title))
     return replace(
         figure,
         title="",
@@ -229,6 +244,18 @@ def _in_one_column(figure: Figure) -> Figure:
         panels=tuple(panels),
         heights=tuple(h / most for h in heights),
         widths=(1.0,),
+    )
+
+
+def _with_few_bars(figure: Figure, most: int) -> Figure:
+    """Copy of a figure with at most `most` panels of bars, and without the columns that become empty."""
+    barred = [p for p in figure.panels if p.find(Bars)]
+    panels = [p for p in figure.panels if p not in barred[most:]]
+    columns = sorted({p.column for p in panels})
+    return replace(
+        figure,
+        panels=tuple(replace(p, column=columns.index(p.column)) for p in panels),
+        widths=tuple(figure.widths[c] for c in columns),
     )
 
 
@@ -335,9 +362,16 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
         handlelength=2.2,
         columnspacing=1.8,
     )
-    for text in legend.get_texts():
-        text.set_parse_math(False)
+    for text, label in zip(legend.get_texts(), labels, strict=True):
+        text.set(**_with_subscript(label))
     return below, bottom
+
+
+def _with_subscript(text: str) -> dict[str, Any]:
+    """Dict of the matplotlib properties of a text; the y of σ_y becomes a subscript, and all else stays literal."""
+    if "σ_y" not in text or "$" in text:
+        return {"text": text, "parse_math": False}
+    return {"text": text.replace("σ_y", r"$\sigma_y$"), "parse_math": True}
 
 
 def _legend_columns(labels: list[str], letters: float) -> int:
@@ -439,7 +473,8 @@ def _set_axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None
     for label in getattr(axes, f"get_{name}ticklabels")():
         label.set_family(FONT)
     if show and axis.label:
-        getattr(axes, f"set_{name}label")(axis.label, fontsize=10.5, color=look.text, **TEXT)
+        label = getattr(axes, f"set_{name}label")("", fontsize=10.5, color=look.text, family=FONT)
+        label.set(**_with_subscript(axis.label))
 
 
 def _draw_mark(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None:
@@ -476,6 +511,9 @@ def _draw_mark(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) ->
                 linewidth=0,
                 zorder=BELOW,
             )
+            # Edges keep a range visible that is narrower than a pixel.
+            for edge in (mark.low, mark.high):
+                axes.axvline(edge, color=look.color(mark.color), linewidth=1.0, zorder=BELOW)
         case Rule():
             draw = axes.axvline if mark.axis == "x" else axes.axhline
             draw(

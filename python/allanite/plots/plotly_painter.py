@@ -214,7 +214,9 @@ def _add_mark(
             data.append(_trace(x, y, mark.label, axes) | shape | fill)
         case Span():
             box = {"x0": mark.low, "x1": mark.high, "y0": 0, "y1": 1, "layer": "below"}
-            color = {"fillcolor": _rgba(look.color(mark.color), 0.25), "line": {"width": 0}}
+            # Edges keep a range visible that is narrower than a pixel.
+            edge = {"width": 1, "color": _rgba(look.color(mark.color), 1.0)}
+            color = {"fillcolor": _rgba(look.color(mark.color), 0.25), "line": edge}
             refs = {"xref": f"x{suffix}", "yref": f"y{suffix} domain"}
             layout["shapes"].append({"type": "rect", **box, **color, **refs})
             if mark.text:

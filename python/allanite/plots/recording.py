@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from allanite import _kernels
 from allanite.common.numbers import time_scale
 from allanite.plots.axes import linear_axis
 from allanite.plots.scaling import in_figure_units, sample_axis
-from allanite.plots.spec import Band, Figure, Line, Mark, Panel
+from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel
 from allanite.plots.words import recording_text
 
 if TYPE_CHECKING:
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
 
 #: A figure divides a record into this many segments and draws minimum, maximum and mean of each.
 SEGMENTS = 600
+#: Maximum number of points of a function of time, and of segments of a logged column.
+SIGNAL_POINTS, COLUMN_SEGMENTS = 1600, 800
+#: Maximum number of ticks of a logged column, whose panel is low.
+MAX_STRIP_TICKS = 4
 
 Array = NDArray[np.float64]
 
@@ -93,6 +98,51 @@ def samples_panel(
     y = sample_axis(column.unit, y, words)
     x = linear_axis(f"time ({name})", 0.0, column.duration / size, 8)
     return Panel(x, y, tuple(marks), row, show_x=last)
+
+
+def signal_line(
+    log: Recording, signal: Array, name: str, first: int = 0, n: int | None = None
+) -> Line:
+    """`Line` of a function of time over `n` samples from `first` on, shifted to the mean of all samples.
+
+    `signal` has the shape (log.n,). At most 1600 points are drawn; times have the unit that suits these samples.
+    """
+    n = log.n if n is None else n
+    size, _ = time_scale(n / log.rate)
+    middle = float(np.nanmean(np.asarray(log.samples, dtype=float)) - np.mean(signal))
+    at = first + np.unique(np.linspace(0, n - 1, min(n, SIGNAL_POINTS)).round().astype(int))
+    return Line(at / log.rate / size, middle + signal[at], "model", name, 2.0)
+
+
+def column_panel(
+    part: Recording,
+    name: str,
+    values: NDArray[Any],
+    x: Axis,
+    row: int,
+    last: bool = True,
+    begin: float = 0.0,
+) -> Panel:
+    """`Panel` of a logged column over the time of `part`, as means of up to 800 segments; NaN in one without values.
+
+    `begin` is the time of the first sample in the unit of the axis `x`.
+    """
+    size, _ = time_scale(part.duration)
+    n = min(values.size, COLUMN_SEGMENTS)
+    edges = np.arange(n + 1) * values.size // n
+    there = np.isfinite(values)
+    count = np.add.reduceat(there, edges[:-1], dtype=float)
+    total = np.add.reduceat(np.where(there, values, 0.0), edges[:-1])
+    mean = np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
+    time = begin + 0.5 * (edges[:-1] + edges[1:]) / part.rate / size
+    unit = part.covariate_units.get(name, "1")
+    label = name if unit == "1" else f"{name} ({unit.replace('degC', '°C')})"
+    low, high = (float(np.nanmin(mean)), float(np.nanmax(mean))) if there.any() else (0.0, 1.0)
+    room = 0.08 * (high - low)
+    y = linear_axis(label, low - room, high + room)
+    if len(y.ticks) > MAX_STRIP_TICKS:
+        y = replace(y, ticks=y.ticks[::2])
+    return Panel(x, y, (Line(time, mean, "c4", name, 1.2),), row, show_x=last)
 
 
 def _segments(samples: NDArray[Any], segments: int) -> tuple[Array, Array, Array, Array]:

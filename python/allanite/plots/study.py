@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.common.numbers import number
 from allanite.effects import Periodic
+from allanite.fit.likelihood.peaks import is_narrow
 from allanite.plots.axes import linear_axis, log_axis, step_axis
 from allanite.plots.curves import SINGLE, TAU, interval, spectrum_panels
 from allanite.plots.scaling import deviation_axis, in_figure_units
@@ -30,7 +31,7 @@ TITLE, LEGEND, LINES = 92, 32, 31
 def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure`: errors of each step, and the Allan deviation and the spectrum with the first and the last model.
 
-    The errors are the unexplained misfit, the error of the Allan deviation, and the model discrepancy.
+    The errors are the unexplained misfit, the error of the Allan deviation, and the model discrepancy if a step has one.
 
     Parameters
     ----------
@@ -48,23 +49,22 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     names = _step_texts(ladder)
     fits = [step.fit for step in ladder]
     chance = fits[-1].error.chance_rms_percent
+    bars = [
+        ("unexplained misfit (%)", list(study.misfit_left), None),
+        ("Allan error (% rms)", [f.error.adev_rms_percent for f in fits], chance),
+    ]
+    discrepancies = [f.discrepancy.percent for f in fits]
+    if any(discrepancies):
+        bars.append(("model discrepancy (%)", discrepancies, None))
     panels = (
-        _bar_panel("unexplained misfit (%)", names, list(study.misfit_left), None, 0),
-        _bar_panel(
-            "Allan error (% rms)",
-            names,
-            [f.error.adev_rms_percent for f in fits],
-            chance,
-            1,
-        ),
-        _bar_panel("model discrepancy (%)", names, [f.discrepancy.percent for f in fits], None, 2),
-        _deviation_panel(study, 3),
-        _density_panel(study, 3),
+        *(_bar_panel(words, names, values, at, i) for i, (words, values, at) in enumerate(bars)),
+        _deviation_panel(study, len(bars)),
+        _density_panel(study, len(bars)),
     )
     title = f"{recording_text(study.recording)} · from {fits[0].model.name} to "
     last = fits[-1].model
     title += _model_text(last, TITLE - len(title))
-    heights, widths = (1.0, 1.0), (1.0, 1.0, 1.0, 3.2)
+    heights, widths = (1.0, 1.0), (*(1.0 for _ in bars), 3.2)
     figure = Figure(title, _ending(study), panels, heights, widths, kind="study")
     return in_figure_units(figure).saved(path, theme)
 
@@ -157,9 +157,10 @@ def _deviation_panel(study: Study, column: int) -> Panel:
             "expected scatter (95 %) if the last model is true",
         )
     ]
-    if len(study.ladder) > 1:
-        marks.append(Line(first.curve.tau, first.curve.model, "model", before, 2.0, "dash"))
     marks.append(Line(curve.tau, curve.model, "c1", after, 2.2))
+    if len(study.ladder) > 1:
+        # Dashes on top leave both models visible where they agree.
+        marks.append(Line(first.curve.tau, first.curve.model, "model", before, 2.0, "dash"))
     marks.append(Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high))
     sure = curve.edf >= 2.0
     y = log_axis(
@@ -175,28 +176,33 @@ def _deviation_panel(study: Study, column: int) -> Panel:
 
 
 def _density_panel(study: Study, column: int) -> Panel:
-    """`Panel` of the measured density with the first and the last model, and single ordinates around spectral lines.
+    """`Panel` of the measured density with the first and the last model, and single ordinates around lines and bands.
 
     Each line of the last model is a vertical stroke. The first model is left out if the study has one step.
     """
     first, last = study.ladder[0].fit, study.fit
     lines = [e for e in last.model if isinstance(e, Periodic) and e.frequency is not None]
-    panel = spectrum_panels(first, column, (), [e.frequency for e in lines if e.frequency])[0]
+    bands = [0.5 * (low + high) for e in last.model if is_narrow(e) for low, high in e.peaks]
+    places = [*(e.frequency for e in lines if e.frequency), *bands]
+    panel = spectrum_panels(first, column, (), places)[0]
     after = spectrum_panels(last, column)[0]
-    marks: list[Mark] = [m for m in panel.find(Line) if m.label == SINGLE]
+    marks: list[Mark] = [
+        replace(m, label="", color="c1") for m in after.find(Line) if m.color == "model"
+    ]
     if len(study.ladder) > 1:
         marks += [
             replace(m, label="", width=2.0, dash="dash")
             for m in panel.find(Line)
             if m.color == "model"
         ]
-    marks += [replace(m, label="", color="c1") for m in after.find(Line) if m.color == "model"]
     for effect in lines:
         for multiple, amplitude, _ in effect.lines:
             # A line of amplitude A adds A² T / 2 to its ordinate of the two-sided density.
             at = multiple * (effect.frequency or 0.0)
             peak = 0.5 * amplitude**2 * last.data.duration
             marks.append(Line(np.array([at, at]), np.array([panel.y.low, peak]), "c1", "", 2.2))
+    # The measured ordinates are above the lines of the model, which would hide them.
+    marks += [m for m in panel.find(Line) if m.label == SINGLE]
     marks += [m for m in panel.find(Points) if m.color == "measured"]
     return replace(panel, marks=tuple(marks), row=1, show_x=True)
 

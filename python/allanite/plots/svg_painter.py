@@ -355,7 +355,7 @@ def _span(mark: Span, x: _Scale, width: float, height: float) -> str:
     low, high = sorted(float(x(v)) for v in (mark.low, mark.high))
     out = (
         f'<rect class="k-{mark.color}" x="{_n(low)}" width="{_n(max(high - low, 1.0))}" height="{_n(height)}" '
-        'fill="currentColor" fill-opacity=".25"/>'
+        'fill="currentColor" fill-opacity=".25" stroke="currentColor"/>'
     )
     if not mark.text:
         return out

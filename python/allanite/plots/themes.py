@@ -42,7 +42,7 @@ _LIGHT = Theme(
     grid="#e4e7ec",
     roles={
         "measured": "#1c2230",
-        "raw": "#9aa3b2",
+        "raw": "#5b6473",
         "model": "#D55E00",
         "before": "#8a93a3",
         "fail": "#E6B800",
@@ -70,7 +70,7 @@ _DARK = Theme(
     grid="#2a3140",
     roles={
         "measured": "#e6e9ef",
-        "raw": "#6b7688",
+        "raw": "#aeb8c9",
         "model": "#F28E2B",
         "before": "#8a93a3",
         "fail": "#F0E442",

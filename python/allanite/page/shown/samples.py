@@ -10,8 +10,8 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.numbers import time_scale
 from allanite.plots.axes import linear_axis
-from allanite.plots.recording import samples_panel
-from allanite.plots.spec import Band, Figure, Line, Mark, Panel, Points, Rule, Span
+from allanite.plots.recording import column_panel, samples_panel, signal_line
+from allanite.plots.spec import Band, Figure, Line, Mark, Points, Rule, Span
 from allanite.report.words import count_text
 
 if TYPE_CHECKING:
@@ -74,16 +74,14 @@ def samples_figure(
         line = next(m for m in marks if isinstance(m, Line))
         marks.append(Points(line.x, line.y, "c1", "single samples", size=3.5))
     if drift is not None:
-        marks.append(_drift_line(log, part, *drift, first, size))
+        marks.append(signal_line(log, *drift, first, part.n))
     marks += [Rule(t / size, "x", "model", "dash", n) for t, n in moments if start <= t <= end]
     limits = (begin, begin + part.duration / size)
     x = linear_axis(f"time ({name})", *limits, 8)
     panels = [replace(panel, x=x, marks=tuple(marks), show_x=not part.covariates)]
     kept = list(part.covariates.items())[:2]
     for row, (column, values) in enumerate(kept, 1):
-        panels.append(
-            _column_panel(column, values, x, row, row == len(kept), part, begin * size, size)
-        )
+        panels.append(column_panel(part, column, values, x, row, row == len(kept), begin))
     each = part.n / SEGMENTS
     what = "all drawn" if single else f"mean, minimum and maximum of {each:.0f} samples each"
     heights = (2.0, *(1.0 for _ in kept))
@@ -107,44 +105,6 @@ def _time_range(log: Recording, options: Mapping[str, str]) -> tuple[float, floa
     return start, end
 
 
-def _drift_line(
-    log: Recording, part: Recording, signal: np.ndarray, name: str, first: int, size: float
-) -> Line:
-    """`Line` of a known function of time over `part`, shifted to the mean of all samples, at most 1600 points.
-
-    Its times are in units of `size` s.
-    """
-    middle = float(np.nanmean(np.asarray(log.samples, dtype=float)) - np.mean(signal))
-    at = first + np.unique(np.linspace(0, part.n - 1, min(part.n, SEGMENTS)).round().astype(int))
-    return Line(at / log.rate / size, middle + signal[at], "model", name, 2.0)
-
-
 def _shifted_mark(mark: Mark, by: float) -> Mark:
     """Copy of a band, line or points shifted along the time axis; other marks unchanged."""
     return replace(mark, x=mark.x + by) if isinstance(mark, Band | Line | Points) else mark
-
-
-def _column_panel(
-    name: str,
-    values: np.ndarray,
-    x: object,
-    row: int,
-    last: bool,
-    part: Recording,
-    begin: float,
-    size: float,
-) -> Panel:
-    """`Panel` of a logged column over the same time, as means of up to 800 segments; NaN in a segment without values."""
-    n = min(values.size, 800)
-    edges = np.arange(n + 1) * values.size // n
-    there = np.isfinite(values)
-    count = np.add.reduceat(there, edges[:-1], dtype=float)
-    total = np.add.reduceat(np.where(there, values, 0.0), edges[:-1])
-    mean = np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
-    time = (begin + 0.5 * (edges[:-1] + edges[1:]) / part.rate) / size
-    unit = part.covariate_units.get(name, "1")
-    label = name if unit == "1" else f"{name} ({unit.replace('degC', '°C')})"
-    low, high = (float(np.nanmin(mean)), float(np.nanmax(mean))) if there.any() else (0.0, 1.0)
-    room = 0.08 * (high - low)
-    y = linear_axis(label, low - room, high + room, 3)
-    return Panel(x, y, (Line(time, mean, "c4", name, 1.2),), row, show_x=last)  # type: ignore[arg-type]

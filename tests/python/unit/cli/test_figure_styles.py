@@ -47,7 +47,8 @@ def test_both_kinds_of_a_clock_are_drawn_with_guides_and_a_table(run, tmp_path):
     assert code == 0
     assert "oadev (1), 68.3 % interval" in out
     assert "mdev (1), 68.3 % interval" in out
-    _, _, words = drawn(target)
+    # The y of σ_y is set as a subscript.
+    words = [text.replace("$\\sigma_y$", "σ_y") for text in drawn(target)[2]]
     assert "σ_y(τ)" in words
     assert {"σ_y(τ) OADEV ± 68.3 %", "Mod σ_y(τ) MDEV ± 68.3 %"} <= set(words)
     assert {"τ⁻¹", "τ⁻¹ᐟ²"} <= set(words)
