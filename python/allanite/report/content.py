@@ -90,7 +90,7 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
     facts, recording = document["recording"], entry.recording
     place = f"{at}recording"
     rows: list[tuple[Cell, ...]] = [
-        ("file", facts["path"] or "–"),
+        ("file", Path(facts["path"]).name if facts["path"] else "–"),
         ("column", facts["column"]),
         (
             "samples",

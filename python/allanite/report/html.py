@@ -23,8 +23,7 @@ from allanite.report.content import column_title
 from allanite.report.ending import column_blocks, method_section
 from allanite.report.interactive import PlotlyFigures
 from allanite.report.overview import overview
-from allanite.report.summary import summary
-from allanite.report.words import count_text
+from allanite.report.summary import summary, title_and_line
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -93,11 +92,8 @@ def _content(report: Report, plots: PlotlyFigures | None) -> str:
     several = len(report.entries) > 1
     places = [f"columns.{i}" if several else "" for i in range(len(report.entries))]
     columns = column_blocks(report.entries, places)
-    names = [column_title(entry) for entry in report.entries]
-    entry = report.entries[0]
-    first = entry.recording
-    line = f"{count_text(first.n)} samples at {first.rate:.6g} Hz · allanite {_kernels.version()}"
-    title = names[0] if not several else column_title(entry).rsplit(" · ", 1)[0]
+    title, line = title_and_line(report)
+    line += f" · allanite {_kernels.version()}"
     out = [f"<header>\n<h1>{escape(title)}</h1>\n<p>Noise report · {escape(line)}</p>\n</header>"]
     out += [_block(b, plots) for b in summary(report)]
     if several:

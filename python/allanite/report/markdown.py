@@ -20,10 +20,9 @@ from allanite.report.blocks import (
     Picture,
     Table,
 )
-from allanite.report.content import column_title
 from allanite.report.ending import column_blocks, method_section
 from allanite.report.overview import overview
-from allanite.report.summary import summary
+from allanite.report.summary import summary, title_and_line
 
 if TYPE_CHECKING:
     from allanite.report.document import Report
@@ -32,8 +31,8 @@ if TYPE_CHECKING:
 def text(report: Report, figures: str | None = None) -> str:
     """Markdown text of a report; `figures` is the folder of the figures, as a link."""
     one = len(report.entries) == 1
-    out = [f"# {_escape(column_title(report.entries[0]))}" if one else "# Noise report"]
-    out.append(f"Noise report · allanite {_kernels.version()}")
+    title, line = title_and_line(report)
+    out = [f"# {_escape(title)}", _escape(f"Noise report · {line} · allanite {_kernels.version()}")]
     out += [_block(block, "", figures) for block in summary(report)]
     for name, blocks in _columns(report):
         if not one and name:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import shlex
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite.common.numbers import duration_text, number, with_readable_numbers
 from allanite.common.parameters import Estimate
+from allanite.common.units import parse_unit
 from allanite.effects import standard
 from allanite.effects.sheet_units import in_sheet_unit
 from allanite.plots.words import unit_text
-from allanite.report.blocks import Block, Bullets, Cell, Heading, Picture, Table
-from allanite.report.content import curve_picture
+from allanite.report.blocks import Block, Bullets, Cell, Heading, Paragraph, Picture, Table
+from allanite.report.content import column_title, curve_picture
 from allanite.report.overview import axes_picture
-from allanite.report.words import sentence
+from allanite.report.words import count_text, sentence
 
 if TYPE_CHECKING:
     from allanite.recording import Recording
@@ -49,10 +52,41 @@ def summary(report: Report) -> list[Block]:
     return [
         Table((), tuple(rows)),
         Heading("Verdict and filter values"),
+        *_verdict(report),
         Table(head, body),
         _picture(report),
         Heading("Next step"),
         Bullets(_next_steps(report)),
+    ]
+
+
+def title_and_line(report: Report) -> tuple[str, str]:
+    """Tuple (title, line below): sensor with serial number if given, else the log; then log, samples and rate."""
+    entry = report.entries[0]
+    given = [report.options[name] for name in ("sensor", "serial number") if name in report.options]
+    log = column_title(entry)
+    if len(report.entries) > 1:
+        log = log.rsplit(" · ", 1)[0]
+    samples = f"{count_text(entry.recording.n)} samples at {entry.recording.rate:.6g} Hz"
+    return (" · ".join(given), f"{log} · {samples}") if given else (log, samples)
+
+
+def _is_usable(entry: Entry) -> bool:
+    """True if the model of an axis is adequate or within the requested tolerance."""
+    return entry.study.adequate or entry.study.verdict == "within tolerance"
+
+
+def _verdict(report: Report) -> list[Block]:
+    """List of one `Paragraph` on all axes: how many models explain their record, and which do not; empty for one axis."""
+    if len(report.entries) == 1:
+        return []
+    poor = [e.recording.columns[0] for e in report.entries if not _is_usable(e)]
+    count = len(report.entries)
+    if not poor:
+        return [Paragraph(f"The models of all {count} axes explain their records.", "good")]
+    words = f"Do not use the values of {', '.join(poor)} yet: a misfit remains unexplained."
+    return [
+        Paragraph(f"{count - len(poor)} of {count} models explain their records. {words}", "bad")
     ]
 
 
@@ -98,12 +132,23 @@ def _axis_cells(entry: Entry) -> tuple[str, ...]:
     return (name, entry.study.verdict, *(found.get(c, "–") for c in COEFFICIENTS))
 
 
+def _export_sentence(recording: Recording) -> str:
+    """Sentence with the command that writes the file of a filter; empty for other sensors than inertial ones."""
+    if parse_unit(recording.unit).kind not in ("angular rate", "acceleration"):
+        return ""
+    log = shlex.quote(Path(recording.path).name) if recording.path else "LOG"
+    return (
+        " The file of your filter also covers the other slow noise of each model. To write it for Kalibr: "
+        f"allanite characterize {log} --export kalibr --output imu.yaml"
+    )
+
+
 def _next_steps(report: Report) -> tuple[str, ...]:
     """Tuple of sentences: one per inadequate axis on how to clarify its misfit, then which values to use, if any."""
     out = []
     for entry in report.entries:
         study, name = entry.study, entry.recording.columns[0]
-        if study.adequate or study.verdict == "within tolerance":
+        if _is_usable(entry):
             continue
         if study.check.significant:
             s = study.check.significant[0]
@@ -117,8 +162,5 @@ def _next_steps(report: Report) -> tuple[str, ...]:
             )
     if len(out) < len(report.entries):
         which = "the adequate axes" if out else "every axis"
-        out.append(
-            f"Use the values of {which}. The parameter file of a filter covers more than these values; `characterize`"
-            " writes it, for example for Kalibr."
-        )
+        out.append(f"Use the values of {which}.{_export_sentence(report.entries[0].recording)}")
     return tuple(out)
