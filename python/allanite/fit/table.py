@@ -94,10 +94,12 @@ def _cells(value: Any, column: str | None) -> tuple[str, str]:
 def misfit_line(fit: Fit, whole: bool = True) -> str:
     """Sentence on the agreement of a fit: χ², adequacy, Allan error, discrepancy, and ignored bands.
 
-    Without `whole`, an adequate fit is described as "the spectrum agrees", because other checks failed.
+    Without `whole`, an adequate fit is described as "not rejected by χ² alone", because other checks failed.
     """
     m, e = fit.misfit, fit.error
-    words = ("adequate" if whole else "the spectrum agrees") if fit.adequate else "not adequate"
+    words = (
+        ("adequate" if whole else "not rejected by χ² alone") if fit.adequate else "not adequate"
+    )
     if m.is_too_small:
         words += " (χ² is smaller than that of noise)"
     if fit.adequate and fit.limited_by_quantization:

@@ -276,7 +276,9 @@ def test_an_agreement_is_worded_alike_and_without_powers_of_ten():
     assert "e+" not in line
     right = al.parse_model("N+K").fit(record)
     assert "adequate" in misfit_line(right)
-    assert ": the spectrum agrees; Allan deviation: residual" in misfit_line(right, whole=False)
+    assert ": not rejected by χ² alone; Allan deviation: residual" in misfit_line(
+        right, whole=False
+    )
     scatter = re.search(r"\(expected scatter[^)]*\)", misfit_line(right))[0]
     largest = re.search(r"largest error at .*?model/measured = [\d.]+", misfit_line(right))[0]
     report = make_report(record, "N+K").to_markdown()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.numbers import number, with_readable_numbers
+from allanite.common.numbers import duration_text, number, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.criticism import over_frequency, over_time
 from allanite.effects import Deterministic, Effect, Periodic, find, limitable
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 SHOWS = {"tau": "allan", "frequency": "psd", "time": "map"}
 #: A process at frequency f affects the Allan curve most at τ = PEAK / f (peak of the transfer function).
 PEAK = 0.37
+#: A range of frequencies below this, in Hz, is written as periods; chosen by judgment.
+SLOW = 0.01
 #: Range of the spectrum that is shown at least on each side of a line, relative to its frequency.
 MIN_SHOWN_WIDTH = 0.005
 
@@ -233,6 +235,7 @@ def _card(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, An
     chance = p_text(s.p_value, 1)
     name, acts = effect_text(fit, s.effect), _ranges_of_action(fit, s)
     ends = _line_range(fit, s.effect) or acts["frequency"]
+    where = _frequency_range_text(ends, fit.data.duration)
     return {
         "number": place,
         "kind": s.kind,
@@ -245,7 +248,7 @@ def _card(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, An
         "rivals": rivals,
         "evidence_text": f"ΔlogL {number(s.delta_log_likelihood)}, {chance}",
         "size": s.removes_percent / 100.0,
-        "size_text": f"{s.removes_text}{_frequency_range_text(ends)}",
+        "size_text": f"{s.removes_text}{where}",
         "acts": acts,
         **_view_and_range(s.effect, ends, acts["time"]),
     }
@@ -284,10 +287,16 @@ def _line_range(fit: Fit, effect: Effect) -> tuple[float, float] | None:
     return effect.seen_between(*fit.data.span) or effect.occupies
 
 
-def _frequency_range_text(ends: Sequence[float] | None) -> str:
-    """Text of a frequency range, `` at 38 Hz`` or `` between 1 and 2 Hz``; empty for None."""
+def _frequency_range_text(ends: Sequence[float] | None, duration: float) -> str:
+    """Text of a frequency range, `` at 38 Hz``, `` between 1 and 2 Hz`` or, below 0.01 Hz, `` at periods of 5 min to 2 h``.
+
+    Periods that exceed the `duration` (s) of the record have no upper end. Empty for None.
+    """
     if ends is None:
         return ""
+    if 0.0 < ends[0] < ends[1] < SLOW:
+        shortest, longest = (duration_text(float(f"{1.0 / f:.2g}")) for f in reversed(ends))
+        return f" at periods of {shortest} {'or more' if ends[0] * duration < 1.0 else f'to {longest}'}"
     low, high = (number(f, 2) for f in ends)
     return f" at {low} Hz" if low == high else f" between {low} and {high} Hz"
 

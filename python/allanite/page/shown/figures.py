@@ -262,7 +262,11 @@ def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
             ),
         )
     ]
+    missing = []
     if not tab.others:
+        apart = [name for name, u in zip(whole.columns, whole.units, strict=True) if u != log.unit]
+        if apart:
+            missing.append(f"{', '.join(apart)} (another unit)")
         same = [i for i, u in enumerate(whole.units) if u == log.unit and i != tab.column]
         items += [(whole.columns[i], tab.work.log(i), None) for i in same]
     drawn, more = items[: len(LOGS)], [name for name, _, _ in items[len(LOGS) :]]
@@ -271,7 +275,6 @@ def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     if tab.ladder.steps:
         simulated = compare([("Simulated sensor", _simulated(tab.step.fit), None)]).curves[0]
         curves.append(replace(simulated, kind="simulated", low=None, high=None))
-    missing = []
     for figure in () if tab.sheet is None else tab.sheet.figures:
         try:
             line = limit_line(figure, log.unit, curves[0].tau)

@@ -51,7 +51,10 @@ def _curve_table(fit: Fit, unit: str) -> dict[str, Any]:
         ("edf", curve.edf),
         (in_unit("model", unit), factor * curve.model),
         ("residual (σ)", curve.z),
-        *((n, factor * v) for n, v in zip(effects, curve.components.values(), strict=True)),
+        *(
+            (in_unit(name, unit), factor * values)
+            for name, values in zip(effects, curve.components.values(), strict=True)
+        ),
     ]
     rows = jsonable(np.column_stack([v for _, v in columns]))
     return {"title": "Allan deviation", "head": [name for name, _ in columns], "rows": rows}

@@ -176,10 +176,12 @@ function twoModels({ heads, models, rows }) {
 async function numbers() {
   try {
     const tables = await speak(`tabs/${S.tab}/part/table-${S.view}?${query()}`);
-    const text = v => v === null ? "" : typeof v === "number" ? String(Number(v.toPrecision(6))) : v;
-    const copy = t => navigator.clipboard.writeText([t.head, ...t.rows].map(r => r.map(text).join("\t")).join("\n")).then(() => say("The values were copied to the clipboard", 3));
+    // The clipboard gets more digits than the page shows; the first column needs them to tell its rows apart.
+    const text = (v, digits = 6) => v === null ? "" : typeof v === "number" ? String(Number(v.toPrecision(digits))) : v;
+    const cell = (v, i) => el("td", { class: typeof v === "number" ? "value" : null }, String(text(v, i ? 4 : 6)).replace("-", "−"));
+    const copy = t => navigator.clipboard.writeText([t.head, ...t.rows].map(r => r.map(v => text(v)).join("\t")).join("\n")).then(() => say("The values were copied to the clipboard", 3));
     $("table").replaceChildren(...tables.map(t => el("table", {}, el("caption", {}, capital(t.title), el("button", { onclick: () => copy(t) }, "Copy")),
-      el("thead", {}, el("tr", {}, ...t.head.map(h => el("th", {}, capital(h))))), el("tbody", {}, ...t.rows.slice(0, 600).map(r => el("tr", {}, ...r.map(v => el("td", {}, text(v)))))))));
+      el("thead", {}, el("tr", {}, ...t.head.map(h => el("th", {}, capital(h))))), el("tbody", {}, ...t.rows.slice(0, 600).map(r => el("tr", {}, ...r.map(cell)))))));
   } catch (error) { $("table").textContent = error.message; }
 }
 export async function get(name) {
