@@ -111,7 +111,8 @@ def signal_line(
     size, _ = time_scale(n / log.rate)
     middle = float(np.nanmean(np.asarray(log.samples, dtype=float)) - np.mean(signal))
     at = first + np.unique(np.linspace(0, n - 1, min(n, SIGNAL_POINTS)).round().astype(int))
-    return Line(at / log.rate / size, middle + signal[at], "model", name, 2.0)
+    time = np.asarray(at / (log.rate * size), dtype=np.float64)
+    return Line(time, middle + signal[at], "model", name, 2.0)
 
 
 def column_panel(
@@ -134,7 +135,8 @@ def column_panel(
     count = np.add.reduceat(there, edges[:-1], dtype=float)
     total = np.add.reduceat(np.where(there, values, 0.0), edges[:-1])
     mean = np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
-    time = begin + 0.5 * (edges[:-1] + edges[1:]) / part.rate / size
+    middle = 0.5 * (edges[:-1] + edges[1:])
+    time = np.asarray(begin + middle / (part.rate * size), dtype=np.float64)
     unit = part.covariate_units.get(name, "1")
     label = name if unit == "1" else f"{name} ({unit.replace('degC', '°C')})"
     low, high = (float(np.nanmin(mean)), float(np.nanmax(mean))) if there.any() else (0.0, 1.0)

@@ -49,13 +49,13 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     names = _step_texts(ladder)
     fits = [step.fit for step in ladder]
     chance = fits[-1].error.chance_rms_percent
-    bars = [
+    bars: list[tuple[str, list[float | None], float | None]] = [
         ("unexplained misfit (%)", list(study.misfit_left), None),
         ("Allan error (% rms)", [f.error.adev_rms_percent for f in fits], chance),
     ]
     discrepancies = [f.discrepancy.percent for f in fits]
     if any(discrepancies):
-        bars.append(("model discrepancy (%)", discrepancies, None))
+        bars.append(("model discrepancy (%)", [*discrepancies], None))
     panels = (
         *(_bar_panel(words, names, values, at, i) for i, (words, values, at) in enumerate(bars)),
         _deviation_panel(study, len(bars)),
