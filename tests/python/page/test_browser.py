@@ -70,7 +70,7 @@ def test_the_loop(tab):
     # One bar with words, the whole text, the evidence among the details.
     bar = card.locator(".measure")
     assert bar.count() == 1
-    assert re.match(r"Explains \d+ % of the misfit at 1\.7 Hz", bar.inner_text())
+    assert re.match(r"Removes \d+ % of the unexplained misfit at 1\.7 Hz", bar.inner_text())
     assert card.inner_text().lower().count(card.locator("h3").inner_text().lower()) == 1
     assert card.locator(".why").evaluate("p => p.scrollHeight <= p.clientHeight + 1")
     assert "ΔlogL" in card.locator("details").text_content()

@@ -100,7 +100,9 @@ def test_a_line_is_a_peak_in_a_shaded_range_that_says_its_factor(first_figure):
 def test_the_bar_of_a_card_leads_to_its_place(first_figure):
     tab = first_figure(Source("lined.npz", recording=lined()))
     on_allan(tab)
-    bar = tab.locator(".card").first.get_by_role("button", name="of the misfit at 38 Hz")
+    bar = tab.locator(".card").first.get_by_role(
+        "button", name="of the unexplained misfit at 38 Hz"
+    )
     bar.click()
     settled(tab, "psd")
     tab.wait_for_function(
@@ -150,7 +152,7 @@ def test_a_temperature_is_seen_beside_the_samples(first_figure):
             r"[\d.]+ × the model at 19\.\d Hz",
             "between 18 and 21 Hz",
         ),
-        ("cats_thermal_b.npz", "gyro_y", "samples", None, "of the misfit"),
+        ("cats_thermal_b.npz", "gyro_y", "samples", None, "of the unexplained misfit"),
     ],
 )
 def test_recordings_show_what_is_missing_in_the_first_figure(
