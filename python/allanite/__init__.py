@@ -52,7 +52,10 @@ def __getattr__(name: str) -> object:
 
 
 def _former_effect(name: str) -> object:
-    """Effect class by a former name ``al.GaussMarkov``, with a warning; the classes are in `allanite.effects`."""
+    """Effect class by a former name ``al.GaussMarkov``, with a warning; the classes are in `allanite.effects`.
+
+    Raises `AttributeError` for any other name.
+    """
     if name[:1].isupper():
         effects = import_module("allanite.effects")
         if name in (effect.__name__ for effect in effects.CATALOGUE) and hasattr(effects, name):
@@ -63,7 +66,7 @@ def _former_effect(name: str) -> object:
 
 
 def _warn(former: str, name: str, stacklevel: int = 3) -> None:
-    """Warn that a former name has been replaced by another name."""
+    """Give a `DeprecationWarning` that a former name has been replaced by another name."""
     warnings.warn(f"al.{former} is now al.{name}", DeprecationWarning, stacklevel=stacklevel)
 
 

@@ -122,7 +122,10 @@ def example_of(
 
 
 def check_declaration(effect: Effect) -> None:
-    """Test that the declarations of an effect are complete and consistent: texts, parameters, bounds and grids."""
+    """Test that the declarations of an effect are complete and consistent: texts, parameters, bounds and grids.
+
+    Raises `AssertionError` for the first that is not.
+    """
     cls = type(effect)
     for name in ("kind", "short", "title", "physics", "looks_like", "check_by"):
         text = getattr(cls, name, "")
@@ -246,7 +249,10 @@ def _nodes(m: int) -> tuple[Array, Array]:
 
 
 def check_density(effect: Effect) -> None:
-    """Test that the density integrates to the Allan variance, and that the deviation is proportional to the coefficient."""
+    """Test that the density integrates to the Allan variance, and that the deviation is proportional to the coefficient.
+
+    Raises `AssertionError` otherwise.
+    """
     model = _as_model(effect)
     for m in (1, 2, 3, 10, 100):
         w, weight = _nodes(m)
@@ -273,7 +279,10 @@ def check_density(effect: Effect) -> None:
 
 
 def check_amplitudes(effect: Deterministic, covariates: Columns | None = None) -> None:
-    """Test that the signal of a known function is linear in its amplitudes and equals regressors @ amplitudes."""
+    """Test that the signal of a known function is linear in its amplitudes and equals regressors @ amplitudes.
+
+    Raises `AssertionError` otherwise.
+    """
     columns, kind = dict(covariates or {}), effect.kind
     time = np.arange(LENGTH) / RATE
     matrix, amplitudes = effect.regressors(time, columns), effect.amplitudes()

@@ -312,7 +312,7 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(command)
     def wrapped(**arguments: Any) -> Any:
-        """Run the command with the shared options combined to one `LogOptions`."""
+        """Result of the command, which gets the shared options as one `LogOptions`; other options are passed on."""
         shared = {field.name: arguments.pop(field.name) for field in fields(LogOptions)}
         return command(options=LogOptions(**shared), **arguments)
 

@@ -69,7 +69,10 @@ class Drawn:
             return None
 
         def value(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-            """`values` interpolated at τ, shape (1,); None for None."""
+            """`values` interpolated at τ, shape (1,), linearly in logarithms; None for None.
+
+            Beyond the curve, its value at the end.
+            """
             if values is None:
                 return None
             logs = np.interp(np.log(tau), np.log(self.tau), np.log(np.maximum(values, 1e-300)))

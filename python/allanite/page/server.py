@@ -106,7 +106,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return Plain(await run_in_threadpool(_plotly), media_type="text/javascript; charset=utf-8")
 
     async def open_tab(_request: Request) -> Any:
-        """Dict with the key of a new tab."""
+        """Dict with the key of a new tab (``tab``), which opens the first log given at the start."""
         return {"tab": await run_in_threadpool(sessions.open)}
 
     async def close_tab(request: Request) -> Any:
@@ -151,7 +151,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
 
     async def get_part(request: Request) -> Any:
-        """Data that `part` returns for the name in the path."""
+        """Data that `part` returns for the name in the path, with the query parameters as options."""
         name = request.path_params["name"]
         return await run_in_threadpool(part, sessions.tab(request), name, asked(request))
 

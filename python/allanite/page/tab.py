@@ -32,7 +32,7 @@ class Tab(Bench):
         column = self.column
 
         def work(job: Job) -> None:
-            """Make the step and show its results."""
+            """Fit the model of the step, add the step to the column's steps, and check it."""
             step = Step(label, make())
             self.climb(job, step, column)
             self.rest(job, step)

@@ -90,7 +90,7 @@ def command(
     names = [c.columns[0] for c in columns]
 
     def write(studies: Sequence[Study]) -> None:
-        """Save, plot and print the studies, as the options say."""
+        """Write the fits to the file of --save and the plots, if given, and print findings and results."""
         if save is not None:
             output.save_fits([study.fit for study in studies], save)
         output.save_plots(studies, names, plot)

@@ -74,7 +74,7 @@ def command(
         done: dict[str, float] = {}
 
         def on_progress(name: str, step: int, steps: int) -> None:
-            """Draw the progress over all axes."""
+            """Note the share of steps done for one axis, and draw the progress over all axes, if there is a bar."""
             done[name] = step / steps
             if report is not None:
                 report(round(100 * sum(done.values())), 100 * count)

@@ -71,7 +71,7 @@ def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]
     attributes: dict[str, dict[str, Any]] = {}
 
     def note_attributes(name: str, item: Any) -> None:
-        """Store the attributes of an object under its name with dots."""
+        """Put the attributes of an object into `attributes`, under its name with dots instead of slashes."""
         attributes[name.replace("/", ".")] = dict(item.attrs)
 
     with refused_as("an HDF5 file"), h5py.File(path, "r") as file:

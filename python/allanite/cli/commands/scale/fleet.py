@@ -90,7 +90,7 @@ def command(
             click.echo(f"{done}/{total} {plain(path)}", err=True)
 
     def on_note(note: str) -> None:
-        """Print a note about the journal on standard error."""
+        """Print a note about the journal as one line on standard error, after ``allanite:``."""
         click.echo(f"allanite: {plain(note)}", err=True)
 
     rows = run_fleet(
