@@ -29,7 +29,7 @@ class AsModel:
     """Methods that an effect, alone, has in common with a model."""
 
     def _model(self) -> Model:
-        """The model itself, or a model that contains only this effect."""
+        """`Model`: the model itself, or a model that contains only this effect. Subclasses must define it."""
         raise NotImplementedError
 
     def fit(self, recording: Recording | Summary, method: str = "whittle") -> Fit:
@@ -351,8 +351,7 @@ class Effect(AsModel):
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
         """Pair (lowest, highest) value of the shape `name` that a fit of n samples at `rate` Hz may reach.
 
-        They are half of the lowest and twice the highest grid value. Frequencies are at most the
-        Nyquist frequency.
+        They are half of the lowest and twice the highest grid value. Frequencies are at most the Nyquist frequency.
         """
         grid = self.searched(name, n, rate)
         most = 0.5 * rate if name == "frequency" else np.inf
@@ -383,7 +382,7 @@ class Effect(AsModel):
         return None
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """True if the fitted effect, the last of `model`, shows the feature that distinguishes it from its rivals.
+        """True if the fitted effect, the last of `model`, shows the feature that distinguishes it from similar effects.
 
         It is always True by default. The record has a `duration` in s and a sampling `rate` in Hz.
         """
@@ -424,7 +423,7 @@ class Effect(AsModel):
         return None
 
     def with_values(self, **values: Any) -> Self:
-        """A copy with some `values` changed, by JSON name; InputError for an invalid value, as in the constructor."""
+        """Copy with some `values` changed, by JSON name; InputError for an invalid value, as in the constructor."""
         own, made, names = vars(self), object.__new__(type(self)), names_of(type(self))
         if not values.keys() <= names:
             return replace(self, **values)
@@ -460,7 +459,7 @@ class Effect(AsModel):
         return f"{self.short}({inside})" if inside else self.short
 
     def _model(self) -> Model:
-        """A model with this effect only."""
+        """`Model` with this effect only."""
         from allanite.effects.model import Model
 
         return Model((self,))
@@ -508,7 +507,10 @@ class Stochastic(Effect):
     companions: ClassVar[tuple[str, ...]] = ()
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of primitive spectral terms (`effects.terms`) at the present shape and `rate` (Hz), with coefficient 1."""
+        """Tuple of primitive spectral terms (`effects.terms`) at the present shape and `rate` (Hz), with coefficient 1.
+
+        Subclasses must define it.
+        """
         raise NotImplementedError
 
     def terms(self, rate: float) -> tuple[Term, ...]:
@@ -543,11 +545,14 @@ class Stochastic(Effect):
 
     @classmethod
     def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
-        """One effect built from several components (`pieces`), each with its squared coefficient in `variances`."""
+        """One effect built from several components (`pieces`), each with its squared coefficient in `variances`.
+
+        Only effects of free form define it.
+        """
         raise NotImplementedError
 
     def banded(self, low: float, high: float) -> Self | None:
-        """A copy with its band moved to `low` … `high` Hz; by default None: the effect has no movable band."""
+        """Copy with its band moved to `low` … `high` Hz; by default None: the effect has no movable band."""
         return None
 
     @classmethod

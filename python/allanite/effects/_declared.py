@@ -73,7 +73,7 @@ class Parameter:
     figures: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def accepted(self, value: Any, several: bool) -> Any:
-        """The given `value`, checked and converted: float within the bounds, tuple of floats if `several`, or text.
+        """Given `value`, checked and converted: float within the bounds, tuple of floats if `several`, or text.
 
         Raises
         ------
@@ -93,7 +93,10 @@ class Parameter:
         return self._number(value, *self.bounds)
 
     def _number(self, value: Any, low: float, high: float) -> float:
-        """The given `value` as a float; InputError if it is not a number between `low` and `high`."""
+        """Given `value` as a float; InputError if it is not a number between `low` and `high`.
+
+        Texts and NaN are rejected; infinity is accepted if it is within the bounds.
+        """
         try:
             # Texts are rejected, although float() would parse them.
             number = math.nan if isinstance(value, (str, bytes)) else float(value)

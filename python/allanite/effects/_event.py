@@ -88,7 +88,10 @@ def cosines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.
 def _waves(
     k: NDArray[np.float64], j: NDArray[np.int64], n: int, phase: float
 ) -> NDArray[np.float64]:
-    """Array of sin(πjk/n + phase) for all k and ordinates j, shape (k.size, j.size)."""
+    """Array of sin(πjk/n + phase) for all k and ordinates j, shape (k.size, j.size).
+
+    Many values at successive ordinates are computed by blocks with sin(a + b).
+    """
     if k.size * j.size < MIN_BLOCKED_SINES or j[-1] - j[0] + 1 != j.size:
         return np.asarray(np.sin(np.pi * j * k[:, None] / n + phase))
     turn = np.pi / n * k[:, None]

@@ -103,9 +103,9 @@ class Response:
 
     @cached_property
     def lag_zero(self) -> float:
-        """Part of the variance of filtered white noise of variance 1 that exists only at lag 0, G(z = 0).
+        """Part of the variance of filtered white noise of variance 1 that exists only at lag 0, G(z = 0). Cached.
 
-        The exponentials of `modes` have the rest.
+        The exponentials of `modes` have the remaining variance.
         """
         return complex(self.gain**2 * prod(self.zeros) / prod(self.poles)).real
 
@@ -139,11 +139,11 @@ class Filter(Modifier):
 
     @property
     def whole(self) -> Filter:
-        """The filter itself, because it acts on all random processes."""
+        """Filter itself, because it acts on all random processes."""
         return self
 
     def response(self, rate: float) -> Response:
-        """`Response` (gain, zeros, poles) of the digital filter at sampling rate `rate`, Hz."""
+        """`Response` (gain, zeros, poles) of the digital filter at sampling rate `rate`, Hz; subclasses define it."""
         raise NotImplementedError
 
     def modify(
@@ -153,7 +153,10 @@ class Filter(Modifier):
         return self.passed((White(white),), rate)
 
     def passed(self, terms: tuple[Term, ...], rate: float) -> tuple[Term, ...]:
-        """Tuple of the spectral terms of a process after the filter, from its `terms` before it; `rate` in Hz."""
+        """Tuple of the spectral terms of a process after the filter, from its `terms` before it; `rate` in Hz.
+
+        Terms that can be added are merged. More than four exponentials are filtered together.
+        """
         response = _cached_response(self, rate)
         # A moving band has dozens of exponentials; together they add one exponential for each pole of the filter.
         waves: list[Term] = [term for term in terms if isinstance(term, Exponential)]
@@ -271,7 +274,7 @@ def _filtered_waves(
 
 
 def _separated_pole(phi: complex, response: Response) -> complex:
-    """The pole `phi` of a spectrum, moved by a small distance if the filter has (nearly) the same pole."""
+    """Pole `phi` of a spectrum, moved by a small distance if the filter has (nearly) the same pole."""
     for p in response.poles:
         near = MIN_POLE_DISTANCE * abs(1.0 - p)
         if abs(phi - p) < near:

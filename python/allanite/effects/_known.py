@@ -53,7 +53,7 @@ class Deterministic(Effect):
     ) -> NDArray[np.float64]:
         """Array of the k functions whose amplitudes are fitted, at the present shape, shape (n, k).
 
-        `time` is in s from 0; `covariates` are the logged columns by name, shape (n,) each.
+        `time` is in s from 0; `covariates` are the logged columns by name, shape (n,) each. Subclasses must define it.
         """
         raise NotImplementedError
 
@@ -77,11 +77,11 @@ class Deterministic(Effect):
         return any(p.role == "coefficient" and p.name in self.held for p in self.parameters)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy with the k fitted `amplitudes`, shape (k,)."""
+        """Copy with the k fitted `amplitudes`, shape (k,). Subclasses must define it."""
         raise NotImplementedError
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """Array of the k amplitudes of the present values, shape (k,); 0 for None."""
+        """Array of the k amplitudes of the present values, shape (k,); 0 for None. Subclasses must define it."""
         raise NotImplementedError
 
     def signal(
@@ -182,7 +182,7 @@ class Periodic(Deterministic):
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self | None:
-        """The effect with a line at `frequency` (Hz) and lines at `multiples` of it (including 1), without amplitudes.
+        """New effect with a line at `frequency` (Hz) and lines at `multiples` of it (including 1), without amplitudes.
 
         None if the effect has fixed frequencies and none of them fits.
         """
@@ -197,7 +197,10 @@ class Periodic(Deterministic):
 
     @property
     def lines(self) -> tuple[tuple[float, float, float], ...]:
-        """Tuple of (multiple, amplitude, phase) of each line: amplitude · sin(2π·multiple·frequency·t + phase)."""
+        """Tuple of (multiple, amplitude, phase) of each line: amplitude · sin(2π·multiple·frequency·t + phase).
+
+        Subclasses must define it.
+        """
         raise NotImplementedError
 
     @property

@@ -74,6 +74,7 @@ def power_law_lags(exponent: float, count: int) -> Array:
 
     Fractional noise of order d = −a/2 with exponent a (Hosking 1981) has r(h) = Γ(1−2d)Γ(h+d)/(Γ(d)Γ(1−d)Γ(h+1−d)). The
     formula is continued beyond d = ½, where only differences of r exist. At d = ½ the variogram is (2/π) Σ 1/(2k−1).
+    Cached.
     """
     h = np.arange(count)
     if abs(exponent + 1.0) < 1e-6:
@@ -134,7 +135,7 @@ def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
     """Tuple of E c_j²/s(w_j) of a power law at the ordinates j = 1 … 64 of n samples: expected square over spectrum.
 
     The ratios differ from 1 by leakage. For large n they depend only on j; 2048 samples give them with an error of
-    1e-4.
+    1e-4. Fewer for n below 65. Cached.
     """
     n = min(n, 2048)
     j = np.arange(1, min(n, 65))
@@ -145,7 +146,10 @@ def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _cosine_weights(n: int) -> Array:
-    """Array of the weights of lags 1 … n − 1 in the expected squares of ordinates 1 … 64 of n samples, shape (64, n−1)."""
+    """Array of the weights of lags 1 … n − 1 in the expected squares of ordinates 1 … 64 of n samples. Cached.
+
+    The shape is (64, n − 1), with n − 1 rows for n below 65.
+    """
     h = np.arange(1, n)
     angle = np.pi * np.arange(1, min(n, 65))[:, None] / n
     return np.asarray((n - h) * np.cos(angle * h) - np.sin(angle * h) / np.sin(angle))

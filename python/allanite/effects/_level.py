@@ -107,7 +107,7 @@ class Level(Modifier):
         return None
 
     def following(self, values: NDArray[np.float64], coefficient: float) -> Self | None:
-        """A copy whose ln level is linear in a column's `values` with slope `coefficient`.
+        """Copy whose ln level is linear in a column's `values` with slope `coefficient`; by default None: it cannot.
 
         None if the kind cannot (default).
         """
@@ -122,7 +122,7 @@ class Level(Modifier):
         return (), ()
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """A copy with level changes at other `times`, s, and other `factors` after each; by default the effect itself."""
+        """Copy with level changes at other `times`, s, and other `factors` after each; by default the effect itself."""
         return self
 
 

@@ -46,7 +46,10 @@ class Limits(Mapping[str, tuple[float, float]]):
         return repr(self._ends)
 
     def reached(self, name: str, value: float) -> float | None:
-        """The limit of parameter `name` that `value` has reached or exceeded; None if the value is between the limits."""
+        """Limit of parameter `name` that `value` has reached or exceeded; None if the value is between the limits.
+
+        A relative distance of 1e-9 counts as reached. None without limits.
+        """
         low, high = self._ends.get(name, (-math.inf, math.inf))
         if value <= low + LIMIT_TOLERANCE * abs(low):
             return low
@@ -83,6 +86,8 @@ def limitable(parameter: Parameter) -> bool:
 
 def limits_of(kind: str, parameters: Sequence[Parameter], given: Any) -> Limits:
     """Checked `Limits` from user input (pairs by parameter name); ends outside a parameter's range become ∓∞.
+
+    Pairs without a finite end are omitted.
 
     Raises
     ------

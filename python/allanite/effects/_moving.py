@@ -30,12 +30,15 @@ class Moving(Stochastic):
 
     @property
     def stretches(self) -> tuple[Stochastic, ...]:
-        """Tuple of the process in each of the equal segments of the record, in order."""
+        """Tuple of the process in each of the equal segments of the record, in order. Subclasses must define it."""
         raise NotImplementedError
 
     @property
     def middles(self) -> tuple[float, ...]:
-        """Tuple of the center frequency of the band in each of the equal segments of the record, in order, Hz."""
+        """Tuple of the center frequency of the band in each of the equal segments of the record, in order, Hz.
+
+        Subclasses must define it.
+        """
         raise NotImplementedError
 
     @classmethod

@@ -29,7 +29,7 @@ def waves(frequency: float, time: Array) -> Array:
 def sines(lines: Sequence[tuple[float, float, float]], time: Array) -> Array:
     """Array of the sum of A sin(ωt + φ) over `lines` (ω in rad/s, A, φ in rad) at each time, shape (n,).
 
-    For evenly spaced times the sines are computed by blocks with sin(a + b): a at the start of a block, b within it.
+    At least 16384 evenly spaced times are computed by blocks with sin(a + b): a at the start of a block, b within it.
     """
     n = time.size
     turn, amplitude, phase = np.array(lines, dtype=np.float64).reshape(-1, 3).T

@@ -77,7 +77,7 @@ class BandLevelChange(Modifier):
 
     @classmethod
     def changing(cls, band: tuple[float, float], when: tuple[float, float], factor: float) -> Self:
-        """The effect whose noise in a `band` (low, high; Hz) changes by `factor` in the interval `when` (start, end; s)."""
+        """New effect: noise in a `band` (low, high; Hz) changes by `factor` during `when` (start, end; s)."""
         return cls(low=band[0], high=band[1], start=when[0], end=when[1], factor=factor)
 
     @property

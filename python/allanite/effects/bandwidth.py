@@ -216,10 +216,11 @@ class Bandwidth(Modifier):
 
     @classmethod
     def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Bandwidth, ...]:
-        """Tuple of moving averages of 1, 2 and 3 stages with the length read from zeros of the spectrum; empty if unclear.
+        """Tuple of moving averages of 1, 2 and 3 stages whose length is read from zeros of the spectrum.
 
-        The length is 8 samples to a tenth of the record. ln sin²(πfL) is −Σ 2 cos(2πfkL)/k: the cepstrum of the mean of
-        L samples has −2 at lag L, in noise of variance π²/n where ordinates are normal (ln χ²₁ has the variance π²/2).
+        Empty if the length is unclear. It is 8 samples to a tenth of the record. The cepstrum of the mean of L samples
+        has −2 at lag L, because ln sin²(πfL) is −Σ 2 cos(2πfkL)/k. Where ordinates are normal, its noise has the
+        variance π²/n (ln χ²₁ has the variance π²/2). The minimum must be 6.5 standard deviations deep.
         """
         n = power.size
         lags = np.arange(MIN_MEAN_SAMPLES, int(n / MIN_RECORD_PER_MEAN) + 1)

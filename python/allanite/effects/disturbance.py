@@ -77,7 +77,7 @@ class Disturbance(Modifier):
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self:
-        """A disturbance from `start` to `end`, s; `factor` is not used."""
+        """New disturbance from `start` to `end`, s; `factor` is not used."""
         return cls(start=start, end=end)
 
     @property

@@ -49,7 +49,7 @@ def held_and_limits(effect: Effect) -> dict[str, Any]:
 
 
 def model_from_dict(document: dict[str, Any], source: str) -> Model:
-    """The model in a model, fit or check document; `source` names the document in messages.
+    """`Model` in a model, fit or check document; `source` names the document in messages.
 
     Raises
     ------
@@ -74,7 +74,10 @@ def model_from_dict(document: dict[str, Any], source: str) -> Model:
 
 
 def _effect(entry: dict[str, Any], source: str) -> Effect:
-    """The effect of a JSON entry; InputError if its kind is unknown. Names at a limit (``at_limit``) are ignored."""
+    """`Effect` of a JSON entry; InputError if its kind is unknown.
+
+    Names at a limit (``at_limit``), derived parameters and unknown parameters are ignored.
+    """
     cls = find(str(entry.get("kind")))
     if cls is None:
         raise InputError(f"{source}: unknown effect {entry.get('kind')!r}")
@@ -85,7 +88,7 @@ def _effect(entry: dict[str, Any], source: str) -> Effect:
 
 
 def parse_model(text: str | Model) -> Model:
-    """A model from a model string or from a JSON file.
+    """`Model` from a model string or from a JSON file; a `Model` is returned unchanged.
 
     Parameters
     ----------
@@ -132,7 +135,7 @@ def save_model(model: Model, path: str | Path, recording: Mapping[str, Any] | No
 
 
 def as_model(given: object) -> Model:
-    """The model of a model, model string, file name, effect or fit.
+    """`Model` of a model, model string, file name, effect or fit.
 
     Raises
     ------

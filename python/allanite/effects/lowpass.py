@@ -78,7 +78,10 @@ TAPS_PER_SAMPLE = 4
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
-    """Tuple of the terms of white noise after a low-pass, with density 1 at frequency zero; cutoff in cycles per sample."""
+    """Tuple of the terms of white noise after a low-pass, with density 1 at frequency zero. Cached.
+
+    The cutoff is in cycles per sample.
+    """
     if design in {"moving_average", "fir"}:
         if design == "moving_average" and order == 1:
             length = max(1.0, MEAN_CUTOFFS[1] / _bounded(cutoff))
@@ -169,7 +172,10 @@ def _sampled_terms(order: int, cutoff: float) -> tuple[Term, ...]:
 
 
 def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
-    """Array of the poles of a digital, cascaded or smoothed design at a cutoff in cycles per sample."""
+    """Array of the poles of a digital, cascaded or smoothed design at a cutoff in cycles per sample, at most 0.499.
+
+    Coinciding poles are moved apart by about 0.2 % of their distance from 1.
+    """
     f = min(cutoff, 0.499)
     if design == "digital":
         # Avoid a cutoff of a quarter of the rate, where odd orders have a pole at zero.
@@ -253,7 +259,10 @@ def _sections(poles: Poles, zeros: Poles) -> list[float]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4096)
 def _taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
-    """Tuple of the phases of a finite filter's impulse response: values i, i + 4, i + 8, … at four times the rate."""
+    """Tuple of the phases of a finite filter's impulse response: values i, i + 4, i + 8, … at four times the rate.
+
+    The four arrays have equal lengths. Cached.
+    """
     if design == "moving_average":
         length = MEAN_CUTOFFS[order] / cutoff
         reach = 0.5 * order * length

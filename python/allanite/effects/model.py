@@ -74,7 +74,7 @@ class Model(AsModel):
             seen.add(effect.kind)
 
     def limited(self, use: str) -> Model:
-        """The model itself, after a check that it has at most 64 effects; `use` names the purpose in the message.
+        """Model itself, after a check that it has at most 64 effects; `use` names the purpose in the message.
 
         Raises
         ------
@@ -102,7 +102,7 @@ class Model(AsModel):
         return "+".join(str(effect) for effect in self.effects)
 
     def replaced(self, place: int, **values: Any) -> Model:
-        """A copy with some values, held names or limits of the effect at index `place` changed; `values` by name."""
+        """Copy with some values, held names or limits of the effect at index `place` changed; `values` by name."""
         effects = list(self.effects)
         effects[place] = effects[place].with_values(**values)
         return Model(tuple(effects))
@@ -171,7 +171,10 @@ class Model(AsModel):
         return float(np.sqrt(power))
 
     def steady(self, span: tuple[float, float]) -> Model:
-        """A model whose level changes are replaced by their mean level over a record; `span` is first and last time, s."""
+        """Copy whose level changes are replaced by their mean level over a record; `span` is first and last time, s.
+
+        The coefficient of the white noise is multiplied by the mean level.
+        """
         levels = self.levels
         out: list[Effect] = []
         for effect in self.effects:
@@ -276,13 +279,13 @@ class Model(AsModel):
 
     @staticmethod
     def _rate(rate: float | None, smallest: float) -> float:
-        """The checked sampling rate, Hz; without one, 1/`smallest`."""
+        """Checked sampling rate, Hz; without one, 1/`smallest`, or 1 Hz if `smallest` is not a positive number."""
         if rate is None:
             return 1.0 / smallest if np.isfinite(smallest) and smallest > 0 else 1.0
         return positive_rate(rate)
 
     def _model(self) -> Model:
-        """The model itself."""
+        """`Model` itself."""
         return self
 
     def fit_columns(self, recording: Recording, method: str = "whittle") -> Fits:

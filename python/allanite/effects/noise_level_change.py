@@ -57,7 +57,7 @@ class NoiseLevelChange(Level):
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self:
-        """The effect with these values; `start` and `end` in s."""
+        """New effect with these values; `start` and `end` in s."""
         return cls(start=start, end=end, factor=factor)
 
     @property
@@ -66,7 +66,7 @@ class NoiseLevelChange(Level):
         return ((), ()) if self.when is None else (self.when, (self.factor or 1.0, 1.0))
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """A copy whose interval lies between the first two `times`, s, with the first of the `factors`."""
+        """Copy whose interval lies between the first two `times`, s, with the first of the `factors`."""
         return self.with_values(start=times[0], end=times[1], factor=factors[0])
 
     @property

@@ -89,7 +89,7 @@ class NoiseLevels(Level):
 
     @classmethod
     def switched(cls, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """The effect with level changes at `times`, s, to `factors` times the level at the start."""
+        """New effect with level changes at `times`, s, to `factors` times the level at the start."""
         return cls(times=times, factors=factors)
 
     @property
@@ -98,7 +98,7 @@ class NoiseLevels(Level):
         return self.times or (), self.factors or ()
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """A copy with level changes at `times`, s, to `factors`."""
+        """Copy with level changes at `times`, s, to `factors`."""
         return self.with_values(times=times, factors=factors)
 
     @property
@@ -136,7 +136,10 @@ class NoiseLevels(Level):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """Array of the mean squared factor from each `start` to each `end`, s."""
+        """Array of the mean squared factor from each `start` to each `end`, s.
+
+        The factor is 1 before the first time; the last factor holds to the end. NaN for empty intervals.
+        """
         low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         total = np.ones(low.shape) * (high - low)
         for (since, until), factor in zip(

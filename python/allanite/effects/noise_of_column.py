@@ -106,7 +106,7 @@ class NoiseOfColumn(Level):
         return 1
 
     def following(self, values: NDArray[np.float64], coefficient: float) -> Self:
-        """A copy with this `coefficient`, and with the reference at which N is the rms level for the column `values`."""
+        """Copy with this `coefficient`, and with the reference at which N is the rms level for the column `values`."""
         power = 2.0 * coefficient * values
         top = float(np.max(power))
         mean = top + float(np.log(np.mean(np.exp(power - top))))

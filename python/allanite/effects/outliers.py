@@ -71,7 +71,7 @@ class Outliers(Modifier):
 
     @classmethod
     def at(cls, times: Sequence[float]) -> Self:
-        """The effect with outliers at these `times`, s."""
+        """New effect with outliers at these `times`, s."""
         return cls(count=float(len(times)), times=tuple(map(float, times)))
 
     @property

@@ -57,7 +57,7 @@ class PeriodicNoiseLevel(Level):
 
     @classmethod
     def gated(cls, period: float, start: float, share: float, factor: float) -> Self:
-        """The effect with these values; `period` and `start` in s."""
+        """New effect with these values; `period` and `start` in s."""
         return cls(period=period, start=start, share=share, factor=factor)
 
     def gain(

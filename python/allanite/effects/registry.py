@@ -52,7 +52,7 @@ class Catalogue:
         self._built_in = len(ours)
 
     def find(self, name: str) -> type[Effect] | None:
-        """The effect class whose short or long name is `name`, built-in effects first; None if unknown."""
+        """Effect class whose short or long name is `name`, built-in effects first; None if unknown."""
         return _class_named(name, self._effects[: self._built_in]) or _class_named(name, list(self))
 
     def add(self, effect: type[Effect]) -> None:
@@ -87,7 +87,7 @@ class Catalogue:
 
 
 def _class_named(name: str, effects: list[type[Effect]]) -> type[Effect] | None:
-    """The first class in `effects` whose short or long name is `name`; None if there is none."""
+    """First class in `effects` whose short or long name is `name`; None if there is none."""
     return next((e for e in effects if name in (e.short, e.kind)), None)
 
 
@@ -97,7 +97,7 @@ def _is_same_class(one: type[Effect], other: type[Effect]) -> bool:
 
 
 def _require(effect: type[Effect]) -> None:
-    """Raise InputError if an effect class lacks a declaration that the catalog needs."""
+    """Raise InputError if an effect class lacks a declaration that the catalog needs, or has an invalid name."""
     if not (isinstance(effect, type) and issubclass(effect, Effect)):
         raise InputError(f"{effect!r} is not a class derived from allanite.Effect")
     name = effect.__qualname__
@@ -116,7 +116,7 @@ CATALOGUE = Catalogue()
 
 
 def find(name: str) -> type[Effect] | None:
-    """The effect class of the catalog whose short or long name is `name`; None if unknown."""
+    """Effect class of the catalog whose short or long name is `name`; None if unknown."""
     return CATALOGUE.find(name)
 
 

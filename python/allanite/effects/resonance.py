@@ -113,7 +113,7 @@ class Resonance(Stochastic):
         return self.frequency - half, self.frequency + half
 
     def banded(self, low: float, high: float) -> Resonance:
-        """A copy whose half-width band is `low` … `high` Hz; its damping is limited to the maximum of 0.7."""
+        """Copy whose half-width band is `low` … `high` Hz; its damping is limited to the maximum of 0.7."""
         middle, widest = 0.5 * (low + high), self.parameter("damping").high
         return self.with_values(frequency=middle, damping=min(0.5 * (high - low) / middle, widest))
 

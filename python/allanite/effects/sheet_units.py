@@ -81,7 +81,8 @@ def sheet_unit(parameter: Parameter, sample: str) -> str:
 def in_sheet_unit(value: Estimate, parameter: Parameter) -> Estimate:
     """`Estimate` of a fit in the unit in which tables and figures show it, see `sheet_unit`.
 
-    A change with a logged column is in `SAMPLE_UNITS` per unit of the column.
+    A change with a logged column is in `SAMPLE_UNITS` per unit of the column. The estimate is unchanged if its unit
+    does not depend on that of the samples, or is unknown.
     """
     if isinstance(parameter.unit, float):
         sample = value.unit.removesuffix(coefficient_unit("", parameter.unit))

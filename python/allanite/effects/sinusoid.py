@@ -97,7 +97,7 @@ class Sinusoid(Periodic):
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self:
-        """A line at `frequency` (Hz) with further lines of amplitude 0 at all `multiples` but the first."""
+        """New line at `frequency` (Hz) with further lines of amplitude 0 at all `multiples` but the first."""
         empty = tuple(float(v) for m in multiples[1:] for v in (m, 0.0, 0.0))
         return cls(frequency=frequency, overtones=empty or None)
 

@@ -38,7 +38,7 @@ class _Reader:
         self.bare: tuple[str, int] | None = None
 
     def error_at(self, what: str, at: int | None = None) -> InputError:
-        """InputError (returned, not raised) that points at position `at` of the string, by default the present one."""
+        """New InputError (not raised) that points at position `at` of the string, by default the present one."""
         place = self.at if at is None else at
         return InputError(
             f"model {self.text!r}: {what} at character {place + 1} "
@@ -51,7 +51,7 @@ class _Reader:
             self.at += 1
 
     def take(self, signs: str) -> str | None:
-        """The next character, consumed, if it is one of `signs`.
+        """Next character, consumed, if it is one of `signs`; otherwise None, and only white space is consumed.
 
         Otherwise None, and nothing but white space is consumed.
         """
@@ -77,7 +77,10 @@ class _Reader:
         return self.text.startswith(sign, self.at)
 
     def take_limits(self) -> tuple[float | None, float | None] | None:
-        """Pair (low, high) from limits ``[low,high]``, consumed, with None for a missing end; None without limits."""
+        """Pair (low, high) from limits ``[low,high]``, consumed, with None for a missing end; None without limits.
+
+        InputError for another syntax.
+        """
         if self.take("[") is None:
             return None
         low = None if self.is_next(",") else self.take_number()
@@ -89,11 +92,11 @@ class _Reader:
         return low, high
 
     def take_number(self) -> float:
-        """The next number as a float, consumed; InputError without a number."""
+        """Next number as a float, consumed; InputError without a number."""
         return float(self.take_match(_NUMBER, "a number"))
 
     def take_value(self, *, text: bool) -> float | str:
-        """The next number as a float, or with `text` the next word, consumed; InputError without one."""
+        """Next number as a float, or with `text` the next word, consumed; InputError without one."""
         return self.take_match(_WORD, "a value") if text else self.take_number()
 
     def take_unit(self) -> str:
@@ -153,7 +156,7 @@ class _Reader:
 
 
 def parse_string(text: str) -> Model:
-    """The model of a model string whose values have no units.
+    """`Model` of a model string whose values have no units.
 
     Raises
     ------
@@ -210,7 +213,7 @@ def parse_with_units(text: str, unit: str | None = None) -> tuple[Model, str | N
 
 
 def _effect(reader: _Reader) -> Effect:
-    """The next effect of a model string, consumed; InputError for unknown names or invalid syntax."""
+    """Next `Effect` of a model string, consumed; InputError for unknown names or invalid syntax."""
     name, start = reader.take_name("the name of an effect")
     cls = find(name)
     if cls is None and "temp" in name.lower():

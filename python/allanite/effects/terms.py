@@ -45,7 +45,7 @@ class Term:
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """Tuple of the parameters in the order that the compiled core expects."""
+        """Tuple of the parameters in the order that the compiled core expects. Subclasses must define it."""
         raise NotImplementedError
 
     @property
@@ -59,24 +59,26 @@ class Term:
         return None
 
     def scaled(self, factor: float) -> Self:
-        """A copy with its variance multiplied by `factor`."""
+        """Copy with its variance multiplied by `factor`. Subclasses must define it."""
         raise NotImplementedError
 
     @property
     def inside(self) -> Term:
-        """The term of a record whose first and last samples are missing, without leakage of the ends.
+        """`Term` of a record whose first and last samples are missing, without leakage of the ends.
 
-        By default the term itself, because its leakage is small or comes from more than two
-        samples.
+        By default the term itself, because its leakage is small or comes from more than two samples.
         """
         return self
 
     def spectrum(self, w: Array) -> Array:
-        """Array of the spectrum s(w) at angular frequencies `w` in (0, π] per sample, shape of `w`."""
+        """Array of the spectrum s(w) at angular frequencies `w` in (0, π] per sample, shape of `w`.
+
+        Subclasses must define it.
+        """
         raise NotImplementedError
 
     def allan_variance(self, m: Array) -> Array:
-        """Array of the Allan variance at integer averaging factors `m`, shape of `m`."""
+        """Array of the Allan variance at integer averaging factors `m`, shape of `m`. Subclasses must define it."""
         raise NotImplementedError
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
@@ -92,12 +94,18 @@ class Term:
         return _kernels.Ordinates(j, n).variance([self.at_ordinates(n)])
 
     def variogram(self, count: int) -> Array:
-        """Array of the variogram r(0) − r(h) = ½ E[(x(k+h) − x(k))²], U², at lags h = 0 … count − 1, shape (count,)."""
+        """Array of the variogram r(0) − r(h) = ½ E[(x(k+h) − x(k))²], U², at lags h = 0 … count − 1, shape (count,).
+
+        Subclasses must define it.
+        """
         raise NotImplementedError
 
     @property
     def generator(self) -> tuple[str, list[float]] | None:
-        """Pair (name, parameters) of the generator in the compiled core; None if the term needs its own filter."""
+        """Pair (name, parameters) of the generator in the compiled core; None if the term needs its own filter.
+
+        Subclasses must define it.
+        """
         raise NotImplementedError
 
 
@@ -134,7 +142,7 @@ class White(_Sized):
 
     @property
     def power(self) -> float:
-        """The variance v."""
+        """Variance v."""
         return self.variance
 
     def spectrum(self, w: Array) -> Array:

@@ -104,7 +104,10 @@ class ToneBurst(Tone):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Array of sine and cosine of 2πft inside the interval, 0 outside, shape (n, 2)."""
+        """Array of sine and cosine of 2πft inside the interval, 0 outside, shape (n, 2).
+
+        Without times the interval is the whole record; without a frequency f is 0.
+        """
         start, end = self.when or (-np.inf, np.inf)
         inside = (time >= start) & (time < end)
         out = np.zeros((2, time.size))

@@ -92,7 +92,7 @@ class Unexplained(Stochastic):
 
     @classmethod
     def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
-        """One effect with the bands of all `pieces` with positive `variances`, sorted by frequency.
+        """New effect with the bands of all `pieces` with positive `variances`, sorted by frequency.
 
         Its `rms` is √(Σ variances).
         """

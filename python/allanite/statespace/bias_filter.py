@@ -187,7 +187,10 @@ def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
 
 
 def _aided_gains(F: Array, Q: Array, P: Array, count: int, fix: float) -> tuple[Array, Array]:
-    """Tuple (Kalman gains at each fix, shape (count, c, 2), covariance after the last fix, shape (c, 2, 2))."""
+    """Tuple (Kalman gains at each fix, shape (count, c, 2), covariance after the last fix, shape (c, 2, 2)).
+
+    `P` itself is not changed.
+    """
     gains = np.zeros((count, len(F), 2))
     for k in range(count):
         P = F @ P @ F.swapaxes(1, 2) + Q

@@ -189,7 +189,7 @@ def error_growth(
     tau: ArrayLike | None = None,
     duration: float | None = None,
 ) -> tuple[Growth, ...]:
-    """Growth of the error since the last fix, one `Growth` per quantity to which this kind of sensor is integrated.
+    """Tuple of `Growth` of the error since the last fix, one for each quantity to which this sensor is integrated.
 
     Parameters
     ----------

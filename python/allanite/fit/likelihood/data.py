@@ -310,7 +310,7 @@ class SampleData(Data):
         return _kernels.cosine_transform(np.ascontiguousarray(series))
 
     def factors(self) -> NDArray[np.int64]:
-        """Array of the averaging factors of the Allan curve: eight per decade, up to a third of the record."""
+        """Array of the averaging factors of the Allan curve: eight per decade from 1, up to a third of the record."""
         return averaging_factors(self.n // 3)
 
     def deviation(

@@ -104,7 +104,10 @@ class ManyFits:
 
     @property
     def agree(self) -> bool:
-        """True if no parameter differs between recordings at the level 5 % / number of parameters (Holm's first step)."""
+        """True if no parameter differs between recordings at the level 5 % / number of parameters (Holm's first step).
+
+        True without pooled parameters.
+        """
         return (
             min((r.p_value for r in self.pooled), default=1.0) * len(self.pooled) >= MIN_AGREEMENT_P
         )

@@ -141,7 +141,10 @@ class Window:
         return np.array([1.0, half, 1.0, 0.5, *shapes])
 
     def spectrum(self, x: Array) -> Array:
-        """Array of the expected squared ordinates with the band at coordinates x, shape (k,)."""
+        """Array of the expected squared ordinates with the band at coordinates x, shape (k,).
+
+        The other noise is scaled by the last coordinate, e^x₃.
+        """
         effect = self.effect(x)
         model = with_effect(self.model, self.place, effect)
         terms = [t.scaled(float(np.exp(x[0]))) for t in self.data.unit_terms(model, effect)]

@@ -213,7 +213,10 @@ class SummaryData(Data):
 
 
 def _interpolated(samples: Array, factors: NDArray[np.int64], factor: int, rate: float) -> Array:
-    """Array of the overlapping Allan deviation of kept samples, interpolated to averaging factors of the record."""
+    """Array of the overlapping Allan deviation of kept samples, interpolated to averaging factors of the record.
+
+    The deviation at up to 160 factors is interpolated linearly in ln; beyond their ends it is constant.
+    """
     top = samples.size // 3
     m = np.unique(np.round(np.geomspace(1, top, 160)).astype(np.int64))
     found = oadev(samples, rate=rate / factor, factors=m)
