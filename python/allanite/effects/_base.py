@@ -336,7 +336,8 @@ class Effect(AsModel):
     def searched(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Array of the values of `grid` that lie within the limits of the shape `name`, plus the limits near the grid.
 
-        `n` is the number of samples, `rate` the sampling rate in Hz. Without limits it is the whole grid.
+        `n` is the number of samples, `rate` the sampling rate in Hz. Without limits it is the whole grid; if nothing is
+        within the limits, the grid is clipped to them.
         """
         grid = self.grid(name, n, rate)
         if name not in self.limits:

@@ -111,10 +111,10 @@ class Response:
 
     @cached_property
     def modes(self) -> tuple[tuple[complex, complex], ...]:
-        """Tuple of (pole p, weight w): filtered white noise of variance 1 has the autocovariance Σ Re(w p^h) at lags h > 0.
+        """Tuple of (pole p, weight w): filtered white noise of variance 1 has the autocovariance Σ Re(w p^h), h > 0.
 
-        The weight is the residue of G(z)/z at the pole. A conjugate pair is represented by one pole with twice its
-        residue.
+        The weight is the residue of G(z)/z at the pole. A conjugate pair is represented by the pole above the real axis
+        with twice its residue. Cached.
         """
         out = []
         for p in self.poles:
@@ -175,7 +175,10 @@ def _cached_response(passing: Filter, rate: float) -> Response:
 
 
 def _merged(terms: list[Term]) -> tuple[Term, ...]:
-    """Tuple of terms with the same sum; exponentials of equal poles, white noises and finite autocovariances are merged."""
+    """Tuple of terms with the same sum, in which exponentials of equal poles, white noises and `Lags` are merged.
+
+    Other terms come first, white noise last.
+    """
     lags: dict[complex, complex] = {}
     rest: list[Term] = []
     white, finite = 0.0, np.zeros(0)
@@ -218,7 +221,10 @@ def _filtered(term: Term, response: Response) -> tuple[Term, ...]:
 
 
 def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[Term]:
-    """List of the terms of a sum of rational terms (`pieces`) after the filter, minus `less` times the unfiltered sum."""
+    """List of the terms of a sum of rational terms (`pieces`) after the filter, minus `less` times the unfiltered sum.
+
+    Exponentials at the poles of the filter are added. Terms of variance 0 are omitted.
+    """
     out: list[Term] = []
     # Spectra at the few poles of the filter; arrays would be slower than loops.
     spectra = [0.0j] * len(response.modes)

@@ -135,7 +135,7 @@ def save_model(model: Model, path: str | Path, recording: Mapping[str, Any] | No
 
 
 def as_model(given: object) -> Model:
-    """`Model` of a model, model string, file name, effect or fit.
+    """`Model` of a model, model string, file name, effect or fit (any object with a `model`).
 
     Raises
     ------

@@ -100,7 +100,10 @@ def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
 
 
 def generators(design: str, order: int, cutoff: float, white: float) -> Generators:
-    """List of (name, parameters): the core's generators of low-pass filtered noise of variance `white` before it."""
+    """List of (name, parameters): the core's generators of low-pass filtered noise of variance `white` before it.
+
+    Their outputs are added. A moving average of fractional length and finite filters need several.
+    """
     if design == "moving_average" and order == 1:
         # For a fractional length, mix the means of the two neighboring whole lengths.
         length = max(1.0, MEAN_CUTOFFS[1] / _bounded(cutoff))

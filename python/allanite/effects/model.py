@@ -188,9 +188,9 @@ class Model(AsModel):
     def unit_terms(
         self, effect: Stochastic, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Tuple of the spectral terms of one effect at coefficient 1 and `rate` Hz, after all modifiers.
+        """Tuple of the spectral terms of one effect at coefficient 1 and `rate` Hz, after the model's filters.
 
-        `span` is the first and last time of the record, s.
+        White noise is first subject to level changes and bandwidth. `span` is the first and last time of the record, s.
         """
         out = effect.unit_terms(rate)
         if effect.white:

@@ -111,7 +111,10 @@ class ModulatedVibration(Resonance):
 
     @property
     def peaks(self) -> tuple[tuple[float, float], ...]:
-        """Tuple of (low, high), Hz, of the carrier, the lower and the upper sideband, all equally wide."""
+        """Tuple of (low, high), Hz, of the carrier, the lower and the upper sideband, all equally wide.
+
+        Only the carrier without a modulation rate, and empty without a frequency.
+        """
         if self.occupies is None or self.modulation is None:
             return super().peaks
         low, high = self.occupies

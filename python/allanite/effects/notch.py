@@ -144,7 +144,7 @@ class Notch(Filter):
 
 
 def _roots(b: float, c: float) -> tuple[complex, complex]:
-    """Pair of the complex roots of z² + bz + c."""
+    """Pair of the complex roots of z² + bz + c; of real ones, the larger in size first."""
     apart = 0.25 * b * b - c
     if apart < 0.0:
         root = (-apart) ** 0.5

@@ -105,7 +105,7 @@ class Transition(Event):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Array of the linear rise from 0 at `begin` to 1 at `end`, shape (n, 1)."""
+        """Array of the linear rise from 0 at `begin` to 1 at `end`, shape (n, 1); a step if both are equal."""
         begin, end = self._edges()
         if end == begin:
             return (time > begin).astype(float)[:, None]

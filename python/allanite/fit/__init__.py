@@ -195,7 +195,8 @@ def refitted(fit: Fit, model: Model) -> Fit:
 def completed(fit: Fit, model: Model) -> Fit:
     """Fit of another model to the recording of `fit` by the same method.
 
-    Missing samples are completed under the new model.
+    Missing samples are completed again under the new model, and leaking end samples are masked. Only a Whittle fit
+    without either starts from the solution of `fit`.
     """
     if fit.method == "whittle" and fit.data.missing is None:
         found = refitted(fit, model)

@@ -24,9 +24,9 @@ def joint_covariance(
 ) -> tuple[list[tuple[int, str]], NDArray[np.float64]]:
     """Pair: names and covariance matrix of all active parameters of random effects and modifiers; both may be empty.
 
-    Names are (index of the effect, parameter). The covariance is that of ln(parameter), or of the parameter itself if
-    it may be negative. It is the inverse Fisher information, with slopes of ln S by central differences. With missing
-    samples it is the sandwich covariance.
+    Names are (index of the effect, parameter). Effects that are 0, held values and texts are omitted. The covariance is
+    that of ln(parameter), or of the parameter itself if it may be negative. It is the inverse Fisher information, with
+    slopes of ln S by central differences. With missing samples it is the sandwich covariance.
     """
     model, spectrum = solution.model, solution.spectrum
     names: list[tuple[int, str]] = []

@@ -238,9 +238,10 @@ def compare_curves(data: Data, model: Model) -> Curve:
 def components_at(
     data: Data, model: Model, factors: NDArray[np.int64]
 ) -> dict[str, NDArray[np.float64]]:
-    """Dict of the Allan deviation of each effect alone, shape (k,), by kind.
+    """Dict of the Allan deviation of each effect alone, shape (k,), by kind; random effects first.
 
-    Further effects of a kind have numbered names.
+    Further effects of a kind have numbered names, such as ``resonance 2``; the number is the index among random (or
+    known) effects.
     """
     out: dict[str, NDArray[np.float64]] = {}
     for i, effect in enumerate(model.stochastic):

@@ -105,7 +105,8 @@ def _fit(
 ) -> Solution:
     """`Solution` of a model without limits, except that shapes are searched within limits.
 
-    For the arguments see `solve`.
+    For the arguments see `solve`. A model without functions of time needs one round; others end when logL changes by
+    less than 1e-3, or after `rounds`.
     """
     given = model
     free = effective_freedom(model, data) if has_changing_power(model) else data.bins.count

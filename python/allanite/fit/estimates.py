@@ -66,7 +66,10 @@ def min_detected_delta_logl(effect: Effect, amplitudes: int = 1) -> float:
 def _unit(
     effect: Effect, name: str, sample_unit: str, column_units: Mapping[str, str] | None = None
 ) -> str:
-    """Unit of a parameter as a text, for samples (and a logged column) in the given units."""
+    """Unit of a parameter as a text, for samples (and a logged column) in the given units.
+
+    A declared ``U`` stands for the unit of the samples, ``unit`` for that of the column.
+    """
     declared = effect.parameter(name).unit
     if not isinstance(declared, str):
         return coefficient_unit(sample_unit, declared)
@@ -111,7 +114,8 @@ def _with_noise_uncertainty(
 ) -> dict[str, Estimate]:
     """Dict of the amplitudes of a slow effect with errors and intervals that include the uncertainty of the noise.
 
-    `law` is the distribution of the amplitudes averaged over noise coefficients.
+    `law` is the distribution of the amplitudes averaged over noise coefficients. Amplitudes without an interval are
+    omitted.
     """
     out = {}
     for place, name in enumerate(_amplitude_names(effect)):
@@ -152,7 +156,11 @@ def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float
 def _process_values(
     solution: Solution, own: Process, errors: dict[str, float], unit: str, data: Data
 ) -> dict[str, Any]:
-    """Dict of the values of a random process by parameter name; `errors` holds standard errors of logarithms."""
+    """Dict of the values of a random process by parameter name; `errors` holds standard errors of logarithms.
+
+    Numbers become `Estimate`; texts, tuples and None stay. Derived parameters get the interval of the coefficient,
+    scaled. Held values have no interval.
+    """
     effect = own.effect
     coefficient = _coefficient(solution, own, errors.get(effect.coefficient), unit, data)
     detected, ends = coefficient.detected, coefficient.interval
@@ -327,7 +335,11 @@ def _deterministic_values(
     unit: str,
     column_units: Mapping[str, str],
 ) -> dict[str, Any]:
-    """Dict of the values of a deterministic effect by parameter name, numbers as `Estimate`."""
+    """Dict of the values of a deterministic effect by parameter name; numbers become `Estimate`, other values stay.
+
+    Held values count as detected and have no interval. Intervals are ±1.96 errors, symmetric in the logarithm for
+    positive shapes, and cut at 0 for values that cannot be negative.
+    """
     effect, amplitudes, covariance = own.effect, own.amplitudes, own.covariance
     drop = 0.5 * float(amplitudes @ np.linalg.pinv(covariance, hermitian=True) @ amplitudes)
     detected = drop > min_detected_delta_logl(effect, amplitudes.size)

@@ -63,7 +63,10 @@ class Error:
         return None if self.predictive is None else self.predictive.score
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict of the attributes, for JSON (``error``)."""
+        """Dict of the attributes, for JSON (``error``); missing ones are None.
+
+        ``adev_worst`` is a dict of ``factor`` and ``tau_s``.
+        """
         worst = self.adev_worst
         return {
             "adev_rms_percent": self.adev_rms_percent,

@@ -38,7 +38,7 @@ def function_costs(data: Data, solution: Solution) -> Array:
     """Array of the predictive cost of a fit's functions of time in each block of the record, nats, shape (BLOCKS,).
 
     The total is at least 1 nat for each fitted parameter, the expected overfitting (Akaike 1973). One-time events cost
-    exactly this, since no other block contains information about them.
+    exactly this, since no other block contains information about them. Functions with held amplitudes cost nothing.
     """
     total = np.zeros(BLOCKS)
     if not solution.functions:
@@ -88,7 +88,8 @@ def function_costs(data: Data, solution: Solution) -> Array:
 def level_change_costs(data: Data, solution: Solution) -> Array:
     """Array of the predictive cost of noise-level changes minus their gain in each block, nats, shape (BLOCKS,).
 
-    The cost is 1 nat for each fitted parameter, as for one-time events.
+    The cost is 1 nat for each fitted parameter, as for one-time events. 0 without changes of the white-noise level, or
+    if white noise dominates no octave.
     """
     total = np.zeros(BLOCKS)
     changes = [e for e in solution.model.modifiers if e.passing and e.band is None]

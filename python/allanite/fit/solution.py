@@ -89,7 +89,10 @@ def processes_of(model: Model, theta: Array, columns: Array) -> tuple[Process, .
 def fitted(
     model: Model, processes: Iterable[Process], functions: Iterable[Regressed] = ()
 ) -> tuple[Fitted, ...]:
-    """Tuple of the fitted records of all effects, in the order of the model."""
+    """Tuple of the fitted records of all effects, in the order of the model.
+
+    `processes` and `functions` are used in order; modifiers become `Fitted`.
+    """
     random, known = iter(processes), iter(functions)
     return tuple(
         next(random)

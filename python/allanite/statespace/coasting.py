@@ -27,7 +27,10 @@ def integration_weights(m: int, rate: float, order: int) -> Array:
 
 
 def correlation(m: int, rate: float, order: int) -> Array:
-    """Autocorrelation Σ_l r(l) r(l+h) of the weights r of `integration_weights`, h = 0 … m − 1, shape (m,)."""
+    """Array of the autocorrelation Σ_l r(l) r(l+h) of the weights r of `integration_weights`, shape (m,).
+
+    The lags are h = 0 … m − 1; `order` is 1, 2 or 3.
+    """
     h = np.arange(m, dtype=float)
     u = m - h
     if order == 1:

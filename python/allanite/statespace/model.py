@@ -284,7 +284,10 @@ def state_space(
 
 
 def _filtered(model: Model, rate: float, states: int | None, duration: float | None) -> StateSpace:
-    """State space of a model with filters: all filtered noise in one block, then one block per spectral line."""
+    """`StateSpace` of a model with filters: all filtered noise in one block, then one block per spectral line.
+
+    `states` limits the total; at least one state is left for the noise.
+    """
     from allanite.statespace.filtered import filtered_section
 
     known = tuple(e for e in model if _is_known_in_time(e))

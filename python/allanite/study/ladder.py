@@ -220,7 +220,10 @@ class Study:
 
     @property
     def verdict(self) -> str:
-        """``adequate``, ``limited by quantization``, ``within tolerance`` or ``unexplained``."""
+        """Text: ``within tolerance``, ``unexplained``, ``limited by quantization`` or ``adequate``.
+
+        ``unexplained`` also with `doubts`.
+        """
         if self.stopped_because == "within tolerance":
             return self.stopped_because
         return "unexplained" if self.doubts else self.check.verdict
@@ -350,7 +353,11 @@ class Study:
 
     @cached_property
     def ending(self) -> str:
-        """Clause that states why the search ended, and why significant suggestions were not added."""
+        """Clause that states why the search ended.
+
+        It lists the significant suggestions that were refused if nothing helped, and the number of steps if a limit or
+        the user ended the search. Cached.
+        """
         if self.stopped_because == "within tolerance":
             return f"within {self.tolerance:g} % (discrepancy {self.fit.discrepancy.percent:.2g} %)"
         if self.stopped_because == "nothing helps" and self.check.significant:

@@ -236,7 +236,8 @@ def _merged_or_added(
 ) -> tuple[State, float, tuple[Suggestion, ...]] | None:
     """Tuple (state, ΔlogL, added suggestions with the one to name first) with `suggestion` and its companions; or None.
 
-    None if it cannot be added, if the new model predicts worse, or if an error rises and no second effect prevents it.
+    A line near other lines may become a wandering band. None if the effect cannot be added, if the new model predicts
+    worse, or if an error rises and no second effect prevents it. Changes of level are added whatever the errors are.
     """
     fit, effect = before.fit, suggestion.effect
     wandering = with_wandering_line(before, suggestion)

@@ -60,7 +60,7 @@ class Check:
 
     @property
     def verdict(self) -> str:
-        """One of ``adequate``, ``limited by quantization`` and ``unexplained``."""
+        """Text: ``unexplained`` unless the check is adequate, else ``limited by quantization`` or ``adequate``."""
         if not self.adequate:
             return "unexplained"
         return "limited by quantization" if self.fit.limited_by_quantization else "adequate"

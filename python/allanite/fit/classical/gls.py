@@ -147,7 +147,11 @@ def fit_gls(
 def _checked_curve(
     allan_variances: ArrayLike, factors: ArrayLike, effects: int
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Pair of arrays: Allan variances and their factors, after the checks of `fit_gls` (InputError, TooShortError)."""
+    """Pair of arrays: Allan variances as floats and their factors as integers, after the checks of `fit_gls`.
+
+    Raises `InputError` for different shapes, variances that are not positive or no effects; `TooShortError` for fewer
+    factors than effects.
+    """
     target = np.asarray(allan_variances, dtype=float)
     m = np.asarray(factors, dtype=np.int64)
     if target.ndim != 1 or target.shape != m.shape:

@@ -88,7 +88,10 @@ class _TestInversion:
     trial: Array
 
     def _fitted(self, t: float) -> Array:
-        """Array of the squared coefficients with the value t at `index` and the others fitted."""
+        """Array of the squared coefficients with the value t at `index` and the others fitted, none of them negative.
+
+        The covariance and the fit are iterated at most six times.
+        """
         columns = self.mixtures.columns
         others = np.delete(np.arange(self.squares.size), self.index)
         trial = self.trial.copy()
@@ -164,7 +167,10 @@ def _root(correlation: Array) -> Array:
 
 
 def _gamma_probability(z: float, skewness: float) -> float:
-    """P(Z ≤ z) of a standardized gamma variable of this skewness, mirrored for a negative skewness."""
+    """P(Z ≤ z) of a standardized gamma variable of this skewness, mirrored for a negative skewness.
+
+    Normal for a skewness below 1e-4. Beyond the end of the law it is 0 or 1.
+    """
     from scipy.special import gammainc, gammaincc, ndtr
 
     if abs(skewness) < 1e-4:

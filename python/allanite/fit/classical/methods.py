@@ -121,7 +121,11 @@ class MethodTable:
 
 
 def _unit_and_factor(name: str, unit: str) -> tuple[str, float]:
-    """Unit in which tables show the coefficient `name`, and the factor that converts from `unit` to it."""
+    """Pair: unit in which tables show the coefficient `name`, and the factor that converts from `unit` to it.
+
+    (`unit`, 1) for an unknown effect. `name` is that of a coefficient (``N``) or has the effect before it
+    (``GM.sigma``).
+    """
     short, _, own = name.partition(".")
     effect = find(short)
     if effect is None:
@@ -156,7 +160,8 @@ def _value_cell(value: float | None, low: float | None, high: float | None, fact
 def compare_methods(fit: Fit) -> MethodTable:
     """`MethodTable` of the coefficients of a fit by the Whittle likelihood, GLS and straight lines.
 
-    See `Fit.compare_methods`. GLS is omitted if it cannot be used, e.g. with held values.
+    See `Fit.compare_methods`. GLS is omitted if it cannot be used, e.g. with held values. Effects without a coefficient
+    have no row. Last come lines on the curve for which the model has no effect.
     """
     from allanite.fit import fit_model
 
@@ -196,7 +201,7 @@ def _lines_without_effect(
 ) -> list[MethodRow]:
     """List of rows for lines on the curve for which the model has no effect.
 
-    `modeled` holds the names of the other lines.
+    `modeled` holds the names of the other lines. A line that cannot be read has a row only if the curve lies below it.
     """
     unit = fit.recording.unit
     others = " + ".join(e.short for e in fit.model)

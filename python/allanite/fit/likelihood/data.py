@@ -151,7 +151,10 @@ class Data(ABC):
         return tuple(term.inside for term in terms) if self.ends_missing else terms
 
     def residual(self, model: Model) -> NDArray[np.float64]:
-        """Array of the samples minus the model's known functions of time, shape (n,)."""
+        """Array of the samples minus the model's known functions of time, shape (n,).
+
+        `samples` itself if the model has none.
+        """
         known = model.deterministic
         return self.samples - self.signal(known) if known else self.samples
 
@@ -416,7 +419,10 @@ def _checked_values(samples: NDArray[Any], label: str) -> NDArray[np.float64]:
 
 
 def _require_noise(filled: NDArray[np.float64], label: str) -> None:
-    """Raise TooShortError for (nearly) constant samples, and InputError for samples beyond the range of a fit."""
+    """Raise TooShortError for constant samples or fewer than 10 changes of value.
+
+    Raises InputError for samples beyond the range of a fit.
+    """
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}); there is no noise to fit")
     changes = int(np.count_nonzero(filled[1:] != filled[:-1]))

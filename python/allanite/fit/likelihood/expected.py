@@ -55,7 +55,10 @@ class Noise:
 
 
 def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArray[np.float64]:
-    """Array of the expected bin power of each effect at coefficient 1, shape (bins, effects)."""
+    """Array of the expected bin power of each of `effects` at coefficient 1, shape (bins, effects).
+
+    The filters of the model act on all effects; white noise is also subject to its level changes and bandwidth.
+    """
     out = np.empty((len(effects), data.bins.count.size))
     modifiers, filters = model.modifiers, model.filters
     for row, effect in zip(out, effects, strict=True):
@@ -88,14 +91,17 @@ def columns_like(
 
 
 def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
-    """Array of the expected bin power of a sum of terms, shape (bins,)."""
+    """Array of the expected bin power of a sum of terms, shape (bins,); with missing samples, mixed between bins."""
     stop_if_unwanted()
     own = _column_of_terms(terms, data.n)
     return own if data.mixing is None else data.mixing @ own
 
 
 def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float64]:
-    """Array of the expected bin power of one effect of a model at coefficient 1, shape (bins,)."""
+    """Array of the expected bin power of one effect of a model at coefficient 1, shape (bins,).
+
+    It includes the filters of the model, and for white noise all modifiers.
+    """
     return _column_with_modifiers(effect, model.modifiers if effect.white else model.filters, data)
 
 
@@ -117,7 +123,10 @@ def means(model: Model, data: Data, ends_missing: bool = False) -> NDArray[np.fl
 def _column_with_modifiers(
     effect: Stochastic, acting: tuple[Modifier, ...], data: Data
 ) -> NDArray[np.float64]:
-    """Array of the expected bin power of one effect at coefficient 1 with the modifiers `acting` on it, shape (bins,)."""
+    """Array of the expected bin power of one effect at coefficient 1 with the modifiers `acting` on it, shape (bins,).
+
+    Cached. With missing samples the power is mixed between bins.
+    """
     stop_if_unwanted()
     opened, mixing = _without_coefficient(effect), data.mixing
     # Level changes multiply the column; cached columns do not depend on them.

@@ -151,7 +151,10 @@ def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -
 
 
 def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Array of the expected white-noise power at each kept sample, relative to the mean of the record."""
+    """Array of the expected white-noise power at each kept sample, relative to the mean of the record.
+
+    It is 1 at missing samples. For a summary it is the power of equal time segments, one for each stored ordinate.
+    """
     if not data.whole:
         return expected_level(solution.model, data, solution.ordinates.size)
     gain = np.ones(data.n)

@@ -63,7 +63,10 @@ class _Distribution:
     ratio: bool = False
 
     def below(self, x: float) -> float:
-        """Cumulative probability of the parameter at x."""
+        """Cumulative probability of the parameter at x.
+
+        The law is normal on each side of the value, or log-normal with `ratio`. An upper limit has probability ½ at 0.
+        """
         from scipy.special import ndtr
 
         if self.high == self.low:
@@ -192,7 +195,7 @@ def _coefficients_by_kind(
 
 
 def _distribution(value: Any) -> _Distribution:
-    """`_Distribution` of an estimate; 0 with certainty for other values."""
+    """`_Distribution` of an estimate; without an interval the value with certainty, and 0 for other objects."""
     if not isinstance(value, Estimate):
         return _Distribution()
     if value.interval is None:

@@ -261,7 +261,10 @@ def _loss_function(fit: Fit, place: int) -> Callable[[float], float]:
 def _pooled_by_likelihood(
     name: str, estimates: list[Estimate], fits: tuple[Fit, ...], place: int
 ) -> Pooled:
-    """`Pooled` coefficient by likelihood: common value, profile interval, and likelihood-ratio test of agreement."""
+    """`Pooled` coefficient by likelihood: common value, 95 % profile interval, and likelihood-ratio test of agreement.
+
+    The lower limit is 0 if 0 is inside the interval.
+    """
     from scipy.optimize import brentq, minimize_scalar
     from scipy.special import chdtrc
 

@@ -62,7 +62,10 @@ def _pooled_in_table(fit: Fit, row: Pooled) -> Pooled:
 
 
 def _cell(estimate: Estimate) -> str:
-    """Table cell of an estimate: value with interval, upper limit, or "not detected"."""
+    """Table cell of an estimate: value with interval; "< limit" or "not detected" if it is not detected.
+
+    The value alone without an interval.
+    """
     if not estimate.detected:
         return "not detected" if estimate.interval is None else f"< {number(estimate.interval[1])}"
     if estimate.interval is None:

@@ -189,7 +189,7 @@ def _ordinates_of(effect: Deterministic, data: Data) -> NDArray[np.int64]:
 
 
 def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> NDArray[np.float64]:
-    """Array of the ordinates j of the regressors of an effect, shape (k, p)."""
+    """Array of the ordinates j of the regressors of an effect, shape (k, p); lines have a sine and a cosine each."""
     if isinstance(effect, Periodic):
         return comb_ordinates(effect.frequency or 0.0, [m for m, _, _ in effect.lines], j, data)
     return regressor_ordinates([effect], j, data).T

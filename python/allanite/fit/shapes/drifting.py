@@ -177,7 +177,11 @@ class Band:
         return max(1.0, float(np.median(power)) / np.log(2.0))
 
     def polished(self, frequency: float, drift: float) -> tuple[float, float, float]:
-        """Tuple (frequency, drift, ΔlogL) of the local maximum of the gain near a line, by the simplex method."""
+        """Tuple (frequency, drift, ΔlogL) of the local maximum of the gain near a line, by the simplex method.
+
+        Frequency and drift are in cycles per record. Bands above 4096 values are optimized along the course of the line
+        only.
+        """
         from scipy.optimize import minimize
 
         near, course = self, 0.0
@@ -277,7 +281,10 @@ def fourier_sums(
 def loudest_frequency(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> float:
-    """Frequency of the largest whitened ordinate within the limits of a line, Hz."""
+    """Frequency of the largest whitened ordinate within the limits of a line, Hz.
+
+    The lowest eight ordinates are not used. Without an ordinate inside the limits, the nearest limit is returned.
+    """
     j = np.arange(8, ordinates.size)
     if "frequency" in effect.limits:
         low, high = effect.limits["frequency"]

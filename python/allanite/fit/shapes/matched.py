@@ -48,7 +48,7 @@ def regressor_ordinates(
 
 
 def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
-    """Array of the first `CACHED_ORDINATES` ordinates of every regressor, shape (regressors, ordinates); cached."""
+    """Array of the first 8192 ordinates of every regressor, shape (regressors, ordinates). Cached."""
 
     def of_effect() -> NDArray[np.float64]:
         """Array of the ordinates of the regressors, computed because the cache does not contain them."""

@@ -311,9 +311,9 @@ def ordinates_delta_logl(model: Model, data: Data, ordinates: Array, count: Arra
 
 
 def _ordinates_weight(effect: Stochastic, data: Data) -> float:
-    """Weight, 0 … 1, of single ordinates for a band: 1 if it is narrow, falling to 0 for wider bands.
+    """Weight, 0 … 1, of single ordinates for a band: 1 if it is narrow, falling to 0 at four times that width.
 
-    The gradual fall avoids a jump of logL when a band becomes slightly too wide to be fitted to ordinates.
+    0 for other effects, and where the record keeps no single ordinates. The gradual fall avoids a jump of logL.
     """
     if is_fitted_to_ordinates(effect, data):
         return 1.0

@@ -51,7 +51,8 @@ def scan_added_effect(
 ) -> list[tuple[Maximum, Model]]:
     """List of (maximum, model) with each selected grid point of an effect added to a model, best first.
 
-    `base` is the maximum of the model without the effect.
+    `base` is the maximum of the model without the effect. All points are selected if a coefficient is held; else a
+    fifth and the best of each design.
     """
     smooth = _smooth(part.power - base.spectrum, part.count)
     before = part.linear(model)

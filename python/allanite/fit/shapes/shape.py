@@ -226,9 +226,10 @@ def polish_line(
     data: Data,
     multiples: Sequence[float] = (1,),
 ) -> float:
-    """Frequency within 1/T of `start` at which a line with its harmonics explains most of ordinates j, Hz.
+    """Frequency near `start` at which a line with its harmonics explains most of ordinates j, Hz.
 
-    Returns `start` if the gain in logL is below `MIN_SHAPE_DELTA_LOGL`. T is the duration of the record.
+    It lies within 1/T, with the duration T of the record. Returns `start` if the gain in logL is below 1e-3. At most 12
+    of the `multiples` are used.
     """
     if len(multiples) > MAX_OPTIMIZED_LINES:
         # For a pulse train, a few of its lines determine the frequency.

@@ -260,7 +260,10 @@ class _Parts:
 def _relative_log_variances(
     series: StampedSeries, parts: _Parts, start: FittedNoise | None
 ) -> Array:
-    """Array of the most likely log-variances relative to that of the first effect, and the exponent if it is fitted."""
+    """Array of the most likely log-variances relative to that of the first effect, and the exponent if it is fitted.
+
+    Empty for one effect without a fitted exponent. Ratios are limited to e^±16.
+    """
     from scipy.optimize import minimize, minimize_scalar
 
     candidate = parts.candidate

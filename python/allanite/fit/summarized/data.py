@@ -185,9 +185,10 @@ class SummaryData(Data):
         return power if level is None else self.maps.at_octave_resolution(power, level)
 
     def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
-        """Number of equal sections, at `most`, in which a band can be followed; 0 if the summary cannot resolve the band.
+        """Number of equal sections, at `most`, in which a band can be followed; 0 if it cannot be resolved.
 
-        The band, Hz, must lie in the stored frequencies and contain `resolved` ordinates and two frequency cells.
+        The band, Hz, must lie in the stored frequencies and contain `resolved` ordinates and two frequency cells. Also
+        0 if over 10 % of the samples or sections are missing. `most` is halved until the stored sections suffice.
         """
         low, high = band
         bottom, top = self.maps.limits

@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
 
 def with_wandering_line(before: State, suggestion: Suggestion) -> State | None:
-    """State in which one narrow band replaces the lines near a suggested line, that line included.
+    """State in which one narrow band replaces the lines near a suggested line, that line included; or None.
 
-    None if it does not help. Two lines that beat are as good as one line whose phase or amplitude wanders, until there
-    is a third. The band is taken if it explains as much as the lines. The user's lines are never removed.
+    Lines within 3/T count. The band is taken if its score is at most 3 nats below that of the lines, or 8 nats for
+    lines closer than 1/T, which beat. None without such lines, if one is the user's, or if an error rises.
     """
     fit, line = before.fit, suggestion.effect
     if not _is_single_line(line) or fit.data.lost > MAX_MISSING_FRACTION:

@@ -97,10 +97,10 @@ def series_of(
 
 
 def screen_several(series: Series, model: Model) -> list[Candidate]:
-    """List with the candidate of several levels, if it gains more than its parameters cost; otherwise empty.
+    """List with the candidate (not refitted) of several levels, if it gains more than its parameters cost; or empty.
 
     Each interval has its own level, or two levels alternate. Each parameter costs ½ ln n of logL. The p-value is e to
-    the minus gain beyond that.
+    the minus gain beyond that. Empty as well if one interval explains more.
     """
     kinds = [type(blank) for blank in _level_effects(model, {})]
     freedom = series.freedom

@@ -361,7 +361,10 @@ def _relative_noise_power(solution: Solution, data: Data) -> float:
 
 
 def _equivalent_single_gain(gain: float, amplitudes: int) -> float:
-    """ΔlogL of a single amplitude with the same p-value as the ΔlogL `gain` of several amplitudes."""
+    """ΔlogL of a single amplitude with the same p-value as the ΔlogL `gain` of several `amplitudes`.
+
+    `gain` itself for one amplitude or without a gain.
+    """
     from scipy.special import ndtri_exp
 
     if amplitudes == 1 or gain <= 0.0:

@@ -104,7 +104,10 @@ def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
 
 
 def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Array of the derivative of the bin power with respect to a small amount of the effect, shape (bins,)."""
+    """Array of the derivative of the bin power with respect to a small amount of the effect, shape (bins,).
+
+    For a modifier it is the change of the white noise's power at coefficient 1, or 0 without white noise.
+    """
     model = solution.model
     if isinstance(effect, Modifier):
         if model.white is None:
