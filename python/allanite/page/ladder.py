@@ -165,7 +165,10 @@ class Work:
 
 
 def _digest(recording: Recording) -> str:
-    """Hexadecimal digest, 24 characters, of up to `ROWS` rows of the samples, the rate, the units and the quantity."""
+    """Hexadecimal digest, 24 characters, of the samples, shape, rate, units and quantity.
+
+    Of more than `ROWS` rows, evenly spaced ones are used, at least `ROWS`.
+    """
     step = max(1, recording.n // ROWS)
     part = np.ascontiguousarray(recording.samples[::step])
     said = f"{recording.samples.shape} {recording.rate!r} {recording.units} {recording.quantity}"

@@ -447,6 +447,7 @@ def _describe_stamps(time: NDArray[Any]) -> Column:
     """`Column` named ``(time)`` for time stamps that are not a column of the table, with the first three stamps.
 
     Date-times are in ns since 1970, times of day and since a start in s. Texts have no first values and the range NaN.
+    Unusable stamps have no rate, but a doubt.
     """
     rate: float | None = None
     doubts: tuple[str, ...] = ()

@@ -203,7 +203,8 @@ def _check_missing(c: _Column) -> Iterator[Finding]:
 def _advised_decimation(apart: float, gap: float) -> int:
     """Decimation factor (1, 2 or 5 × 10ⁿ) with which nearly all averages have most of their samples.
 
-    `apart` is half the mean length of the runs of present samples, `gap` the mean length of the gaps.
+    `apart` is half the mean length of the runs of present samples, `gap` the mean length of the gaps. The factor is at
+    least 0.9 of the largest of 4, 4 `gap` and `apart`/8.
     """
     least = max(4.0, 4.0 * gap, apart / 8.0)
     decade = 10.0 ** math.floor(math.log10(least))

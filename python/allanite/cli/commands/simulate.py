@@ -180,7 +180,7 @@ def _simulate_all_axes(
 def _write_and_describe(
     recording: Recording, model: str, seed: int, output: str | None, as_json: bool
 ) -> None:
-    """Write a recording to a file and print a line or JSON about the file; without a file, print CSV."""
+    """Write a recording to a file and print a line about the file, or JSON with `as_json`; without a file, print CSV."""
     from allanite.cli.output import dumps, write_csv
     from allanite.common.files import whole_file
 

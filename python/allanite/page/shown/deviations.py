@@ -94,12 +94,16 @@ def _found(log: Recording, kind: str, grid: str, kept: dict[Any, Deviation]) -> 
     return kept[log, kind, grid]
 
 
+def simulated_sensor(fit: Fit) -> Recording:
+    """`Recording` of a sensor simulated from the fit, as long as the record, with seed 1."""
+    data = fit.data
+    return fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
+
+
 def _simulated(fit: Fit, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
-    """`Deviation` of a sensor simulated from the fit (seed 1), from the cache `kept`, or computed and added to it."""
+    """`Deviation` of a sensor simulated from the fit, from the cache `kept`, or computed and added to it."""
     if (fit, kind, grid) not in kept:
-        data = fit.data
-        made = fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
-        kept[fit, kind, grid] = _deviation(made, kind, grid)
+        kept[fit, kind, grid] = _deviation(simulated_sensor(fit), kind, grid)
     return kept[fit, kind, grid]
 
 

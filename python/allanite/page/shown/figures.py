@@ -17,7 +17,7 @@ from allanite.effects.sheet_units import figure_unit, requested_units
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.page.edits import chosen_units
 from allanite.page.shown.beside import two_models
-from allanite.page.shown.deviations import deviation_figure
+from allanite.page.shown.deviations import deviation_figure, simulated_sensor
 from allanite.page.shown.jobs import average_figure, thermal_figure
 from allanite.page.shown.samples import samples_figure
 from allanite.plots.axes import linear_axis, log_axis
@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from allanite.fit import Fit
     from allanite.page.ladder import Work
     from allanite.page.tab import Tab
-    from allanite.recording import Recording
     from allanite.statespace.filtering import Innovations
     from allanite.suggestion import Check
 
@@ -273,7 +272,7 @@ def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     found = compare(drawn)
     curves = list(found.curves)
     if tab.ladder.steps:
-        simulated = compare([("Simulated sensor", _simulated(tab.step.fit), None)]).curves[0]
+        simulated = compare([("Simulated sensor", simulated_sensor(tab.step.fit), None)]).curves[0]
         curves.append(replace(simulated, kind="simulated", low=None, high=None))
     for figure in () if tab.sheet is None else tab.sheet.figures:
         try:
@@ -314,12 +313,6 @@ def _with_source_colors(figure: Figure) -> Figure:
 
     panels = tuple(replace(p, marks=tuple(map(with_source_color, p.marks))) for p in figure.panels)
     return replace(figure, panels=panels)
-
-
-def _simulated(fit: Fit) -> Recording:
-    """`Recording` of a sensor simulated from the fit, as long as the record, with seed 1."""
-    data = fit.data
-    return fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
 
 
 def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:

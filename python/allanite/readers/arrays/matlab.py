@@ -144,7 +144,8 @@ def _arrays_up_to_v72(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
 def read_v73(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the arrays in a file of version 7.3, which is HDF5, as `assemble` makes it.
 
-    Compound datasets and contents of cells are left out.
+    Names contain the groups with dots. Compound datasets and contents of cells are left out. Raises `InputError` for a
+    damaged file.
     """
     import h5py
 
