@@ -66,7 +66,7 @@ def shared_effect_sentences(common: Common) -> list[str]:
 
 
 def working_sentences(found: Characterization) -> list[str]:
-    """List of texts: one sentence per column on what the working log adds to its noise."""
+    """List of texts: one sentence per column on what the working log adds to its noise; empty without a working log."""
     return [
         with_readable_numbers(f"{name}: {'; '.join(w.reasons)}")
         for name, w in found.working.items()

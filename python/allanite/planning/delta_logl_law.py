@@ -112,7 +112,10 @@ class DeltaLoglLaw:
 
 
 def needed_delta_logl(family: Family, families: int) -> float:
-    """Smallest significant ΔlogL (nats) of an effect of this family if `families` families share the false alarms."""
+    """Smallest significant ΔlogL (nats) of an effect of this family.
+
+    Its p-value is `FALSE_ALARM_PROBABILITY` / `families`, because `families` families share the false alarms.
+    """
     target = np.log(FALSE_ALARM_PROBABILITY / families)
     low, high = 0.5, 50.0
     while log_p_value(family, high) > target:

@@ -69,8 +69,8 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
 def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, span: float) -> Panel:
     """`Panel` of the map; `rows` are its cells, `worst` the failing time range in s or None, `span` the duration in s.
 
-    Colors are the logarithm of the ratio from ¼ to 4. Cells with |z| > 4.3 are marked. Without cells, the panel has
-    only a note.
+    Colors are the logarithm of the ratio from ¼ to 4. Cells with |z| > 4.3 are marked, both ends of `worst` are dashed
+    lines. Without cells, the panel has only a note.
     """
     size, name = time_scale(span)
     label = f"time ({name})"

@@ -161,7 +161,7 @@ class Fleet:
         raise KeyError(f"no {name!r} in the fleet")
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON, schema ``allanite/fleet/1``."""
+        """Dict for JSON, schema ``allanite/fleet/1``: files, axes, population, deviating, failed and turn_on."""
         return {
             "schema": "allanite/fleet/1",
             "files": self.files,

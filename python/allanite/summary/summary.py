@@ -105,7 +105,7 @@ class Summary(Record):
 
     @property
     def gaps(self) -> int:
-        """Number of runs of missing samples of the first column."""
+        """Number of runs of missing samples of the first column; each pause between two segments counts as one more."""
         return self.extremes.gaps + len(self.stretches) - 1
 
     @property
