@@ -28,7 +28,8 @@ def brief(thing: Any) -> str:
 def _value_text(value: Any) -> str:
     """Text of a value: ``<38 from 0.01 to 2400>`` for an array, ``<2: gx, gy>`` (keys) for a mapping, else its `repr`.
 
-    A sequence of more than 8 items, or a value whose `repr` exceeds 60 characters, is ``<12 × float>`` or ``<Model>``.
+    An empty mapping is ``<none>``. A sequence of more than 8 items, or a value whose `repr` exceeds 60 characters, is
+    ``<12 × float>`` or ``<Model>``.
     """
     if isinstance(value, np.ndarray):
         return array_text(value)

@@ -81,7 +81,10 @@ def _column_paths(work: Work) -> list[str | None]:
 
 
 def _log_curve(column: Recording) -> Any:
-    """Pair (log10 τ, log10 deviation) of up to `POINTS` points of a column; None if fewer than three have a value."""
+    """Pair (log10 τ, log10 deviation) of up to `POINTS` points of a column; None if fewer than three have a value.
+
+    None, too, for samples that `oadev` refuses.
+    """
     try:
         found = column.oadev()
     except AllaniteError:
