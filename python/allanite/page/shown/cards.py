@@ -99,7 +99,6 @@ def failures(study: Study) -> list[dict[str, Any]]:
         if text == check.nowhere and check.significant:
             # No view fails, so the sentence leads to the figure of the missing effect.
             shown = telling_view(study)
-            text = f"{text}: {effect_text(check.fit, check.significant[0].effect)}"
         out.append({"text": text, "view": shown, "place": place})
     return out
 
@@ -295,7 +294,7 @@ def _frequency_range_text(ends: Sequence[float] | None, duration: float) -> str:
     if ends is None:
         return ""
     if 0.0 < ends[0] < ends[1] < SLOW:
-        shortest, longest = (duration_text(float(f"{1.0 / f:.2g}")) for f in reversed(ends))
+        shortest, longest = (duration_text(1.0 / f) for f in reversed(ends))
         return f" at periods of {shortest} {'or more' if ends[0] * duration < 1.0 else f'to {longest}'}"
     low, high = (number(f, 2) for f in ends)
     return f" at {low} Hz" if low == high else f" between {low} and {high} Hz"
