@@ -6,7 +6,7 @@ of time are added.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
@@ -121,6 +121,19 @@ def _filter_generator(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
         )
     gain, b, a = arma(terms)
     return "filtered", [gain, *b, *[0.0] * (3 - len(b)), *a, *[0.0] * (2 - len(a))]
+
+
+class SimulationOptions(TypedDict, total=False):
+    """Options of `simulate` and `simulate_chunks`."""
+
+    duration: float | None
+    n: int | None
+    rate: float
+    seed: int
+    unit: str
+    covariates: Mapping[str, ArrayLike] | None
+    axis: int
+    replicate: int
 
 
 def simulate(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -232,6 +232,15 @@ class Timings(Several[Timing]):
         return "\n\n".join(map(str, self.values()))
 
 
+class TimingOptions(TypedDict, total=False):
+    """Options of `allanite.timing`."""
+
+    masks: Sequence[str | Mask]
+    after: Sequence[float]
+    steering: tuple[str, float] | None
+    progress: Callable[[str, int], None] | None
+
+
 def timing(
     recording: Recording,
     *,
@@ -299,7 +308,7 @@ def timing(
     return _timing_of_column(recording, chosen, times, steering, report)
 
 
-def timing_columns(recording: Recording, **options: Any) -> Timings:
+def timing_columns(recording: Recording, **options: Unpack[TimingOptions]) -> Timings:
     """`Timings`: mapping from the name of each column of a recording to the `Timing` of its clock.
 
     Parameters

@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.plots import Figure
     from allanite.recording import Recording
+    from allanite.simulate import SimulationOptions
     from allanite.statespace import StateSpace
     from allanite.suggestion import Check
 
@@ -319,7 +320,7 @@ class Fit:
 
         return completed(self, model)
 
-    def simulate(self, **options: Any) -> Recording:
+    def simulate(self, **options: Unpack[SimulationOptions]) -> Recording:
         """`Recording` of the fitted model, simulated at the recording's rate and unit.
 
         For `options` see `Model.simulate`.
@@ -328,19 +329,23 @@ class Fit:
         options.setdefault("unit", self.recording.unit)
         return self.model.simulate(**options)
 
-    def state_space(self, **options: Any) -> StateSpace:
-        """`StateSpace` of the fitted model at the recording's rate and duration; for `options` see `Model.state_space`."""
-        options.setdefault("duration", self.recording.duration)
-        return self.model.state_space(self.recording.rate, **options)
+    def state_space(
+        self, *, states: int | None = None, duration: float | None = None
+    ) -> StateSpace:
+        """`StateSpace` of the fitted model at the recording's rate and duration by default, see `Model.state_space`."""
+        duration = self.recording.duration if duration is None else duration
+        return self.model.state_space(self.recording.rate, states=states, duration=duration)
 
-    def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
-        """Iterator over simulated recordings of ``size=`` consecutive samples.
+    def simulate_chunks(
+        self, *, size: int = 2**20, **options: Unpack[SimulationOptions]
+    ) -> Iterator[Recording]:
+        """Iterator over simulated recordings of `size` consecutive samples.
 
         For `options` see `Model.simulate_chunks`.
         """
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
-        return self.model.simulate_chunks(**options)
+        return self.model.simulate_chunks(size=size, **options)
 
     def simulate_check(
         self, n: int = 200, seed: int = 0, progress: Callable[[int, int], None] | None = None

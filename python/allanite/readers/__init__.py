@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from allanite.readers import text
 from allanite.readers._format import Formats, LogFormat
 from allanite.readers._isolated import one_line
 from allanite.readers._table import Picker, Table
-from allanite.readers.columns import Layout, Request, layout_of
+from allanite.readers.columns import Layout, ReadOptions, Request, layout_of
 from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
@@ -180,7 +180,7 @@ def request_of(
     )
 
 
-def read_sensors(path: Any, **options: Any) -> list[Recording]:
+def read_sensors(path: Any, **options: Unpack[ReadOptions]) -> list[Recording]:
     """List of one or two recordings of a log: the one `read` returns, then the other sensor of the device.
 
     Some devices log gyroscope and accelerometer as two topics with different rates; only such a log gives two

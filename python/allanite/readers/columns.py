@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 
@@ -66,6 +66,20 @@ ARTICLES = {
     FREQUENCY: "a clock",
     MAGNETIC_FIELD: "a magnetometer",
 }
+
+
+class ReadOptions(TypedDict, total=False):
+    """Options of `allanite.read`."""
+
+    rate: float | str | None
+    unit: str | None
+    quantity: str | None
+    column: str | int | Sequence[str | int] | None
+    covariate: str | Sequence[str] | None
+    time_column: str | int | None
+    piece: int | None
+    topic: str | Sequence[str] | None
+    scale: Mapping[str, float] | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -12,7 +12,14 @@ from allanite.common.errors import CALL, AllaniteError, InputError, about, remed
 from allanite.common.numbers import YEAR, number
 from allanite.common.plain import plain
 from allanite.readers._table import time_unit_of
-from allanite.readers.columns import Layout, Request, Roles, layout_from_roles, roles_of
+from allanite.readers.columns import (
+    Layout,
+    ReadOptions,
+    Request,
+    Roles,
+    layout_from_roles,
+    roles_of,
+)
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.plausibility import assumed_units, unit_doubts
 from allanite.readers.text import all_numbers
@@ -232,7 +239,7 @@ def _texts_of_values(column: Column) -> tuple[str, str]:
     )
 
 
-def inspect(path: Any, **options: Any) -> Inspection:
+def inspect(path: Any, **options: Unpack[ReadOptions]) -> Inspection:
     r"""`Inspection` of a log: role, unit, rate and first values of every column, and problems.
 
     Parameters

@@ -18,6 +18,7 @@ from allanite.statespace.model import StateSpace, state_space
 
 if TYPE_CHECKING:
     from allanite.effects import Effect, Model
+    from allanite.fit.result import Fit
     from allanite.recording import Recording
 
 Array = NDArray[np.float64]
@@ -182,7 +183,7 @@ class Innovations:
 
 
 def innovations(
-    recording: Recording, model: Model | Effect | str | Any, *, states: int | None = None
+    recording: Recording, model: Model | Effect | str | Fit, *, states: int | None = None
 ) -> Innovations:
     """Innovations of a recording: each sample minus its prediction by a Kalman filter with the model.
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.effects.terms import Term
+    from allanite.fit.result import Fit
     from allanite.recording import Recording
 
 Array = NDArray[np.float64]
@@ -181,7 +182,7 @@ def _numbers(values: Array) -> list[float | None]:
 
 
 def error_growth(
-    model: Model | Effect | str | Any,
+    model: Model | Effect | str | Fit,
     *,
     aided: float,
     unit: str | None = None,

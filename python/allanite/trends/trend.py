@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -279,6 +279,18 @@ class Trends(Several[Trend]):
         return "\n\n".join(map(str, self.values()))
 
 
+class TrendOptions(TypedDict, total=False):
+    """Options of `allanite.trend`."""
+
+    unit: str | None
+    per: str
+    steps: Sequence[float | str]
+    find_steps: bool
+    periods: Sequence[float] | None
+    model: str | None
+    progress: Callable[[str, int, int], None] | None
+
+
 def trend(
     recording: Recording,
     *,
@@ -370,7 +382,7 @@ def trend(
     )
 
 
-def trend_columns(recording: Recording, **options: Any) -> Trends:
+def trend_columns(recording: Recording, **options: Unpack[TrendOptions]) -> Trends:
     """`Trends`: mapping from each column of a recording to its trend.
 
     Parameters

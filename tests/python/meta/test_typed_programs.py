@@ -1,4 +1,4 @@
-"""The programs on the pages, in the README and in examples/ pass mypy --strict as the file of a user."""
+"""The programs on the pages, in the README and in examples/ pass mypy --strict, which also reports wrong options."""
 
 import re
 import subprocess
@@ -8,6 +8,34 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
+
+#: A program with one wrong option in each call; an error that mypy does not report makes its comment unused, which is an
+#: error of its own.
+WRONG = """
+from typing import assert_type
+
+import allanite as al
+from allanite.readers import read_sensors
+
+recording = al.read("gyro.csv", rate=100.0)
+fit = al.fit_model(recording, "N+K")
+assert_type(fit.simulate(duration=10.0, seed=1), al.Recording)
+fit.simulate(sede=1)  # type: ignore[call-arg]
+fit.simulate(seed="1")  # type: ignore[arg-type]
+next(fit.simulate_chunks(size=100, n=1000))
+fit.simulate_chunks(size="100")  # type: ignore[arg-type]
+fit.state_space(states="4")  # type: ignore[arg-type]
+al.inspect("gyro.csv", rate=100.0, column=["gx", 1])
+al.inspect("gyro.csv", rat=100.0)  # type: ignore[call-arg]
+read_sensors("gyro.csv", unit=3)  # type: ignore[arg-type]
+al.trend_columns(recording, unit="mm", steps=[10.0, "120d"])
+al.trend_columns(recording, period=1.0)  # type: ignore[call-arg]
+al.timing_columns(recording, after="60")  # type: ignore[arg-type]
+al.innovations(recording, fit)
+al.innovations(recording, 3)  # type: ignore[arg-type]
+al.error_growth(fit, aided=100.0)
+al.error_growth(3.0, aided=100.0)  # type: ignore[arg-type]
+"""
 
 
 @pytest.mark.slow
@@ -21,6 +49,7 @@ def test_programs_pass_mypy_strict(tmp_path):
             (tmp_path / name).write_text("\n".join(blocks), encoding="utf-8")
     for path in (ROOT / "examples").glob("*.py"):
         (tmp_path / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "wrong_options.py").write_text(WRONG, encoding="utf-8")
     # Dask has no types of its own: its functions are untyped, whatever a user writes.
     (tmp_path / "mypy.ini").write_text("[mypy]\nstrict = true\nuntyped_calls_exclude = dask\n")
     found = subprocess.run(
