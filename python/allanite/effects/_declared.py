@@ -112,7 +112,7 @@ class Parameter:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Pair (lowest, highest) admissible value; infinite bounds become ∓ the largest admissible number."""
+        """Pair (lowest, highest) admissible value; infinite bounds become ∓`MAX_NUMBER`."""
         return max(self.low, -MAX_NUMBER), min(self.high, MAX_NUMBER)
 
 

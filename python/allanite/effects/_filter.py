@@ -80,7 +80,10 @@ class Response:
 
     @property
     def settling(self) -> int:
-        """Number of samples after which the start of a simulation is forgotten: 16 time constants of the slowest pole."""
+        """Number of samples after which the start of a simulation is forgotten: 16 time constants of the slowest pole.
+
+        The pole is taken as 0.001 … 1 − 1e-9.
+        """
         slowest = max(abs(p) for p in self.poles)
         return int(np.ceil(SETTLING_E_FOLDINGS / -np.log(min(max(slowest, 1e-3), 1.0 - 1e-9))))
 
@@ -208,7 +211,10 @@ def _sum_of_lags(one: Array, other: Array) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def _filtered(term: Term, response: Response) -> tuple[Term, ...]:
-    """Tuple of the terms of one process after a filter; cached."""
+    """Tuple of the terms of one process after a filter. Cached.
+
+    Power laws with other exponents than −2 are approximated (`_bank`), exactly scaled at frequency zero.
+    """
     if isinstance(term, Blue):
         term = Lags((2.0 * term.variance, -term.variance))
     if isinstance(term, Lags):
@@ -280,7 +286,10 @@ def _filtered_waves(
 
 
 def _separated_pole(phi: complex, response: Response) -> complex:
-    """Pole `phi` of a spectrum, moved by a small distance if the filter has (nearly) the same pole."""
+    """Pole `phi` of a spectrum, moved by a small distance if the filter has (nearly) the same pole.
+
+    Otherwise `phi`. The distance is 0.001 of that of the filter's pole from 1.
+    """
     for p in response.poles:
         near = MIN_POLE_DISTANCE * abs(1.0 - p)
         if abs(phi - p) < near:

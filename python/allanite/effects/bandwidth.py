@@ -171,7 +171,8 @@ class Bandwidth(Modifier):
     def variants(self) -> tuple[Bandwidth, ...]:
         """Tuple of filters to try, one for each pair of design and order that agrees with the given values.
 
-        With a given order all designs are tried, otherwise the typical pairs `lowpass.TRIED_DESIGNS`.
+        With a given order all designs are tried, otherwise the typical pairs `lowpass.TRIED_DESIGNS`. A filter that
+        acts on all processes has recursive designs only.
         """
         # A given order is tried with every design that has it; otherwise only a few typical designs are tried.
         tried = (
@@ -189,8 +190,8 @@ class Bandwidth(Modifier):
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Array of values to try for a parameter.
 
-        For ``cutoff``: 24 frequencies in Hz, from 1/100 of the rate up to the highest cutoff with a visible roll-off.
-        For ``floor``: the two ends of its range, relative to N.
+        For ``cutoff``: 24 frequencies in Hz, from 1/100 of the rate (FIR filters: 0.7/order, if higher) up to the
+        highest cutoff with a visible roll-off. For ``floor``: the two ends of its range, relative to N.
         """
         if name == "floor":
             return np.array(FLOOR_RANGE)
@@ -261,7 +262,7 @@ class Bandwidth(Modifier):
         return (*filtered, White(after)) if after else filtered
 
     def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]]:
-        """List of (name, parameters): the core's generators of the filtered white noise and of the floor."""
+        """List of (name, parameters): the core's generators of the filtered white noise and of the floor, if any."""
         after = (self.floor or 0.0) ** 2 * white
         filtered = lowpass.generators(*self._design_values(rate), white - after)
         return [*filtered, ("white", [float(np.sqrt(after))])] if after else filtered

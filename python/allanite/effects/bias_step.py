@@ -105,7 +105,10 @@ class BiasStep(Event):
         return np.linspace(0.0, n / rate, 1026)[1:-1]
 
     def shape_error(self, name: str, variance: float, duration: float) -> float:
-        """Standard error of the time, s, from the variance S·T/(t(T−t)) of the height in noise of density S."""
+        """Standard error of the time, s, from the variance S·T/(t(T−t)) of the height in noise of density S.
+
+        The time counts as at least 1 % of the record away from its ends.
+        """
         t = min(max(self.time or 0.0, 0.01 * duration), 0.99 * duration)
         density = variance * t * (duration - t) / duration
         return self._edge_error(density)

@@ -93,7 +93,7 @@ class Excursions(Away):
 
     @property
     def singly(self) -> tuple[Excursion, ...]:
-        """Tuple of each excursion as a separate `Excursion`, in the order of `starts`."""
+        """Tuple of each excursion as a separate `Excursion`, in the order of `starts`; empty without any."""
         lists = (self.starts or (), self.ends or (), self.heights or ())
         return tuple(Excursion(start=a, end=b, height=h) for a, b, h in zip(*lists, strict=True))
 
@@ -143,7 +143,7 @@ class Excursions(Away):
         return self.with_values(heights=tuple(amplitudes.tolist()))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """Array of the heights, U, shape (excursions,)."""
+        """Array of the heights, U, shape (excursions,); empty without any."""
         return np.array(self.heights or ())
 
     def regressors(

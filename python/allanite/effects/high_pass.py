@@ -84,7 +84,10 @@ class HighPass(Filter):
         return tuple(self.with_values(order=float(o)) for o in ORDERS if self.order in (None, o))
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array of cutoffs, Hz, eight per decade, from 4/T (at most a tenth of the rate) to a quarter of the rate."""
+        """Array of cutoffs, Hz, eight per decade and at least six, up to a quarter of the rate.
+
+        The lowest is 4/T, but at most a tenth of the rate.
+        """
         low, high = min(4.0 / n, 0.1) * rate, 0.25 * rate
         return np.geomspace(low, high, max(6, int(8 * np.log10(high / low))))
 

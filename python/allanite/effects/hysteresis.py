@@ -84,7 +84,10 @@ class Hysteresis(Proportional):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Tuple with one effect for each candidate column, with the range of plays that the column can show (`reach`)."""
+        """Tuple with one effect for each candidate column, with the range of plays that the column can show (`reach`).
+
+        Columns whose 1 % and 99 % quantiles are equal are omitted.
+        """
         out = []
         for effect in super().candidates(model, columns):
             low, high = np.quantile(columns[str(effect.column)], (0.01, 0.99))

@@ -84,9 +84,9 @@ class ModulatedVibration(Resonance):
 
     @classmethod
     def modulating(cls, band: Effect, rate: float, depth: float) -> Self | None:
-        """Modulated form of a resonance `band`, with the same power of the carrier.
+        """Modulated form of a resonance `band`, with the same power of the carrier; None for other effects.
 
-        None for effects that are no plain resonance.
+        Held names and limits stay. None as well if the band is modulated already.
         """
         if not isinstance(band, Resonance) or isinstance(band, cls):
             return None
@@ -121,7 +121,10 @@ class ModulatedVibration(Resonance):
         return tuple((low + s, high + s) for s in (0.0, -self.modulation, self.modulation))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of three exponentials, for the carrier and two sidebands, with total variance 1."""
+        """Tuple of three exponentials, for the carrier and two sidebands, with total variance 1.
+
+        Without all values it is that of a resonance.
+        """
         part = 0.25 * (self.depth or 0.0) ** 2
         shares = [one / (1.0 + 2.0 * part) for one in (1.0, part, part)]
         if self.occupies is None or self.modulation is None:

@@ -120,7 +120,7 @@ class Notch(Filter):
     def response(self, rate: float) -> Response:
         """`Response` (gain, zeros, poles) of the notch at sampling rate `rate`, Hz; its gain is 1 at frequency zero.
 
-        Without a frequency it is 0.1 of the rate, without a quality 1.
+        Without a frequency it is 0.1 of the rate, without a quality 1. The frequency is at most 0.4999 of the rate.
         """
         w = 2.0 * np.pi * min((self.frequency or 0.1 * rate) / rate, 0.4999)
         # The argument of the tangent is limited below π/2, to the widest possible notch.

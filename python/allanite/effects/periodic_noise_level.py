@@ -75,7 +75,10 @@ class PeriodicNoiseLevel(Level):
         end: ArrayLike,
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
-        """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times its fraction in the intervals."""
+        """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times its fraction in the intervals.
+
+        1 without all values.
+        """
         low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         if self.period is None or self.share is None or self.factor is None:
             return np.ones(low.shape)

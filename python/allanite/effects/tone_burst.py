@@ -95,7 +95,10 @@ class ToneBurst(Tone):
         return max(0.0, f - lobe_half_width), f + lobe_half_width
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
-        """Standard error of start or end, s, from the variance 2S/length of an amplitude; None for the frequency."""
+        """Standard error of start or end, s, from the variance 2S/length of an amplitude.
+
+        None for the frequency, and without times.
+        """
         if name == "frequency" or self.when is None:
             return None
         length = min(self.when[1] - self.when[0], duration)

@@ -103,7 +103,10 @@ class Transient(Event):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Array with 0 before the jump, then the decay from 1, shape (n, 1)."""
+        """Array with 0 before the jump, then the decay from 1, shape (n, 1).
+
+        Without values the jump is at 0 and the time constant 1 s.
+        """
         after = time - (self.time or 0.0)
         decay = np.exp(-np.maximum(after, 0.0) / (self.time_constant or 1.0))
         return np.where(after >= 0.0, decay, 0.0)[:, None]

@@ -85,7 +85,10 @@ class Unexplained(Stochastic):
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """Tuple of effects with one band each, three per octave, over the frequencies that n samples at `rate` Hz show."""
+        """Tuple of effects with one band each, three per octave, from 16 periods per record to 0.45 of `rate`, Hz.
+
+        `n` is the number of samples; at least two bands.
+        """
         low, high = MIN_PERIODS * rate / n, MAX_BAND_FREQUENCY * rate
         count = max(2, int(BANDS_PER_OCTAVE * np.log2(high / low)))
         return tuple(cls(bands=(float(f), 1.0)) for f in np.geomspace(low, high, count))

@@ -101,7 +101,7 @@ class WarmUp(Deterministic):
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → decay at samples first … last − 1, U, which computes only these samples."""
+        """Function (first, last) → decay at samples first … last − 1, U, which computes only these samples."""
         return self._pointwise(rate, covariates)
 
     @classmethod

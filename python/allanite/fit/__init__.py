@@ -211,7 +211,10 @@ def removes(effect: Effect) -> bool:
 
 
 def _check_values(model: Model, n: int, rate: float) -> None:
-    """Raise InputError for a missing event time, a line above half the sampling rate, or limits without information."""
+    """Raise InputError for a missing event time, a line above half the sampling rate, or limits without information.
+
+    Optional times may be missing. Only limits in s or Hz are checked (`_check_limits`).
+    """
     if missing := [
         f"{e.kind}.{p.name}"
         for e in model

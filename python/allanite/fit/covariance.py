@@ -95,7 +95,10 @@ def _with_narrow(
 
 
 def _covariance(solution: Solution, data: Data, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array of the covariance of parameters with given slopes of ln S, shape (p, p), also with missing samples."""
+    """Array of the covariance of parameters with given slopes of ln S, shape (p, p).
+
+    With missing samples it is the sandwich covariance, otherwise the inverse Fisher information.
+    """
     shared = _sandwich_covariance(data, solution.weight, slopes)
     return _independent_covariance(solution, slopes) if shared is None else shared
 
@@ -162,7 +165,10 @@ def logl_scale(solution: Solution, own: Process, data: Data) -> float:
 
 
 def shape_widening(solution: Solution, own: Process, relative: float, data: Data) -> float:
-    """Ratio, at least 1, of the standard error `relative` of ln(coefficient) to the standard error at fixed shapes."""
+    """Ratio, at least 1, of the standard error `relative` of ln(coefficient) to the standard error at fixed shapes.
+
+    1 if the latter is 0.
+    """
     active = [process for process in solution.processes if process.theta > 0.0]
     slopes = np.column_stack([2.0 * process.power / solution.spectrum for process in active])
     index = active.index(own)

@@ -230,7 +230,10 @@ def _is_number(value: Any) -> bool:
 
 
 def _log_interval(value: float, relative: float) -> tuple[float, float]:
-    """Pair: 95 % interval of a positive value whose logarithm has the standard error `relative`."""
+    """Pair: 95 % interval of a positive value whose logarithm has the standard error `relative`.
+
+    The ends are at most e^±50 times the value.
+    """
     factor = float(np.exp(min(NORMAL * relative, MAX_LOG_HALF_WIDTH)))
     return value / factor, value * factor
 
@@ -267,7 +270,7 @@ def _extended_to_lowest(value: Estimate, effect: Effect, data: Data) -> Estimate
 
 
 def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[float, float]:
-    """Pair: interval `ends` widened by `factor` in ln(value), at most to e^±`MAX_LOG_HALF_WIDTH` times the value.
+    """Pair: interval `ends` widened by `factor` in ln(value), at most to e^±50 times the value.
 
     A low end of 0 stays.
     """
@@ -310,7 +313,10 @@ def _modifier_values(
     unit: str,
     column_units: Mapping[str, str],
 ) -> dict[str, Any]:
-    """Dict of the values of a modifier by parameter name; `shaped` holds standard errors of logarithms of shapes."""
+    """Dict of the values of a modifier by parameter name; `shaped` holds standard errors of logarithms of shapes.
+
+    Tuples stay; numbers become `Estimate`. Intervals of times are cut at the ends of the record.
+    """
     errors = effect.errors(data.rate)
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
@@ -394,7 +400,10 @@ def _amplitude_error(
     amplitudes: NDArray[np.float64],
     covariance: NDArray[np.float64],
 ) -> float | None:
-    """Standard error of a value computed from amplitudes, by the delta method; None if the value is undefined."""
+    """Standard error of a value computed from amplitudes, by the delta method; None if the value is undefined.
+
+    0 if the value does not depend on the amplitudes.
+    """
     slope = np.zeros(amplitudes.size)
     for i in range(amplitudes.size):
         step = 1e-4 * max(

@@ -183,7 +183,10 @@ def _refitted(solution: Solution, part: RandomPart) -> Maximum:
 
 
 def _outlier_costs(data: Data, solution: Solution) -> Array:
-    """Array of the cost ln n of single samples that the model excludes, summed in each block of time, shape (BLOCKS,)."""
+    """Array of the cost ln n of single samples that the model excludes, summed in each block of time, shape (BLOCKS,).
+
+    0 without excluded samples.
+    """
     out = np.zeros(BLOCKS)
     for effect in solution.model.modifiers:
         times = np.array(effect.moments) - data.start

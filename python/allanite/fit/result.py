@@ -304,7 +304,8 @@ class Fit:
     def add(self, addition: Any) -> Fit:
         """Fit of the model plus an `addition`: an effect, or a suggestion of a check.
 
-        Values of an effect are start values. For a suggestion of this fit, the fit starts from the suggested model.
+        Values of an effect are start values. For a suggestion of this fit, the fit starts from the suggested model,
+        which may lack effects that it replaces. This fit is not changed.
         """
         if getattr(addition, "before", None) is self:
             return self._with(addition.found.model)

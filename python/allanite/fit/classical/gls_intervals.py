@@ -144,7 +144,10 @@ class _TestInversion:
         level = float(ndtri(probability))
 
         def over(root: float) -> float:
-            """Normal score of `below` at the square of `root`, minus the score `level` of the interval end."""
+            """Normal score of `below` at the square of `root`, clipped to ±9, minus the score `level`.
+
+            `level` belongs to the end of the interval.
+            """
             score = float(ndtri(self.below(root**2, bounded=outside > inside)))
             return float(np.clip(score, -9.0, 9.0)) - level
 

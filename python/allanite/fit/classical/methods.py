@@ -56,7 +56,10 @@ class MethodRow:
     remark: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict of the coefficient by each method, for JSON, with ``misleads`` (True if there is a remark)."""
+        """Dict of the coefficient by each method, for JSON, with ``misleads`` (True if there is a remark).
+
+        A method without a value is None.
+        """
         line = self.line
         return {
             "name": self.name,

@@ -118,10 +118,10 @@ class Mixtures:
         return np.asarray(np.einsum("a,b,abij->ij", squares, squares, self.parts))
 
     def skewness(self, squares: Array, readout: Array) -> float:
-        """Skewness of the sum of the Allan variances weighted by `readout`, shape (k,), for squared coefficients `squares`.
+        """Skewness of the sum of the Allan variances weighted by `readout`, shape (k,); 0 if the sum is 0.
 
-        The sum is a weighted sum of squares of nearly independent ordinates: κ3/κ2^{3/2} with κ_q ∝
-        Σ (S H)^q.
+        `squares` are squared coefficients. The sum is a weighted sum of squares of nearly independent ordinates:
+        κ3/κ2^{3/2} with κ_q ∝ Σ (S H)^q.
         """
         x = (self.spectra @ squares) * (self.transfer @ readout)
         second = float(self.weights @ x**2)

@@ -102,7 +102,10 @@ def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
 
 
 def _rescaled(derived: Estimate, coefficient: Estimate, before: float) -> Estimate:
-    """`Estimate` of a derived value proportional to a coefficient, rescaled from its value `before` to the new one."""
+    """`Estimate` of a derived value proportional to a coefficient, rescaled from its value `before` to the new one.
+
+    It has the scaled interval of the coefficient and no standard error.
+    """
     ratio = float(derived) / before
     interval = coefficient.interval
     return Estimate(

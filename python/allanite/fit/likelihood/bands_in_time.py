@@ -83,7 +83,10 @@ def remove_motion(
 def moving_power(
     solution: Solution, data: Data, j: NDArray[np.int64], times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Array of the relative power over time (mean 1) that moving bands cause at ordinates j, shape (times, ordinates)."""
+    """Array of the relative power over time (mean 1) that moving bands cause at ordinates j, shape (times, ordinates).
+
+    1 without moving bands.
+    """
     power = np.ones((times.size, j.size))
     for own in solution.processes:
         if isinstance(own.effect, Moving) and own.theta:
@@ -135,7 +138,7 @@ def _shares(
 def band_ordinates(band: tuple[float, float], data: Data, n: int) -> tuple[int, int]:
     """Pair: first ordinate and number of ordinates of a band, Hz, within n.
 
-    The number is rounded up to a fast transform.
+    The number is rounded up to a fast transform; the first ordinate is lowered if the band would reach beyond n.
     """
     from scipy.fft import next_fast_len
 

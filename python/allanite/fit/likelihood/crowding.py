@@ -94,7 +94,10 @@ def _computed_freedom(model: Model, data: Data) -> NDArray[np.float64]:
 
 
 def _segments_of_equal_width(moving: Moving) -> list[Stochastic]:
-    """List of the segments of a moving band, each with a half-width of 1/8 of its range, whatever its damping."""
+    """List of the segments of a moving band, each with a half-width of 1/8 of its range (at least 1 µHz).
+
+    The damping of the band is not used. Segments that cannot be moved are omitted.
+    """
     places = moving.middles
     half = max((max(places) - min(places)) / 8.0, 1e-6)
     parts = [

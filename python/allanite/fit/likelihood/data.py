@@ -266,7 +266,7 @@ class Data(ABC):
     def attenuated(
         self, ordinates: NDArray[np.float64], j: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """Array of `ordinates` j of known functions of time, shape (…, k), times `gain` where samples are missing."""
+        """Array of `ordinates` j of known functions of time, shape (…, k), times `gain`; unchanged without gaps."""
         return ordinates if self.gain is None else ordinates * self.gain[j]
 
 

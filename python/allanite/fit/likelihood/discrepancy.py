@@ -95,9 +95,9 @@ def best_scale(power: Array, count: Array, spectrum: Array) -> tuple[int, float]
 def climb_scale(
     power: Array, count: Array, spectrum: Array, scale: int, best: Judged
 ) -> tuple[int, Judged]:
-    """Pair: index into `SCALES` of the nearest local maximum over the discrepancy, uphill from `scale`, and its likelihood.
+    """Pair: index into `SCALES` of the nearest local maximum over the discrepancy, and its `Judged`.
 
-    `best` is the likelihood at `scale`.
+    The search goes uphill from `scale`. `best` is the `Judged` at `scale`, and is returned if that is the maximum.
     """
     found, value, weight = likelihood(count).best_scale(power, spectrum, scale)
     return (scale, best) if found == scale else (found, Judged(value, weight))
@@ -155,7 +155,10 @@ def linearized(
 def scale_interval(
     power: Array, count: Array, spectrum: Array, scale: int | None
 ) -> tuple[float, float]:
-    """Pair: 95 % interval of the discrepancy δ at a spectrum, from its profile likelihood; the lower end may be 0."""
+    """Pair: 95 % interval of the discrepancy δ at a spectrum, from its profile likelihood.
+
+    The lower end is 0 if δ = 0 is inside or `scale` is None. (0, 0.001) is returned if no tried δ is inside.
+    """
     values = profile(power, count, spectrum)
     plain = judge(power, count, spectrum, None).log_likelihood
     inside = values > max(float(values.max()), plain) - HALF_CHI2_95

@@ -68,7 +68,11 @@ def widened_by_tails(
 
 
 def sum_of_squares_quantiles(tail: Tail, sizes: Array) -> tuple[float, float]:
-    """Pair: 2.5 % and 97.5 % points of the sum of squares of a record over its expectation; `sizes` are |samples|."""
+    """Pair: 2.5 % and 97.5 % points of the sum of squares of a record over its expectation; `sizes` are |samples|.
+
+    They are those of a Student law, unless its tails reach beyond the largest sample; then they follow from the
+    kurtosis of the sample.
+    """
     from scipy.special import stdtr
 
     n = sizes.size

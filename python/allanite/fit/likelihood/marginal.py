@@ -136,7 +136,7 @@ class _Record:
 
 
 def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
-    """Dict of the distribution (`Mixture`) of the amplitudes of each slow deterministic effect, by fitted function.
+    """Dict from each slow fitted function to the distribution (`Mixture`) of its amplitudes.
 
     Lines are excluded: their density is known from many ordinates.
     """
@@ -150,7 +150,10 @@ def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
 
 
 def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) -> Mixture:
-    """`Mixture`: joint distribution of the amplitudes of slow functions of time, in their order."""
+    """`Mixture`: joint distribution of the amplitudes of slow functions of time, in their order.
+
+    The lowest 1024 ordinates are used singly, higher ones in bins.
+    """
     # The single ordinates end at the edge of a bin.
     first = int(np.searchsorted(data.bins.edges, min(SINGLE_ORDINATES, data.n), side="right")) - 1
     ordinates = np.arange(1, data.bins.edges[first], dtype=np.int64)
@@ -181,8 +184,9 @@ def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) 
 def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tuple[Array, ...]:
     """Tuple (means, covariances, weights) of the amplitudes for an importance sample of the noise coefficients.
 
-    The first proposal is a wide multivariate t around the fit; the next two are the smoothed previous samples
-    (Population Monte Carlo, Cappé et al. 2004). Coefficients may be drawn negative: only their squares matter.
+    400 draws with a fixed seed; held coefficients stay. The first proposal is a wide multivariate t around the fit; the
+    next two are the smoothed previous samples (Population Monte Carlo, Cappé et al. 2004). Coefficients may be drawn
+    negative: only their squares matter.
     """
     rng = np.random.default_rng(0)
     fitted = np.sqrt(solution.theta)

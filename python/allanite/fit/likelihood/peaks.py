@@ -73,7 +73,10 @@ def is_fitted_to_ordinates(effect: Effect, data: Data) -> bool:
 
 
 def bins_near(effect: Effect, bins: Bins, rate: float) -> Ordinates:
-    """Array of the ascending indices of bins with a peak of the effect and of `BINS_BESIDE_BAND` bins on either side."""
+    """Ascending array of the indices of the bins with a peak of the effect, and of three bins on either side.
+
+    A peak beyond the spectrum has its bins at the end.
+    """
     found: set[int] = set()
     for band in effect.peaks:
         middle = sum(band) * bins.n / rate

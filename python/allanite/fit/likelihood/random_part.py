@@ -98,7 +98,7 @@ class RandomPart:
         """`Maximum` of the likelihood over the free coefficients and the discrepancy, at the model's present shapes.
 
         `start` is a maximum at other shapes, or of a model with one effect fewer. θ of the result includes held
-        effects.
+        effects. For an expected spectrum (`is_expected`) there is no discrepancy, and `start` is not used.
         """
         linear = self.linear(model)
         if self.is_expected:

@@ -208,7 +208,11 @@ def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
 
 
 def _normalized(whitened: Whitened) -> Whitened:
-    """`Whitened` with normal scores as samples if they are not normal (see `Whitened.with_normal_tails`)."""
+    """`Whitened` with normal scores as samples if they are not normal (see `Whitened.with_normal_tails`).
+
+    Otherwise, and for a summary, `without_single` of it. Coarse codes are spread by a fixed random number before
+    ranking.
+    """
     from scipy.special import ndtri
 
     samples = whitened.samples
@@ -247,7 +251,7 @@ def _is_normal(samples: NDArray[np.float64]) -> bool:
 
 
 def rounding_step(data: Data, samples: NDArray[np.float64]) -> float:
-    """Rounding step of a record in units of its whitened `samples`; 0 if the step is small."""
+    """Rounding step of a record in units of its whitened `samples`; 0 if the step is small (`coarse_step`)."""
     some = data.present_samples
     step = coarse_step(some)
     if step == 0.0:
@@ -290,7 +294,10 @@ def _samples_and_bands(
 
 
 def _residual_without_gaps(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Array of the residual ordinates of the record with missing samples replaced by draws from the model."""
+    """Array of the residual ordinates of the record; missing samples are replaced by draws from the model.
+
+    Without missing samples it is `solution.ordinates`.
+    """
     if data.gain is None:
         return solution.ordinates
     return _kernels.cosine_transform(data.residual(solution.model))
@@ -340,7 +347,7 @@ def log_density_at_nodes(
 
 
 def _without_gaps(known: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array of ln densities `known` at ln frequencies `at`; narrow gaps are filled up to `MAX_GAP_DEPTH` below their sides.
+    """Array of ln densities `known` at ln frequencies `at`; narrow gaps are filled up to 7 (ln) below their sides.
 
     The power at the center of a notch is leakage from the ends of the record. Full whitening would make the first and
     last seconds of every filtered record loud.
@@ -355,7 +362,7 @@ def _without_gaps(known: NDArray[np.float64], at: NDArray[np.float64]) -> NDArra
 def expected_level(model: Model, data: Data, cells: int) -> NDArray[np.float64]:
     """Array of the expected white-noise power of equal time segments from a model's level changes, shape (cells,).
 
-    It is relative to the mean over the segments.
+    It is relative to the mean over the segments; 1 without level changes.
     """
     power = np.ones(cells)
     edges = np.linspace(*data.span, cells + 1)

@@ -134,6 +134,8 @@ def maximize(
 ) -> Maximum:
     """`Maximum` (global) of the likelihood over θ ≥ 0 and the discrepancy, as the best of several starts.
 
+    The discrepancy is tried only if it raises logL of the best fit without it.
+
     Parameters
     ----------
     power, count : ndarray, shape (bins,)
@@ -218,7 +220,10 @@ def profile_interval(
         return logl_scale * loss(theta)
 
     def search(inside: float, outside: float, level: float) -> float:
-        """Squared value between `inside` and `outside` at which logL has fallen by `level`."""
+        """Squared value between `inside` and `outside` at which logL has fallen by `level`.
+
+        It is found by 14 bisections of the root.
+        """
         # Bisection in the square root, where the profile is nearly a parabola.
         a, b = np.sqrt(inside), np.sqrt(outside)
         for _ in range(14):

@@ -121,7 +121,10 @@ def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, floa
 
 
 def _noise_variance(unseen: Array, spectrum: Array) -> Array:
-    """Array of the variance v of noise on every sample that acts like gaps: v/(v + S) has the mean `unseen`."""
+    """Array of the variance v of noise on every sample that acts like gaps: v/(v + S) has the mean `unseen`.
+
+    0 where `unseen` is 0.
+    """
     part = spectrum[1 :: max(1, spectrum.size // 4096)]
     v = np.geomspace(part.min() * 1e-6, part.max() * 1e6, 240)
     mean = np.array([np.mean(each / (each + part)) for each in v])

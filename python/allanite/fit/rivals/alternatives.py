@@ -63,9 +63,11 @@ def is_removable(effect: Effect) -> bool:
 
 
 def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
-    """Iterator over fits in which the effect at index `place` is replaced by each kind that is declared as its alternative.
+    """Iterator over fits in which the effect at index `place` is replaced by each declared alternative.
 
-    Yields nothing for white noise, one-time events and held effects, and no replacement that is not detected.
+    Yields nothing for effects that cannot be removed or are not found in the spectrum or as slow functions, nor for a
+    single effect. Replacements that are not detected, or 28 nats below the fit before shapes are optimized, are
+    omitted.
     """
     out = fit.model.effects[place]
     if not is_removable(out) or out.screened not in {"spectral", "slow"}:

@@ -153,10 +153,10 @@ def _kinds(model: Model) -> tuple[str, ...]:
 
 
 def _models_within_evidence(fit: Fit) -> Iterator[tuple[float, Solution]]:
-    """Iterator over (ln evidence over the fit, solution) of other models within `MAX_RIVAL_LOG_EVIDENCE` of the fit.
+    """Iterator over (ln evidence over the fit, solution) of other models within 3 nats of the fit.
 
-    One or two effects are replaced. One-time events are excluded, since their evidence does not pay for the many times
-    that were tried.
+    One or two detected effects are replaced. One-time events are excluded, since their evidence does not pay for the
+    many times that were tried. A model may come twice.
     """
     for lead, places, solution in fit.instead_of_two:
         if all(is_detected(fit, place) for place in places):

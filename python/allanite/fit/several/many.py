@@ -364,7 +364,10 @@ def _random_effects_mean(
 
 
 def pooled_by_errors(name: str, estimates: list[Estimate]) -> Pooled:
-    """`Pooled` parameter by standard errors, in logarithms if all estimates are detected and positive."""
+    """`Pooled` parameter by standard errors, in logarithms if all estimates are detected and positive.
+
+    The value is the mean weighted by precision, with the p-value of a χ² test of agreement.
+    """
     from scipy.special import chdtrc
 
     logs = _logs(estimates)

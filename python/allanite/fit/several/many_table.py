@@ -74,7 +74,7 @@ def _cell(estimate: Estimate) -> str:
 
 
 def _pooled_cell(row: Pooled) -> str:
-    """Table cell of a pooled value: value with interval, or upper limit."""
+    """Table cell of a pooled value: value with interval, or "< limit" if 0 is inside the interval."""
     low, high = row.interval
     return (
         f"< {number(high)}"

@@ -170,7 +170,10 @@ def comb_window(
 def design_of(
     effects: tuple[Deterministic, ...], data: Data, at: NDArray[np.int64] | None = None
 ) -> Design:
-    """`Design`: regressors of the effects at their present shapes, at the ordinates `at` or at those with their power."""
+    """`Design`: regressors of the effects at their present shapes, at the ordinates `at`.
+
+    By default these are ordinates near lines, and the lowest 8191 if an effect is slow. `effects` must not be empty.
+    """
     if at is None:
         parts = [_ordinates_of(e, data) for e in effects if not e.low]
         if any(e.low for e in effects):

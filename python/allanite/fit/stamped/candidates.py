@@ -129,7 +129,10 @@ class FittedNoise:
 
     @cached_property
     def covariance(self) -> Array:
-        """Array: covariance of the log-variances and the exponent, from the inverse curvature of logL."""
+        """Array: covariance of the log-variances and the exponent, from the inverse curvature of logL.
+
+        Curvatures are at least 0.1, which limits the uncertainty where logL is nearly flat.
+        """
         k = self._place.size
         middle = self.regressed.log_likelihood
         sides = [sum(r.log_likelihood for r in pair) for pair in self.neighbors]
