@@ -181,7 +181,7 @@ async function numbers() {
     const cell = (v, i) => el("td", { class: typeof v === "number" ? "value" : null }, String(text(v, i ? 4 : 6)).replace("-", "−"));
     const copy = t => navigator.clipboard.writeText([t.head, ...t.rows].map(r => r.map(v => text(v)).join("\t")).join("\n")).then(() => say("The values were copied to the clipboard", 3));
     $("table").replaceChildren(...tables.map(t => el("table", {}, el("caption", {}, capital(t.title), el("button", { onclick: () => copy(t) }, "Copy")),
-      el("thead", {}, el("tr", {}, ...t.head.map(h => el("th", {}, capital(h))))), el("tbody", {}, ...t.rows.slice(0, 600).map(r => el("tr", {}, ...r.map(cell)))))));
+      el("thead", {}, el("tr", {}, ...t.head.map(h => el("th", {}, capital(h).replace("95 %", "95\u00a0%"))))), el("tbody", {}, ...t.rows.slice(0, 600).map(r => el("tr", {}, ...r.map(cell)))))));
   } catch (error) { $("table").textContent = error.message; }
 }
 export async function get(name) {
