@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     Pair = tuple[Axis, Choice]
 
-GENERAL = "Written by allanite. Densities are two-sided: white noise has S(f) = N^2, sigma^2(tau) = N^2/tau."
+GENERAL = "Densities are two-sided: white noise has S(f) = N^2, sigma^2(tau) = N^2/tau."
 #: NEES above which a filter is called overconfident; also the acceptance limit of the tests of every format. Chosen by
 #: judgment; not measured.
 MAX_NEES = 1.2
@@ -39,17 +39,33 @@ def head(
     simulator: bool = False,
     samples: bool = False,
 ) -> list[str]:
-    """List of comment lines for the head of a file: whether to use it, its conventions, and the effects of each axis."""
+    """List of comment lines for the head of a file.
+
+    The first three lines say what the file holds, where its numbers come from, and whether to use it. The details below
+    are the effects of each axis, the NEES of a filter, and the conventions of the format.
+    """
+    no_filter = simulator or samples
     return [
-        verdict(pairs, simulator=simulator or samples),
+        f"Noise parameters of {', '.join(axis.name for axis, _ in pairs)}, written by allanite.",
+        f"Source: {', '.join(dict.fromkeys(_source_text(axis) for axis, _ in pairs))}.",
+        verdict(pairs, simulator=no_filter),
+        "Details:",
+        *(line for a, c in pairs for line in axis_comments(a, c, simulator=simulator)),
+        *([] if no_filter else _nees_sentences(pairs)),
         GENERAL,
         *convention,
-        *(line for a, c in pairs for line in axis_comments(a, c, simulator=simulator)),
     ]
 
 
+def _source_text(axis: Axis) -> str:
+    """Text of the origin of an axis: the log of its fit, a source without a log, or ``a given model``."""
+    if axis.assumptions:
+        return f"{axis.source}, without a log"
+    return f"fit to {axis.source}" if axis.source != axis.name else "a given model"
+
+
 def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
-    """Text of the first comment: whether to use the file, reasons against it, and how its numbers fit the model.
+    """Text of the third comment: whether to use the file, reasons against it, and how its numbers fit the model.
 
     "Use: no" if a fit is not adequate, or the NEES of a filter exceeds 1.2. The text is ASCII, because some programs
     refuse other characters in a comment.
@@ -64,20 +80,10 @@ def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
     horizon = max(a.horizon for a, _ in pairs)
     use = f"Use: no. {'; '.join(reasons)}." if reasons else "Use: yes."
     farthest = (
-        f"Up to {horizon:.4g} s the Allan deviation of these numbers differs most from the model's at"
-        f" {worst.tau:.4g} s: it is {worst.ratio:.2f} times the model's{where}."
+        f"Largest error of the Allan deviation up to {horizon:.4g} s: {worst.ratio:.2f} times the model's, at"
+        f" {worst.tau:.4g} s{where}."
     )
     sentences = [use, farthest]
-    if filters and not simulator:
-        low, high = (f(q.at_horizon for _, _, q in filters) for f in (min, max))
-        spread = f"{low:.2f}" if f"{low:.2f}" == f"{high:.2f}" else f"{low:.2f} to {high:.2f}"
-        most = max(q.nees for _, _, q in filters)
-        early = max(q.early for _, _, q in filters)
-        fast = f", {early:.2f} at shorter times due to fast noise" if early > MAX_NEES else ""
-        sentences.append(
-            f"NEES of a bias filter (true over predicted variance, 1 is ideal): {spread} after {horizon:.4g} s without"
-            f" aiding, at most {most:.2f} from {horizon / 10:.4g} s on{fast}."
-        )
     unstated = [
         axis.name
         for axis, _ in pairs
@@ -92,6 +98,26 @@ def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
             f"The log of {short[0].name} only shows the noise up to tau = {short[0].until:.3g} s."
         )
     return " ".join(sentences)
+
+
+def _nees_sentences(pairs: Sequence[Pair]) -> list[str]:
+    """List of one sentence on the NEES of a bias filter with the numbers of each axis; empty if all have a B."""
+    filters = [quality(axis, choice) for axis, choice in pairs if not choice.B]
+    if not filters:
+        return []
+    horizon = max(axis.horizon for axis, _ in pairs)
+    low, high = (f(q.at_horizon for q in filters) for f in (min, max))
+    spread = f"{low:.2f}" if f"{low:.2f}" == f"{high:.2f}" else f"{low:.2f} to {high:.2f}"
+    most, early = (
+        max(values) for values in zip(*((q.nees, q.early) for q in filters), strict=True)
+    )
+    fast = f", {early:.2f} at shorter times due to fast noise" if early > MAX_NEES else ""
+    return [
+        (
+            f"NEES of a bias filter (true over predicted variance, 1 is ideal): {spread} after {horizon:.4g} s without"
+            f" aiding, at most {most:.2f} from {horizon / 10:.4g} s on{fast}."
+        )
+    ]
 
 
 def _short_log_sentences(axes: Sequence[Axis]) -> list[str]:
@@ -138,12 +164,9 @@ def axis_comments(axis: Axis, choice: Choice | None, *, simulator: bool = False)
     More than 8 omitted effects are counted by kind. Without a `choice`, the file covers all effects. An overbound names
     the loudest segment.
     """
-    origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
-    if axis.assumptions:
-        origin = f"from {axis.source}, without a log"
     covered = _covered_text(axis, choice, simulator=simulator)
     name = "+".join(_names_with_counts(e.short for e in axis.model))
-    line = f"{axis.name}: {origin}; model {name}; in this file: {covered}"
+    line = f"{axis.name}: model {name}; in this file: {covered}"
     left = [
         f"{label} ({e.kind})" for label, e in _omitted_effects(axis, choice, simulator=simulator)
     ]

@@ -101,11 +101,21 @@ def test_the_verdict_of_a_file_is_read_as_one_line():
         if not said:
             assert "Use: " not in text
             continue
-        assert re.match(r"Use: yes\. Up to .* differs most from .*: it is \d.*\.$", said), target
-        assert "Written by" not in said
-    whole = verdict_in(export(found, "kalibr", rate=100))
-    assert "NEES of a bias filter" in whole
-    assert whole.endswith("s on.")
+        wanted = r"Use: yes\. Largest error of the Allan deviation up to \S+ s: \d.* times the model's, .*\.$"
+        assert re.match(wanted, said), target
+        assert "Details" not in said
+    whole = export(found, "kalibr", rate=100)
+    assert re.search(r"# NEES of a bias filter [^#]*\n#     .* s on\.\n", whole)
+
+
+def test_the_head_of_a_file_says_what_from_where_and_whether_to_use_it():
+    found = axes_of([document_of("gyro_x", "deg/s"), document_of("acc_x", "mg")])
+    what, source, use, details, *_ = export(found, "kalibr", rate=100).splitlines()
+    assert what == "# Noise parameters of gyro_x, acc_x, written by allanite."
+    assert source.startswith("# Source: ")
+    assert use.startswith("# Use: yes. ")
+    assert details == "# Details:"
+    assert all(len(line) <= 120 for line in (what, source, use))
 
 
 def test_kalibr_is_continuous_time_si():
@@ -114,7 +124,7 @@ def test_kalibr_is_continuous_time_si():
     assert value(text, "gyroscope_random_walk") == pytest.approx(K * RAD, rel=1e-6)
     assert value(text, "update_rate") == 100
     assert "two-sided" in text
-    assert text.startswith("# Use: yes. ")
+    assert text.splitlines()[2].startswith("# Use: yes. ")
     assert "in this file: numbers that cover N, K" in text
 
 
@@ -194,11 +204,12 @@ def test_every_head_says_what_the_numbers_are(target):
     assert re.search("(?i)continuous.time|per sample|per step", text)
     assert re.search("deviation|variance|covariance|density", text)
     assert "in this file:" in text
-    first = text.splitlines()[1 if target in ("gazebo", "openvins", "kimera") else 0]
+    lines = text.splitlines()[1 if target in ("gazebo", "openvins", "kimera") else 0 :]
     if text.startswith("{"):
-        first = json.loads(text)["_comment"][0]
-    assert re.search(r"Use: (yes|no)\b.*differs most from the model's at \S+ s: it is \d", first)
-    assert text.count("differs most from") == 1
+        lines = json.loads(text)["_comment"]
+    use = next(line for line in lines if "Use: " in line)
+    assert re.search(r"Use: (yes|no)\b.*Largest error of the Allan deviation up to \S+ s: \d", use)
+    assert text.count("Largest error of the") == 1
 
 
 def test_overbound_is_above_the_upper_limits_everywhere():

@@ -191,7 +191,7 @@ def test_a_noise_level_that_changes_counts_with_its_mean(target):
         assert first == pytest.approx(0.02**2 * 100 * 1.9, rel=1e-3)
     else:
         assert "in this file: numbers that cover N, CYCLE" in text
-        assert "it is 1.00" in text
+        assert ": 1.00 times the model's" in text
 
 
 def test_a_vibration_is_no_bias():

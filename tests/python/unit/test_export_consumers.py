@@ -323,7 +323,8 @@ def test_openvins_finds_its_keys():
     # ov_core/utils/opencv_yaml_parse.h reads each key below the node imu0 of an OpenCV YAML 1.0 file.
     yaml = pytest.importorskip("yaml")
     text = export(axes(), "openvins", RATE)
-    assert text.startswith("%YAML:1.0\n# Use: yes.")
+    assert text.startswith("%YAML:1.0\n# Noise parameters of")
+    assert "\n# Use: yes." in text
     node = yaml.safe_load(text.split("\n", 1)[1])["imu0"]
     assert node["gyroscope_noise_density"] == pytest.approx(N)
     assert node["accelerometer_random_walk"] == pytest.approx(ACCEL_K)

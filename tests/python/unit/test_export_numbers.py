@@ -34,11 +34,11 @@ def unwrapped(text):
 
 
 def worst_of(text):
-    """The ratio that the first comment names, and its τ."""
+    """The ratio that the verdict of a file names, and its τ."""
     found = re.search(
-        r"differs most from the model's at (\S+) s: it is ([0-9.]+[0-9])", unwrapped(text)
+        r"up to \S+ s: ([0-9.]+[0-9]) times the model's, at ([0-9.]*[0-9]) s", unwrapped(text)
     )
-    return float(found.group(2)), float(found.group(1))
+    return float(found.group(1)), float(found.group(2))
 
 
 def ratio(written, model, tau=TAU):
