@@ -1,4 +1,4 @@
-"""First page of a report: the test, the verdict and filter values of every axis, and the next step."""
+"""First page of a report: the test, the verdict and coefficients of every axis, and the next step."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from allanite.common.numbers import duration_text, number, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
-from allanite.effects import standard
+from allanite.effects import Periodic, Stochastic, standard
 from allanite.effects.sheet_units import in_sheet_unit
 from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Bullets, Cell, Heading, Paragraph, Picture, Table
@@ -29,10 +29,12 @@ GIVEN = ("sensor", "serial number", "date")
 TEMPERATURE = {"degC": "°C", "degF": "°F", "K": "K"}
 #: Coefficients that navigation filters use.
 COEFFICIENTS = ("N", "B", "K")
+#: Coefficients that the parameter file of a filter holds.
+FILTER = ("N", "K")
 
 
 def summary(report: Report) -> list[Block]:
-    """List of `Block` of the first page: description, verdicts, filter values, one figure, and the next step.
+    """List of `Block` of the first page: description, verdicts, coefficients, one figure, and the next step.
 
     The description has sensor, serial number and date ("not stated" if not given), temperature and duration of the
     first column. Coefficients that no axis has are left out.
@@ -51,7 +53,7 @@ def summary(report: Report) -> list[Block]:
     body = tuple((*cells[:2], *(cells[2 + i] for i in shown)) for cells in entries)
     return [
         Table((), tuple(rows)),
-        Heading("Verdict and filter values"),
+        Heading("Verdict and coefficients"),
         *_verdict(report),
         Table(head, body),
         _picture(report),
@@ -132,13 +134,25 @@ def _axis_cells(entry: Entry) -> tuple[str, ...]:
     return (name, entry.study.verdict, *(found.get(c, "–") for c in COEFFICIENTS))
 
 
-def _export_sentence(recording: Recording) -> str:
-    """Sentence with the command that writes the file of a filter; empty for other sensors than inertial ones."""
+def _export_sentence(report: Report) -> str:
+    """Sentences on the file of a filter: why its N and K differ, and the command; empty for other sensors than inertial.
+
+    A filter file covers all slow noise and lines of the models. Therefore its N and K can exceed those of the table.
+    """
+    recording = report.entries[0].recording
     if parse_unit(recording.unit).kind not in ("angular rate", "acceleration"):
         return ""
     log = shlex.quote(Path(recording.path).name) if recording.path else "LOG"
+    effects = [effect for entry in report.entries for effect in entry.study.fit.model]
+    shorts = (e.short for e in effects if isinstance(e, Stochastic | Periodic))
+    covered = [short for short in dict.fromkeys(shorts) if short not in FILTER]
+    why = (
+        f" N and K of a filter file also cover {', '.join(covered)}, so they can be larger."
+        if covered
+        else ""
+    )
     return (
-        " The file of your filter also covers the other slow noise of each model. To write it for Kalibr: "
+        f"{why} To write the file of your filter for Kalibr: "
         f"allanite characterize {log} --export kalibr --output imu.yaml"
     )
 
@@ -162,5 +176,5 @@ def _next_steps(report: Report) -> tuple[str, ...]:
             )
     if len(out) < len(report.entries):
         which = "the adequate axes" if out else "every axis"
-        out.append(f"Use the values of {which}.{_export_sentence(report.entries[0].recording)}")
+        out.append(f"Use the values of {which}.{_export_sentence(report)}")
     return tuple(out)

@@ -61,7 +61,7 @@ def test_the_first_page_has_everything(tab):
     assert places["next"] < SHEET["height"]
     assert places["figure"][2] > 0.6 * SHEET["width"]
     assert "allanite characterize" in places["words"]
-    # Verdict and filter values of each axis, in units of data sheets.
+    # Verdict and coefficients of each axis, in units of data sheets.
     rows = tab.locator("table").nth(1).locator("tbody tr").all_inner_texts()
     assert [row.split()[0] for row in rows] == list(NAMES)
     for row in rows:

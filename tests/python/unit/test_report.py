@@ -315,7 +315,7 @@ def test_the_first_page_says_what_who_and_what_next(log, run, tmp_path):
     assert code == 0, err
     first = target.read_text(encoding="utf-8").split("<h3>Record</h3>")[0]
     shown = re.sub(r"<[^>]*>", " ", first.split("</style>")[-1])
-    for words in ("ACME-3", "0042", "2026-11-28", "not logged", "3.33 min", "Verdict and filter values",
+    for words in ("ACME-3", "0042", "2026-11-28", "not logged", "3.33 min", "Verdict and coefficients",
                   "gyro_x", "°/√h", "Next step", "allanite characterize"):  # fmt: skip
         assert words in shown, words
 
@@ -403,3 +403,26 @@ def test_the_steps_of_a_path_lead_through_its_points():
     here = np.array([float(v) for v in start[1:].split()])
     through = [here, *(here + np.cumsum(np.reshape(numbers, (-1, 2)), axis=0))]
     np.testing.assert_allclose(through, np.column_stack([x, y]), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("start", "remark"),
+    [("N+GM", "N and K of a filter file also cover GM, so they can be larger."), ("N", "")],
+)
+def test_the_first_page_says_why_a_filter_file_has_other_numbers(start, remark, tmp_path, capsys):
+    """The report has the fitted N, the file an N that also covers the slow process."""
+    from allanite.cli import main
+
+    model = al.parse_model("N(N=0.005)+GM(T=2,q_c=0.01)" if remark else "N(N=0.005)")
+    samples = model.simulate(duration=600.0, rate=50.0, seed=1, unit="deg/s").samples
+    log, page, file = (tmp_path / name for name in ("imu.csv", "imu.html", "imu.yaml"))
+    log.write_text("gyro_x [deg/s]\n" + "\n".join(map(repr, samples.tolist())), encoding="utf-8")
+    options = ["--rate", "50", "--model", start, "--report", str(page)]
+    with pytest.raises(SystemExit):
+        main(["characterize", str(log), *options, "--export", "kalibr", "--output", str(file)])
+    capsys.readouterr()
+    text = page.read_text(encoding="utf-8")
+    (density,) = re.findall(r"noise_density: (\S+)", file.read_text(encoding="utf-8"))
+    larger = float(density) / np.radians(0.005)
+    assert (remark in text) if remark else ("filter file also cover" not in text)
+    assert (larger > 1.2) == bool(remark)
