@@ -11,6 +11,9 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError
+from allanite.common.numbers import duration_text, number
+from allanite.common.printing import printed
+from allanite.common.units import coefficient_unit, conversion
 from allanite.common.validation import positive, positive_rate
 from allanite.effects import (
     CATALOGUE,
@@ -23,6 +26,7 @@ from allanite.effects import (
     as_model,
     parse_model,
 )
+from allanite.effects.sheet_units import sheet_unit
 from allanite.planning import expected as _expected
 from allanite.planning.delta_logl_law import DeltaLoglLaw, needed_delta_logl
 from allanite.planning.standard_errors import standard_errors
@@ -56,6 +60,8 @@ class Power:
         Probability that `check` names the effect as significant.
     standard_errors : mapping of str to float
         Standard error of each parameter when the whole model is fitted, in its unit, by ``N``, ``GM.q_c``.
+    unit : str or None
+        Unit U of the samples for the printed table; None if the values of the model state none.
 
     Examples
     --------
@@ -73,6 +79,7 @@ class Power:
     needed: float | None
     probability: float | None
     standard_errors: Mapping[str, float]
+    unit: str | None = None
 
     def value(self, name: str) -> float:
         """True value of the parameter `name`, a key of `standard_errors`.
@@ -82,6 +89,11 @@ class Power:
         InputError
             The model has no such parameter.
         """
+        effect, parameter = self._place_of(name)
+        return float(effect.values[parameter])
+
+    def _place_of(self, name: str) -> tuple[Effect, str]:
+        """Pair (effect, name of its parameter) of a key of `standard_errors`; `InputError` for another name."""
         from allanite.planning.standard_errors import labels
 
         label, _, parameter = name.partition(".")
@@ -91,7 +103,7 @@ class Power:
                 and (parameter or label) in effect.values
                 and name in self.standard_errors
             ):
-                return float(effect.values[parameter or label])
+                return effect, parameter or label
         known = ", ".join(self.standard_errors)
         raise InputError(
             f"{name}: the model has no such parameter (it has: {known}); add its effect to the model"
@@ -131,18 +143,33 @@ class Power:
         }
 
     def __str__(self) -> str:
-        lines = [f"{self.model} over {self.duration:.4g} s at {self.rate:.6g} Hz"]
+        lines = [f"{self.model.name} over {duration_text(self.duration)} at {self.rate:.6g} Hz"]
         if self.effect is not None and self.probability is not None:
             lines.append(
                 f"check finds {self.effect.kind} with probability {self.probability:.3f}: ΔlogL "
                 f"{self.delta_log_likelihood:.1f} ± {self.spread:.1f} expected, {self.needed:.1f} needed"
             )
-        lines.append(f"{'':22} {'value':>12} {'std. error':>12}  relative")
-        lines += [
-            f"{name:22} {self.value(name):12.5g} {error:12.3g} {100 * self.relative(name):7.3g} %"
-            for name, error in self.standard_errors.items()
-        ]
+        lines.append(f"{'':22} {'value':>12} {'std. error':>12}  {'relative':>9}  unit")
+        for name, error in self.standard_errors.items():
+            unit, factor = self._unit_and_factor(name)
+            value, spread = (number(factor * v) for v in (self.value(name), error))
+            share = f"{number(100.0 * self.relative(name), 2)} %"
+            lines.append(f"{name:22} {value:>12} {spread:>12}  {share:>9}  {unit}".rstrip())
+        if self.unit is None:
+            lines.append("U is the unit of the samples, because the values of the model state none")
         return "\n".join(lines)
+
+    def _unit_and_factor(self, name: str) -> tuple[str, float]:
+        """Printed unit of a parameter (empty for no unit), and the factor that converts its value to this unit."""
+        effect, own = self._place_of(name)
+        parameter = effect.parameter(own)
+        power = parameter.unit
+        if not isinstance(power, float):
+            return "" if power == "1" else power, 1.0
+        if self.unit is None:
+            return {1.0: "U·s", 0.5: "U/√Hz", -0.5: "U/√s", -1.0: "U/s"}.get(power, "U"), 1.0
+        unit = sheet_unit(parameter, self.unit)
+        return printed(unit), conversion(coefficient_unit(self.unit, power), unit)
 
     def _repr_html_(self) -> str:
         return f"<pre>{self}</pre>"

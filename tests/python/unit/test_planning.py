@@ -195,3 +195,23 @@ def test_a_plan_takes_no_memory_for_the_samples_of_ten_years():
     )
     assert answer.returncode == 2
     assert "ten years of record do not suffice" in answer.stderr
+
+
+@pytest.mark.parametrize(
+    ("model", "rows", "remark"),
+    [
+        (
+            "N(N=0.3 deg/sqrt(h))+GM(T=60 s,q_c=138 deg/h/sqrt(h))",
+            {"N": ("0.3", "°/√h"), "GM.correlation_time": ("60", "s"), "GM.q_c": ("138", "°/h/√h")},
+            False,
+        ),
+        ("N(N=0.003)+K(K=1e-5)", {"N": ("0.003", "U/√Hz"), "K": ("10⁻⁵", "U/√s")}, True),
+    ],
+)
+def test_a_plan_prints_the_unit_of_each_value(model, rows, remark):
+    arguments = ["plan", "--model", model, "--rate", "100", "--duration", "3600"]
+    out = CliRunner().invoke(cli, arguments).output
+    for name, (value, unit) in rows.items():
+        row = next(line.split() for line in out.splitlines() if line.startswith(f"{name} "))
+        assert (row[1], row[-1]) == (value, unit)
+    assert ("U is the unit of the samples" in out) == remark

@@ -88,6 +88,8 @@ def command(
     With --duration, prints what a record of this length would reach. The result follows from the spectrum of MODEL;
     nothing is simulated.
     """
+    from dataclasses import replace
+
     from allanite.cli.models import models_of
     from allanite.cli.output import dumps
     from allanite.common.errors import InputError
@@ -107,7 +109,7 @@ def command(
         if rate is None:
             raise InputError("--duration needs the sampling rate: add --rate HZ")
         found = detection_power(base, effect, duration=duration, rate=rate)
-        document, result = found.to_dict(), found
+        document, result = found.to_dict(), replace(found, unit=models[0].unit)
     else:
         planned = plan(
             base,
@@ -118,7 +120,8 @@ def command(
             power=power,
             rate=rate,
         )
-        document, result = planned.to_dict(), planned
+        power_found = replace(planned.power, unit=models[0].unit)
+        document, result = planned.to_dict(), replace(planned, power=power_found)
     click.echo(dumps(document) if as_json else str(result))
 
 
