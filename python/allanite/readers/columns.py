@@ -688,6 +688,9 @@ def _default_samples(
         sensors = [i for i in sensors if i not in phases and i not in integrals]
     if sensors:
         return tuple(sensors)
+    if foreign and request.unit == "1":
+        # The caller takes any unit: a series of heights in mm.
+        return tuple(foreign)
     if foreign:
         shown = ", ".join(f"{names[i]} ({units[i]})" for i in foreign)
         counter = (

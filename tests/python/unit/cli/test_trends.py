@@ -203,3 +203,21 @@ def test_the_command_refuses_bad_options(run, tmp_path, options, words):
     code, out, err = run("trend", path, *options)
     assert (code, out) == (2, "")
     assert words in err
+
+
+def test_a_series_in_any_unit_needs_no_column(tmp_path, capsys):
+    """A header h [mm] states the unit; --unit mm repeats it. Both had been refused as no sensor."""
+    from allanite.cli import main
+
+    log = tmp_path / "height.csv"
+    lines = [f"{day},{value!r}" for day, value in enumerate(series(400).tolist())]
+    log.write_text("\n".join(["time [d],h [mm]", *lines]), encoding="utf-8")
+    found = []
+    for options in ([], ["--unit", "mm"]):
+        with pytest.raises(SystemExit) as done:
+            main(["trend", str(log), *options])
+        out, err = capsys.readouterr()
+        assert done.value.code in (0, None), err
+        assert "mm/year" in out
+        found.append(out)
+    assert found[0] == found[1]
