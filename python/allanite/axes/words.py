@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import CALL
-from allanite.common.numbers import value_and_interval_text, with_readable_numbers
+from allanite.common.numbers import probability_text, value_and_interval_text, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
 from allanite.effects.sheet_units import in_sheet_unit
@@ -89,11 +89,6 @@ def _list_text(words: Sequence[str]) -> str:
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
-def _p_text(value: float) -> str:
-    """Text of a p-value with one digit, or ``below 1e-99``."""
-    return f"{value:.1g}" if value >= 1e-99 else "below 1e-99"
-
-
 def _over_axes(number: Agreement, sensor: Sensor) -> str:
     """Clause `` over gyro_x and gyro_y``: axes with a value of the parameter; empty if all axes have one."""
     return (
@@ -103,7 +98,7 @@ def _over_axes(number: Agreement, sensor: Sensor) -> str:
 
 def _difference_text(number: Agreement, sensor: Sensor) -> str:
     """Item ``N (p 0.01)`` or ``N (p 0.01 over gyro_x and gyro_y)`` for a list of parameters that differ between axes."""
-    return f"{number.pooled.name} (p {_p_text(number.pooled.p_value)}{_over_axes(number, sensor)})"
+    return f"{number.pooled.name} (p {probability_text(number.pooled.p_value, 1)}{_over_axes(number, sensor)})"
 
 
 def _agreement_text(number: Agreement, sensor: Sensor) -> str:
@@ -114,7 +109,7 @@ def _agreement_text(number: Agreement, sensor: Sensor) -> str:
     unit = "" if value.unit in ("", "1") else f" {printed(value.unit)}"
     assert value.interval is not None
     text = value_and_interval_text(float(value), value.interval)
-    return f"{pooled.name} = {text}{unit}, p {_p_text(pooled.p_value)}{_over_axes(number, sensor)}"
+    return f"{pooled.name} = {text}{unit}, p {probability_text(pooled.p_value, 1)}{_over_axes(number, sensor)}"
 
 
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:

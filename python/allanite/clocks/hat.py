@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError
+from allanite.common.numbers import number
 from allanite.common.printing import printed
 from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import require_recording
@@ -145,9 +146,9 @@ class Clocks(Mapping[str, ClockDeviation]):
                 one.tau, one.deviation, one.low, one.high, one.detected, strict=True
             ):
                 value = (
-                    f"{d:12.4e} {lo:12.4e} {hi:12.4e}"
+                    " ".join(f"{number(v, power=True):>12}" for v in (d, lo, hi))
                     if seen
-                    else f"not detected (95 % limit {hi:.3e})"
+                    else f"not detected (95 % limit {number(hi, power=True)})"
                 )
                 lines.append(f"{t:12.6g}  {value}" if not seen else f"{t:12.6g} {value}")
         return "\n".join(lines)

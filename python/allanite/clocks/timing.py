@@ -15,13 +15,15 @@ from allanite.clocks.jumps import Jump, jumps_of
 from allanite.clocks.masks import Mask, mask_named
 from allanite.clocks.noise import clock_noise, thinned
 from allanite.clocks.verdicts import Verdict, verdicts, window_means
-from allanite.clocks.words import time_text
+from allanite.clocks.words import powered_text, time_text
 from allanite.common.errors import InputError, TooShortError
-from allanite.common.numbers import duration_text
+from allanite.common.numbers import duration_text, number
 from allanite.common.parameters import Estimate
+from allanite.common.printing import printed
 from allanite.common.several import Several, results_by_column, warn_of_several_columns
 from allanite.common.units import FREQUENCY, is_frequency, parse_unit
 from allanite.common.validation import positive, require_recording
+from allanite.effects.sheet_units import sheet_unit
 from allanite.fit.stamped.likelihood import StampedSeries
 from allanite.fit.stamped.uncertainty import amplitude_errors, combined_errors
 
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from allanite.deviation import Deviation
-    from allanite.effects import Model
+    from allanite.effects import Model, Stochastic
     from allanite.fit.stamped.candidates import FittedNoise
     from allanite.recording import Recording
 
@@ -160,7 +162,7 @@ class Timing:
 
     def __str__(self) -> str:
         usual, least, most = self.spacing
-        low, typical, high = (f"{seconds:.4g}" for seconds in (least, usual, most))
+        low, typical, high = (number(seconds, 4) for seconds in (least, usual, most))
         apart = f"{typical} s apart" + (
             f" ({low} to {high} s)" if (low, high) != (typical,) * 2 else ""
         )
@@ -200,14 +202,12 @@ class Timing:
         lines += [f"  {_verdict_text(verdict, self.duration)}" for verdict in self.verdicts]
         lines += [f"  {one}" for one in self.holdover]
         curve = self.deviations["tdev"]
-        units = {"tdev": " / s", "mtie": " / s"}
-        heads = (f"{kind}{units.get(kind, '')}" for kind in self.deviations)
-        lines.append(f"  {'τ / s':>10}" + "".join(f"{head:>14}" for head in heads))
+        lines.append(f"  {'τ / s':>10}" + "".join(f"{head:>14}" for head in self.deviations))
         for i, (tau, factor) in enumerate(zip(curve.tau, curve.factors, strict=True)):
             if np.log2(factor) % 1.0 == 0.0:
                 cells = [
-                    f"{c.deviation[i]:14.4e}" if i < len(c) else " " * 14
-                    for c in self.deviations.values()
+                    f"{_deviation_text(kind, c.deviation[i]) if i < len(c) else '':>14}"
+                    for kind, c in self.deviations.items()
                 ]
                 lines.append(f"  {tau:10.6g}" + "".join(cells))
         return "\n".join(lines)
@@ -359,8 +359,8 @@ def _require_phase(recording: Recording) -> None:
     if recording.quantity != "angle":
         raise InputError(
             "timing needs the phase of a clock in s",
-            missing="quantity",
-            remedy=": state that the log contains a phase with {quantity} angle",
+            missing="unit",
+            remedy=": state the unit of the phase with {this_unit:s} (or ms, us, ns)",
         )
 
 
@@ -603,7 +603,7 @@ def _verdict_text(verdict: Verdict, duration: float) -> str:
     head = f"{verdict.mask} {verdict.kind}: {verdict.result}"
     if verdict.measured is None or verdict.limit is None:
         return f"{head}: the mask needs a record of {duration_text(verdict.needs)}"
-    at = "" if verdict.tau is None else f" at τ = {verdict.tau:.4g} s"
+    at = "" if verdict.tau is None else f" at τ = {number(verdict.tau)} s"
     text = f"{head}: {time_text(verdict.measured)}{at}, limit {time_text(verdict.limit)}"
     if verdict.high is not None and verdict.low is not None:
         text += f" (95 %: {time_text(verdict.low)} to {time_text(verdict.high)})"
@@ -613,7 +613,7 @@ def _verdict_text(verdict: Verdict, duration: float) -> str:
 
 
 def _noise_text(model: Model) -> str:
-    """Text of the noises of a clock with their usual names, symbols and coefficients: ``white FM N 1e-10``."""
+    """Text of the noises of a clock with their usual names, symbols and coefficients: ``white FM N 1.2·10⁻¹⁰ √s``."""
     names = {
         "quantization": "white PM",
         "flicker_phase": "flicker PM",
@@ -621,13 +621,25 @@ def _noise_text(model: Model) -> str:
     }
     names |= {"bias_instability": "flicker FM", "rate_random_walk": "random-walk FM"}
     return ", ".join(
-        f"{names[e.kind]} {e.short} {getattr(e, e.coefficient):.3g}" for e in model.stochastic
+        f"{names[e.kind]} {e.short} {number(getattr(e, e.coefficient))} {_unit_text(e)}".rstrip()
+        for e in model.stochastic
     )
 
 
+def _unit_text(effect: Stochastic) -> str:
+    """Printed unit of the coefficient of a clock noise; empty for flicker FM."""
+    unit = sheet_unit(effect.parameter(effect.coefficient), "1")
+    return "" if unit == "1" else printed(unit)
+
+
+def _deviation_text(kind: str, value: float) -> str:
+    """Text of a deviation of a clock: a time such as ``1.2 ns`` for TDEV and MTIE, else a number without unit."""
+    return time_text(value) if kind in ("tdev", "mtie") else number(value, power=True)
+
+
 def _value_text(estimate: Estimate) -> str:
-    """Text of an estimate without unit: ``1.2e-10 ± 3e-12``, or ``not detected (-1e-12 to 2e-12)`` with its interval."""
+    """Text of an estimate without unit: ``(1.23 ± 0.03)·10⁻¹⁰``, or ``not detected, (−1 to 2)·10⁻¹²``."""
     low, high = estimate.interval or (np.nan, np.nan)
     if not estimate.detected:
-        return f"not detected ({low:.2g} to {high:.2g})"
-    return f"{estimate.value:.4g} ± {estimate.std_error or np.nan:.2g}"
+        return f"not detected, {powered_text((low, high), ' to ')}"
+    return powered_text((estimate.value, estimate.std_error or np.nan), " ± ")

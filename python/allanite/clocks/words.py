@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
+from allanite.common.numbers import number
+
 
 def time_text(seconds: float) -> str:
     """Text of a time error with three digits in s, ms, µs, ns or ps: ``1.25 ns``; the largest unit of which it has one."""
@@ -9,3 +13,19 @@ def time_text(seconds: float) -> str:
         if abs(seconds) >= size:
             return f"{seconds / size:.3g} {name}"
     return f"{seconds / 1e-12:.3g} ps"
+
+
+def powered_text(values: tuple[float, float], between: str) -> str:
+    """Text of two numbers with one power of ten, ``(1.23 ± 0.03)·10⁻¹⁰``; the smaller one has two figures.
+
+    ``nan`` for a value that is not known.
+    """
+    known = [abs(v) for v in values if math.isfinite(v) and v]
+    if not known:
+        return between.join(f"{v:g}" for v in values)
+    power = math.floor(math.log10(max(known)))
+    power = 0 if -3 <= power <= 3 else power
+    digits = max(0, 1 + power - math.floor(math.log10(min(known))))
+    first, second = (f"{v / 10.0**power:.{digits}f}".replace("-", "−") for v in values)
+    text = f"{first}{between}{second}"
+    return text if power == 0 else f"({text})·{number(10.0**power, 1)}"

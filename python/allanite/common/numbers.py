@@ -12,6 +12,8 @@ YEAR = 31557600.0
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
 _MINUS = re.compile(r"(?<=[\s(=])-(?=\d)")
+#: Smallest p-value that is printed. The laws of the tests are approximations, whose far tails mean nothing.
+MIN_PRINTED_P = 1e-6
 #: Maximum number of values that are listed one by one: times, and other parameters. Chosen by judgment; not measured.
 MAX_LISTED_TIMES, MAX_LISTED = 3, 12
 #: Units of time in a record: the record's shortest duration in s, size of the unit in s, name.
@@ -94,10 +96,18 @@ def harmonics_text(
 
 
 def chance_text(log10_p: float) -> str:
-    """Text of a probability with one figure from its logarithm to base 10: 0.003, 2·10⁻⁵; 10⁻³⁴⁵ from 10⁻⁹⁹ down."""
-    if log10_p > -99.0:
-        return number(10.0**log10_p, 1)
-    return "10" + f"{log10_p:.0f}".translate(_DIGITS)
+    """Text of a probability with one figure from its logarithm to base 10: ``0.003``, ``2·10⁻⁵``, or ``< 10⁻⁶``."""
+    return probability_text(10.0 ** max(log10_p, -99.0), 1)
+
+
+def probability_text(p: float, figures: int = 2) -> str:
+    """Text of a probability: ``0.12``, or ``< 10⁻⁶`` below 10⁻⁶ (`MIN_PRINTED_P`)."""
+    return number(p, figures) if p >= MIN_PRINTED_P else f"< {number(MIN_PRINTED_P, 1)}"
+
+
+def p_text(p: float, figures: int = 2) -> str:
+    """Text of a p-value: ``p = 0.12`` or ``p < 10⁻⁶``."""
+    return f"p {'= ' if p >= MIN_PRINTED_P else ''}{probability_text(p, figures)}"
 
 
 def trials_text(trials: float) -> str:

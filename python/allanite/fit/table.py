@@ -8,6 +8,7 @@ from allanite.common.numbers import (
     harmonics_text,
     number,
     numbers_text,
+    p_text,
     value_and_interval_texts,
 )
 from allanite.common.parameters import Estimate
@@ -105,7 +106,7 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
         words += " (χ² is smaller than that of noise)"
     if fit.adequate and fit.limited_by_quantization:
         words += ", limited by quantization"
-    line = f"χ²/dof = {m.reduced:.2f} ({m.chi2:.0f}/{m.dof}), p = {m.p_value:.2g}: {words}"
+    line = f"χ²/dof = {m.reduced:.2f} ({m.chi2:.0f}/{m.dof}), {p_text(m.p_value)}: {words}"
     if e.adev_rms_percent is not None and e.chance_rms_percent is not None:
         line += (
             f"; Allan deviation: residual {number(e.adev_rms_percent, 2)} % rms"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from allanite.common.numbers import number
+from allanite.common.numbers import number, p_text
 from allanite.effects import Deterministic
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.plots.curves import (
@@ -18,7 +18,7 @@ from allanite.plots.curves import (
 from allanite.plots.recording import column_panel, samples_panel, signal_line
 from allanite.plots.scaling import in_figure_units
 from allanite.plots.spec import Figure, Panel, Span
-from allanite.plots.words import effect_text, p_text, recording_text, values_text
+from allanite.plots.words import effect_text, recording_text, values_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -83,11 +83,6 @@ def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int
     return ", ".join(found)
 
 
-def p_text(p: float, figures: int = 2) -> str:
-    """Text of a p-value, e.g. ``p = 0.12`` or ``p < 10⁻⁹⁹``."""
-    return f"p = {number(p, figures)}" if p > 1e-99 else "p < 10⁻⁹⁹"
-
-
 def effect_text(fit: Any, effect: Any) -> str:
     """Text of the name of an effect for this kind of sensor, followed by the logged column that it follows, if any."""
     name = str(fit.display_name(effect))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import (
+    MIN_PRINTED_P,
     chance_text,
     duration_text,
     harmonics_text,
@@ -346,7 +347,7 @@ def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, ra
         ]
     terms.append(("values", tuple(values)))
     p: Cell = number_cell(evidence["p_value"], f"{place}.evidence.p_value", 2)
-    if suggestion.log10_p < -99:
+    if evidence["p_value"] < MIN_PRINTED_P:
         p = chance_text(suggestion.log10_p)
     terms.append(
         (

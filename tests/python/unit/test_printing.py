@@ -11,7 +11,7 @@ import allanite as al
 from allanite.cli import cli
 from allanite.cli.output import wrapped
 from allanite.common.errors import InputError
-from allanite.common.numbers import chance_text, harmonics_text, numbers_text, trials_text
+from allanite.common.numbers import chance_text, harmonics_text, numbers_text, p_text, trials_text
 from allanite.common.printing import REQUESTED_UNITS, printed, sample_unit, table_unit
 from allanite.common.units import conversion, parse_unit
 from allanite.effects.files import parse_model
@@ -199,8 +199,10 @@ def test_clocks_have_names_and_units_of_their_own():
 
 def test_small_chances_and_many_trials():
     assert chance_text(-2.0) == "0.01"
-    assert chance_text(-15.3) == "5·10⁻¹⁶"
-    assert chance_text(-345.2) == "10⁻³⁴⁵"
+    assert chance_text(-4.7) == "2·10⁻⁵"
+    assert chance_text(-345.2) == "< 10⁻⁶"
+    assert p_text(0.00017) == "p = 0.00017"
+    assert p_text(1.8e-27) == "p < 10⁻⁶"
     assert trials_text(1.0) == "a single trial"
     assert trials_text(190_000.0) == "190000 trials"
     assert trials_text(3e9) == "3·10⁹ trials"

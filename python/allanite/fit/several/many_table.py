@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from allanite.common.numbers import number, value_and_interval_text
+from allanite.common.numbers import number, probability_text, value_and_interval_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
 from allanite.effects import Deterministic
@@ -32,7 +32,7 @@ def many_table(many: ManyFits) -> str:
     table.append(["all", *(_pooled_cell(row) for row in pooled)])
     spreads = ("–" if row.spread is None else f"{100 * row.spread:.2g} %" for row in pooled)
     table.append([f"spread between {many.of}", *spreads])
-    table.append(["p-value of agreement", *(f"{row.p_value:.2g}" for row in pooled)])
+    table.append(["p-value of agreement", *(probability_text(row.p_value) for row in pooled)])
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
     units = ", ".join(f"{r.name} in {printed(r.unit)}" for r in pooled if r.unit not in ("1", ""))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.numbers import duration_text, number, with_readable_numbers
+from allanite.common.numbers import duration_text, number, p_text, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.criticism import over_frequency, over_time
 from allanite.effects import Deterministic, Effect, Periodic, find, limitable
@@ -14,7 +14,7 @@ from allanite.fit.curve import MIN_FAILING_SCORE
 from allanite.fit.table import is_wider, undecided_sentence
 from allanite.page.edits import factor_of, shown_unit
 from allanite.plots.curves import component_styles
-from allanite.plots.words import effect_text, p_text, unit_text
+from allanite.plots.words import effect_text, unit_text
 from allanite.report.words import texts_to_uncertainty
 from allanite.study import misfit_left
 from allanite.suggestion.explanation import name_with_lines

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
-from allanite.common.numbers import duration_text, number
+from allanite.common.numbers import duration_text, number, p_text
 from allanite.common.units import parse_unit
 from allanite.comparison import limit_line
 from allanite.effects import Deterministic, Periodic
@@ -37,7 +37,7 @@ from allanite.plots.scaling import deviation_axis, in_figure_units
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS, LOGS
 from allanite.plots.time import close_up, plot_time
-from allanite.plots.words import effect_text, p_text, unit_text, values_text
+from allanite.plots.words import effect_text, unit_text, values_text
 from allanite.report.words import count_text
 
 if TYPE_CHECKING:

@@ -1,6 +1,7 @@
 """Clocks and time servers: `al.timing`, masks, holdover, `allanite timing`, the three-cornered hat."""
 
 import json
+import re
 import warnings
 
 import numpy as np
@@ -430,7 +431,7 @@ def test_the_command_refuses_a_frequency_read_as_a_phase(run, tmp_path):
     # Without a unit the samples may be either; a unit of another sensor is neither.
     code, _, err = run("timing", bare, "--rate", 1)
     assert code == 2
-    assert "--quantity angle" in err
+    assert "--unit s (or ms, us, ns)" in " ".join(err.split())
     assert run("timing", bare, "--rate", 1, "--quantity", "angle", "--after", "1h")[0] == 0
     code, _, err = run("timing", bare, "--rate", 1, "--quantity", "angle", "--unit", "deg")
     assert code == 2
@@ -485,3 +486,30 @@ def test_the_table_of_the_hat_names_its_columns_and_unit():
     assert "fractional frequency" in lines[0]
     assert lines[1].split() == ["τ", "/", "s", "deviation", "low", "high"]
     assert found.to_dict()["clocks"][0]["unit"] == "1"
+
+
+def test_numbers_have_few_digits_and_a_unit(tmp_path, run):
+    clock = al.parse_model("Q(Q=2e-10)+N(N=1e-11)").simulate(n=4000, rate=1.0, seed=1, unit="1")
+    phase = np.concatenate([[0.0], np.cumsum(clock.samples)])
+    log = tmp_path / "clock.csv"
+    log.write_text("x [s]\n" + "\n".join(map(repr, phase.tolist())), encoding="utf-8")
+    code, out, _ = run("timing", log, "--rate", 1, "--after", "1h")
+    assert code == 0
+    assert not re.search(r"\d[eE][+-]?\d", out), out
+    assert re.search(r"white PM Q [\d.]+·10⁻¹⁰ s", out)
+    assert re.search(r"frequency: \(−?[\d.]+ ± [\d.]+\)·10⁻¹\d|not detected, \(", out)
+
+
+@pytest.mark.parametrize(
+    ("values", "text"),
+    [
+        ((1.879e-12, 3.9e-14), "(1.879 ± 0.039)·10⁻¹²"),
+        ((-3.4e-13, 0.0), "(−3.4 ± 0.0)·10⁻¹³"),
+        ((0.0, 0.0), "0 ± 0"),
+        ((1.0, float("nan")), "1.0 ± nan"),
+    ],
+)
+def test_two_numbers_share_a_power_of_ten(values, text):
+    from allanite.clocks.words import powered_text
+
+    assert powered_text(values, " ± ") == text
