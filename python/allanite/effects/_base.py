@@ -135,6 +135,8 @@ class Effect(AsModel):
     >>> lag = al.GaussMarkov(q_c=0.01, correlation_time=30.0)
     >>> print(lag.with_values(q_c=0.02), lag.name_for("angular rate"), lag.shown())
     GM(q_c=0.02, correlation_time=30) Gauss-Markov process ('sigma', 'correlation_time')
+    >>> print(al.AngleRandomWalk.text_for("looks_like"))
+    a slope of −½; a flat density
     >>> print(lag.psd(1e-4, rate=10).round(2), np.sqrt(lag.allan_variance(57.0, rate=10)).round(3))
     0.09 0.024
     >>> x = lag.simulate(duration=1000, rate=10, seed=1, unit="deg/s")
@@ -271,7 +273,7 @@ class Effect(AsModel):
 
     @property
     def free_shapes(self) -> tuple[str, ...]:
-        """Tuple of the names of shape parameters that a fit may change, in declared order."""
+        """Tuple of the names of shape parameters that a fit may change (not held), in declared order."""
         return tuple(
             p.name for p in self.parameters if p.role == "shape" and p.name not in self.held
         )

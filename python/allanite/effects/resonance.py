@@ -125,7 +125,10 @@ class Resonance(Stochastic):
         )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple with one term: a complex exponential with variance 1."""
+        """Tuple with one term: a complex exponential with variance 1.
+
+        Without values the frequency is 1 Hz and the damping 0.1.
+        """
         return oscillations([self.frequency or 1.0], self.damping or 0.1, rate)
 
 

@@ -110,7 +110,10 @@ class Unexplained(Stochastic):
         )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of a complex exponential for each band, with total variance 1."""
+        """Tuple of a complex exponential for each band, with total variance 1.
+
+        Without values there is one band at 1 Hz.
+        """
         bands = self.bands or (1.0, 1.0)
         root = float(np.sqrt(1.0 - BAND_DAMPING**2))
         total = sum(bands[1::2])

@@ -83,9 +83,9 @@ class WarmUp(Deterministic):
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Array of time constants, s, from two samples (a filter that started empty) to half the record, 12 per decade.
+        """Array of time constants, s, from two samples (a filter that started empty) to half the record.
 
-        A slower settling is a ramp.
+        They are 12 per decade, at least four. A slower settling is a ramp.
         """
         low, high = 2.0, max(n / 2.0, 4.0)
         return np.geomspace(low, high, max(4, int(12 * np.log10(high / low)))) / rate

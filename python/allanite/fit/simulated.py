@@ -192,7 +192,7 @@ def _parameter_values(fit: Fit) -> dict[str, float]:
 
 
 def _units(fit: Fit) -> dict[str, str]:
-    """Dict of the units of the free parameters of a fit, by name."""
+    """Dict of the units of the free parameters of a fit, by name; empty text for parameters without an estimate."""
     estimates = [v for values in fit.estimates for v in values.items()]
     known = {name: e.unit for name, e in estimates if isinstance(e, Estimate)}
     return {name: known.get(p.name, "") for name, (_, p) in _free_parameters(fit).items()}

@@ -126,7 +126,7 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
 
 
 def _percent(share: float) -> str:
-    """Text of a probability in percent, two digits."""
+    """Text of a probability in percent, two digits; "100 %" above 99.5 %."""
     return "100 %" if share > 0.995 else f"{100.0 * share:.2g} %"
 
 

@@ -372,7 +372,10 @@ def variogram_of(terms: Sequence[Term], count: int) -> Array:
 
 
 def _known_error(model: Model, label: str, coasting: Coasting) -> float:
-    """Error after coasting due to the effect `label`: absolute error of a ramp, rms over all phases of lines."""
+    """Error after coasting due to the effect `label`: absolute error of a ramp, rms over all phases of lines.
+
+    Other effects count as their signal from the start of aiding on.
+    """
     effect = model.effects[model.labels.index(label)]
     if isinstance(effect, Periodic):
         turn = 2.0 * np.pi * (effect.frequency or 0.0) / coasting.rate

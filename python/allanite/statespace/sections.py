@@ -222,7 +222,10 @@ def _moving_average(lags: tuple[float, ...]) -> Section:
 
 
 def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Section:
-    """Section of the differences u(k) − u(k−1) of an AR(1) process u with coefficient φ and this variance."""
+    """Section of the differences u(k) − u(k−1) of an AR(1) process u with coefficient φ and this variance.
+
+    Without `terms`, they are an exponential and white noise.
+    """
     F = np.array([[phi, 0.0], [1.0, 0.0]])
     Q = np.diag([variance * (1.0 - phi**2), 0.0])
     P0 = variance * np.array([[1.0, phi], [phi, 1.0]])
@@ -247,7 +250,7 @@ def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Sectio
 def _power_law(exponent: float, level: float, n: int) -> list[Section]:
     """List of `Section`: spectrum level·(2 sin(w/2))^exponent within 0.1 % over [1/(4n), ½] cycles per sample.
 
-    Empty for the level 0.
+    Empty for the level 0; one random walk for the exponent −2.
     """
     if level == 0.0:
         return []

@@ -186,7 +186,10 @@ class Check:
 
 
 def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
-    """List of the lines of a suggestion in the printed check: explanation, evidence, alternatives, how to confirm it."""
+    """List of the lines of a suggestion in the printed check: explanation, evidence, alternatives, confirmation.
+
+    Alternatives are omitted if there are none. The misfit that it removes is given only if it is significant.
+    """
     mark = "" if s.significant else " (not significant)"
     evidence = (
         f"ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {chance_text(s.log10_p)}"

@@ -20,7 +20,11 @@ if TYPE_CHECKING:
 
 
 def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
-    """Sentences: name and values of the effect, its share of the Allan variance and at which τ, `note`, and its physics."""
+    """Sentences: name and values of the effect, its share of the Allan variance and at which τ, and its physics.
+
+    `note` precedes the physics; without it, differing slopes of a followed column are mentioned. The share is omitted
+    for modifiers.
+    """
     values = found.estimates[-1]
     numbers = ", ".join(
         _value_text(n, in_sheet_unit(v, p))
@@ -49,7 +53,10 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
 
 
 def name_with_lines(effect: Effect, fit: Fit) -> str:
-    """Display name of the effect, for a comb with its harmonics or spacing: ``sinusoid with harmonics 2, 3``."""
+    """Display name of the effect, for a comb with its harmonics or spacing: ``sinusoid with harmonics 2, 3``.
+
+    Lines that are no multiples have the smallest spacing: ``…, 2.5 Hz apart``.
+    """
     name = fit.display_name(effect)
     if isinstance(effect, Periodic) and len(effect.lines) > 1:
         further = [m for m, _, _ in effect.lines[1:]]
@@ -62,7 +69,7 @@ def name_with_lines(effect: Effect, fit: Fit) -> str:
 
 
 def _value_text(name: str, value: Estimate) -> str:
-    """Text of a value with its name and unit: ``K = 12.3 °/h/√h``."""
+    """Text of a value with its name and unit, three digits: ``K = 12.3 °/h/√h``; no unit if it is 1."""
     return (
         f"{name} = {float(value):.3g} {'' if value.unit == '1' else printed(value.unit)}".rstrip()
     )

@@ -166,7 +166,9 @@ def best_interval(
         )
         first, last = first[last <= cells], last[last <= cells]
         inside = (edges[last] - edges[first]).astype(float)
-        gain = two_levels(total[last] - total[first], inside, total[-1], size, freedom)
+        gain = delta_logl_of_two_levels(
+            total[last] - total[first], inside, total[-1], size, freedom
+        )
         top = int(np.argmax(gain))
         x = float(gain[top])
         chance = 0.0
@@ -178,7 +180,7 @@ def best_interval(
     return best
 
 
-def two_levels(
+def delta_logl_of_two_levels(
     inside: NDArray[np.float64], count: NDArray[np.float64], total: float, n: float, freedom: float
 ) -> NDArray[np.float64]:
     """Array of the ΔlogL of a separate mean power inside an interval: −½ Σ d ln ρ, with d = `freedom` per value.
@@ -192,7 +194,7 @@ def two_levels(
     return np.asarray(-0.5 * freedom * (count * np.log(a / mean) + (n - count) * np.log(b / mean)))
 
 
-def refine(
+def refined_interval(
     power: NDArray[np.float64], freedom: float, start: int, end: int, least: int
 ) -> tuple[int, int, float]:
     """Tuple (start, end, ΔlogL) of an interval after its boundaries are moved in turn to the largest ΔlogL.
@@ -214,7 +216,7 @@ def refine(
             )
             usable = (high - low >= least) & (high - low < power.size)
             value = np.full(tried.size, -np.inf)
-            value[usable] = two_levels(
+            value[usable] = delta_logl_of_two_levels(
                 total[high[usable]] - total[low[usable]],
                 (high - low)[usable].astype(float),
                 float(total[-1]),

@@ -58,7 +58,8 @@ def in_order(
     def key(one: Suggestion) -> tuple[bool, int, float]:
         """Tuple (significant, class, score) of a suggestion, a sort key.
 
-        A change of level that makes the spectrum overdispersed leads, because nothing else can be decided before.
+        Class 3: exclusions that go first. 2: changes of level in an overdispersed spectrum. 0: other exclusions and
+        changes of level that are not far ahead. 1: all others.
         """
         effect = one.effect
         if one in first:

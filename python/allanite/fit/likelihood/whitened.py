@@ -199,7 +199,7 @@ def _is_from_summary(whitened: Whitened) -> bool:
 
 
 def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
-    """Copy with replaced samples, and with the octave bands computed from them."""
+    """Copy with replaced samples, and with those octave bands of `whitened` computed from them."""
     found = _samples_and_bands(_kernels.cosine_transform(samples))
     kept = {low for low, *_ in whitened.bands}
     return replace(

@@ -76,9 +76,9 @@ def climb(
 ) -> Maximum:
     """`Maximum` (local) of the likelihood over θ ≥ 0, reached uphill from `theta` in at most `rounds` iterations.
 
-    The discrepancy is fitted too, unless `scale` is None. Each Fisher-scoring step is a non-negative least-squares
-    problem with the effective degrees of freedom; the step is shortened until logL rises. `offset` is the power of held
-    effects.
+    The discrepancy is fitted too, unless `scale` is None; its logL is lowered by 3 nats. Each Fisher-scoring step is a
+    non-negative least-squares problem with the effective degrees of freedom; the step is shortened until logL rises.
+    `offset` is the power of held effects.
     """
     law = likelihood(count)
     found, spectrum, value, scale, weight = law.climb(power, columns, theta, scale, offset, rounds)

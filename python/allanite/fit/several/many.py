@@ -350,7 +350,10 @@ def _spread(estimates: list[Estimate]) -> float | None:
 def _random_effects_mean(
     estimates: list[Estimate], spread: float
 ) -> tuple[float, tuple[float, float]]:
-    """Pair: random-effects mean over recordings and its 95 % interval (Hartung & Knapp 2001, with Student's t)."""
+    """Pair: random-effects mean over recordings and its 95 % interval (Hartung & Knapp 2001, with Student's t).
+
+    Both are computed from logarithms with their standard errors and the `spread` of ln(value) between recordings.
+    """
     from scipy.special import stdtrit
 
     logs = _logs(estimates)

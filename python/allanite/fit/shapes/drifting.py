@@ -91,7 +91,10 @@ class Band:
         return self._best_demodulated(self.trials // 2)
 
     def _best_demodulated(self, most: int) -> tuple[float, float, float]:
-        """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line with at most `most` drift steps from 0."""
+        """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line with at most `most` drift steps from 0.
+
+        Only drifts whose rough height is at least 0.6 of the largest, and at most 128, are evaluated exactly.
+        """
         k = self.series.size
         u = np.arange(k) / k - 0.5
         drifts = DRIFT_STEP * np.arange(-most, most + 1, dtype=np.float64)
@@ -116,13 +119,13 @@ class Band:
 
     @property
     def _sections(self) -> int:
-        """Number of sections into which the record of a wide band is cut."""
+        """Number of sections, a power of two from 16, into which the record of a wide band is cut."""
         return max(MIN_SECTIONS, 1 << (self.series.size // MAX_SECTION_VALUES - 1).bit_length())
 
     def _courses(self) -> list[tuple[int, float]]:
-        """List of (mid-record frequency minus `first`, drift over the record) of the best linear courses of a wide band.
+        """List of (mid-record frequency minus `first`, drift over the record) of the eight best linear courses.
 
-        Frequencies are in cycles per record.
+        They are those of a wide band. Frequencies are in cycles per record. The best comes first.
         """
         number = self._sections
         # With this step a course deviates by at most a quarter of a section's frequency resolution at either end.
@@ -206,7 +209,7 @@ class Band:
 
 
 def ordinates_of_drift(effect: Deterministic, data: Data) -> NDArray[np.int64]:
-    """Array of the ordinates in which a drifting line is regressed."""
+    """Array of the ordinates in which a drifting line is regressed: its range and 512 on either side."""
     low, high = effect.seen_between(data.start, data.start + data.duration) or (0.0, 0.0)
     first, last = (round(2.0 * f * data.duration) for f in (low, high))
     first = min(max(1, first - ORDINATES_BESIDE_DRIFT), data.ordinates.size - 1)

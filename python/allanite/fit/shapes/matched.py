@@ -86,7 +86,10 @@ def _ordinates_of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.f
 
 
 def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
-    """List of copies of the effect, one for every point of the grid of those shapes that have no value."""
+    """List of copies of the effect, one for every point of the grid of those shapes that have no value.
+
+    One copy if all shapes have values.
+    """
     shapes = [
         p.name for p in blank.parameters if p.role == "shape" and blank.values[p.name] is None
     ]
@@ -186,7 +189,10 @@ def _basis_of_effects(
     root: NDArray[np.float64],
     data: Data,
 ) -> NDArray[np.float64]:
-    """Array: orthonormal basis of the whitened ordinates that slow functions span, shape (ordinates, columns)."""
+    """Array: orthonormal basis of the whitened ordinates that slow functions span, shape (ordinates, columns).
+
+    Other effects are ignored; no columns without slow ones.
+    """
     rows = [regressor_ordinates([e], j, data) * root for e in effects if e.low]
     return basis_of(np.concatenate(rows)) if rows else np.zeros((j.size, 0))
 

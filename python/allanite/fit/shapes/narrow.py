@@ -101,7 +101,7 @@ class Window:
 
     @property
     def companion_shapes(self) -> tuple[str, ...]:
-        """Tuple of the names of the free shapes that describe companions of the band."""
+        """Tuple of the names of the free shapes that describe companions of the band; may be empty."""
         return tuple(n for n in self.own.free_shapes if n in self.own.companions)
 
     def effect(self, x: Array) -> Stochastic:

@@ -247,5 +247,5 @@ def better_form(model: Model, place: int, best: Maximum, part: RandomPart) -> tu
 
 
 def _design(effect: Effect) -> tuple[object, ...]:
-    """Tuple of the values of the choices of an effect, e.g. the design of a filter."""
+    """Tuple of the values of the choices of an effect, e.g. the design of a filter; empty without choices."""
     return tuple(effect.values[p.name] for p in effect.parameters if p.role == "choice")

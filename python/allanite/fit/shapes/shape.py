@@ -93,8 +93,8 @@ def fit_shapes(
 ) -> tuple[Model, Maximum]:
     """Pair: model with shapes of random effects and modifiers that maximize logL, and the maximum there.
 
-    `start` is a maximum over the coefficients of this model, to start from. Without `polished`, shapes stay on the
-    grid.
+    Shapes without a value are searched on their grids, all others are only optimized. `start` is a maximum over the
+    coefficients of this model, to start from. Without `polished`, shapes stay on the grid.
     """
     blank = model.effects
     opened = [
@@ -213,7 +213,7 @@ def fit_deterministic_shapes(
 
 
 def _with_values(effects: tuple[Deterministic, ...]) -> list[Deterministic]:
-    """List of the effects that have values of all shapes and an amplitude other than 0."""
+    """List of the effects that have values of all free shapes and an amplitude other than 0."""
     known = [e for e in effects if any(v is not None and v != 0.0 for v in e.amplitudes())]
     return [e for e in known if all(e.values[n] is not None for n in e.free_shapes)]
 

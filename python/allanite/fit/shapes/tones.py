@@ -79,7 +79,10 @@ def search_burst(band: Band) -> tuple[float, float, float, float]:
 def place_burst(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
-    """Tuple (frequency, start, end, ΔlogL), as for `search_burst`, of a burst with optimized frequency and edges."""
+    """Tuple (frequency, start, end, ΔlogL), as for `search_burst`, of a burst with optimized frequency and edges.
+
+    Two rounds: edges on a grid within half of the length, then frequency and edges by the simplex method.
+    """
     found = (frequency, start, end, -np.inf)
     for _ in range(2):
         found = _place_once(band, *found[:3])
@@ -87,7 +90,7 @@ def place_burst(
 
 
 def steady_line_gain(band: Band, frequency: float) -> float:
-    """Largest ΔlogL of a steady line within half a cycle per record of a frequency."""
+    """Largest ΔlogL of a steady line within half a cycle per record of a frequency, of 21 tried."""
     near = frequency + np.linspace(-0.5, 0.5, 21)
     return max(float(np.abs(_summed(band, float(f))[-1]) ** 2) for f in near)
 
@@ -155,7 +158,7 @@ def _optimized(
     sums = np.interp(knots, places, total)
 
     def loss(x: NDArray[np.float64], *_: Any, **__: Any) -> float:
-        """Negative gain at scaled changes of frequency, start and end."""
+        """Negative gain at scaled changes of frequency, start and end; 0 for a burst that is too short or too long."""
         f, a, b = origin + scale * x
         a, b = max(float(a), knots[0]), min(float(b), knots[-1])
         if not MIN_BURST_VALUES / band.series.size <= b - a <= MAX_BURST_FRACTION:

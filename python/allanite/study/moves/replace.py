@@ -30,16 +30,16 @@ def replacements(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
         if all(is_detected(fit, place) for place in places):
             new = solution.model.effects[len(effects) - 2 :]
             priors = sum(map(prior, new)) - sum(prior(effects[place]) for place in places)
-            yield _promised(lead, priors), places, solution.model
+            yield _expected_gain(lead, priors), places, solution.model
     for place, out in enumerate(fit.model.effects):
         if is_detected(fit, place):
             for other in fit.alternatives(place):
                 if may_take_the_place(other.effect, out):
                     priors = prior(other.effect) - prior(out)
-                    yield _promised(other.evidence, priors), (place,), other.solution.model
+                    yield _expected_gain(other.evidence, priors), (place,), other.solution.model
 
 
-def _promised(lead: float, priors: float) -> float:
+def _expected_gain(lead: float, priors: float) -> float:
     """Expected gain, nats, of a model whose log evidence leads by `lead`; `priors` is the change of the log priors.
 
     If the lead exceeds 3 nats, the gain is above 0.5 nats whatever the priors are.

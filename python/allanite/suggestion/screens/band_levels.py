@@ -25,8 +25,8 @@ from allanite.suggestion.constants import (
 )
 from allanite.suggestion.p_values import (
     best_interval,
-    refine,
-    two_levels,
+    delta_logl_of_two_levels,
+    refined_interval,
 )
 from allanite.suggestion.screens.exclusions import octaves_of
 from allanite.suggestion.screens.spectral import Candidate
@@ -138,7 +138,7 @@ def _interval(power: Array) -> tuple[float, float, float]:
     cells = min(LEVEL_CELLS, size // 8)
     start, end, _, chance = best_interval(power, freedom, cells)
     if size > cells:
-        start, end, _ = refine(power, freedom, start, end, size // cells)
+        start, end, _ = refined_interval(power, freedom, start, end, size // cells)
     return start / size, end / size, chance
 
 
@@ -264,7 +264,7 @@ def _changed_band(
     a, b = np.triu_indices(usable.size + 1, 1)
     width = (b - a).astype(float)
     one, rest = (own[b] - own[a]), (other[b] - other[a])
-    gain = two_levels(
+    gain = delta_logl_of_two_levels(
         counts[0] * one,
         counts[0] * width,
         counts[0] * one + counts[1] * rest,

@@ -86,7 +86,8 @@ SCREEN = OwnScreen("spectral", screen_burst_noise)
 def _log_odds(solution: Solution, data: Data) -> float:
     """Ln of the likelihood of two levels over that of a Gaussian process; 0 if the record cannot tell.
 
-    The last effect of the model is the Gauss-Markov process.
+    The last effect of the model is the Gauss-Markov process. 0 for fewer than 128 or more than 2^18 blocks of a
+    twentieth of the dwell time, and for a summary.
     """
     lag = solution.model.stochastic[-1]
     time, sigma = float(lag.values["correlation_time"]), float(lag.values["sigma"])

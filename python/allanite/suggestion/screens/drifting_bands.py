@@ -49,10 +49,10 @@ SEARCHES = (
 
 
 def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
-    """List of the model's bands whose center frequency may change, strong enough to be located in sections of the record.
+    """List of the model's bands whose center frequency may change, strong enough to be located in 8 sections.
 
-    Empty if much of the record is missing. Bands on the course of a moving band are excluded,
-    because its remainder moves as well.
+    Empty if much of the record is missing. Bands on the course of a moving band are excluded, because its remainder
+    moves as well.
     """
     known = [e.occupies for e in solution.model if isinstance(e, Moving) and e.occupies is not None]
     bands = [own for own in solution.processes if _may_move(own, data)]
@@ -136,7 +136,7 @@ def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Cand
 
 
 def _replaced_text(replaced: tuple[Effect, ...]) -> str:
-    """Text that lists the replaced bands by title and center frequency, e.g. "the resonance at 9.5 and 10.1 Hz"."""
+    """Text that lists the replaced bands by title and ascending center frequency: "the resonance at 9.5 and 10.1 Hz"."""
     at = sorted(0.5 * sum(e.occupies) for e in replaced if e.occupies is not None)
     titles = dict.fromkeys(e.title for e in replaced)
     return f"the {' and '.join(titles)} at {' and '.join(f'{f:.3g}' for f in at)} Hz"
@@ -171,7 +171,7 @@ def _without(model: Model, replaced: tuple[Effect, ...]) -> tuple[Effect, ...]:
 
 
 def _relative_half_width(moving: Effect) -> float:
-    """Half-width of a moving band, relative to its center frequency."""
+    """Half-width of a moving band in its first segment, relative to its center frequency."""
     assert isinstance(moving, Moving)
     low, high = moving.stretches[0].occupies or (0.0, 0.0)
     return (high - low) / (high + low)

@@ -33,8 +33,8 @@ from allanite.suggestion.constants import (
 )
 from allanite.suggestion.p_values import (
     best_interval,
-    refine,
-    two_levels,
+    delta_logl_of_two_levels,
+    refined_interval,
 )
 from allanite.suggestion.screens._screen import OwnScreen, View
 from allanite.suggestion.screens.disturbance_ends import without_ringing
@@ -243,7 +243,7 @@ def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -
         if chance > np.log(MAX_EXCLUSION_PROBABILITY) or end - start > MAX_EXCLUDED_FRACTION * size:
             continue
         if size > LEVEL_CELLS:
-            start, end, _ = refine(power, freedom, start, end, size // LEVEL_CELLS)
+            start, end, _ = refined_interval(power, freedom, start, end, size // LEVEL_CELLS)
         outside = np.delete(power, np.s_[start:end]).mean()
         loud = _power_ratio(samples, low, high, start / size, end / size)
         if (
@@ -424,5 +424,5 @@ def _octave_levels(
         if 0 < end - start < power.size:
             inside, whole = float(power[start:end].sum()), float(power.sum())
             counts = np.array([inside]), np.array([float(end - start)])
-            rise = float(two_levels(*counts, whole, float(power.size), freedom)[0])
+            rise = float(delta_logl_of_two_levels(*counts, whole, float(power.size), freedom)[0])
             yield rise, inside * (power.size - end + start) > (whole - inside) * (end - start)

@@ -22,7 +22,7 @@ from allanite.suggestion.constants import (
     MIN_POWER_VALUES,
     MIN_SCREEN_GAIN,
 )
-from allanite.suggestion.p_values import best_interval, refine
+from allanite.suggestion.p_values import best_interval, refined_interval
 from allanite.suggestion.screens.exclusions import screen_outliers
 from allanite.suggestion.screens.level_borders import (
     borders_between_values,
@@ -57,7 +57,7 @@ def screen_outliers_and_levels(
     """
     refit_outliers = screen_outliers(solution, data, whitened.samples)
     found = screen_levels(solution, data, whitened)
-    if refit_outliers is None or any(_most_are_louder(c, data, whitened) for c in found):
+    if refit_outliers is None or any(_changes_median_size(c, data, whitened) for c in found):
         return None, found
     outliers = refit_outliers()
     if outliers is None or outliers.solution is None or outliers.data is None:
@@ -67,7 +67,7 @@ def screen_outliers_and_levels(
     return outliers, [_refitted_candidate(c, solution, data) for c in found]
 
 
-def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
+def _changes_median_size(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
     """True if the median size of the samples changes by at least half of the change of their rms.
 
     False for a p-value above 1 %, a constant level, or a summary.
@@ -90,13 +90,14 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
 
     The search covers one interval, several intervals, a periodic level, and levels that follow a logged column.
     Candidates within 3 nats of the best (ΔlogL less BIC cost) are returned. Empty if the power cannot be judged
-    (`level_series`) or nothing is found.
+    (`level_series`) or nothing is found. Next to a level change of the model, candidates that do not make the power
+    steadier are omitted.
     """
     series = level_series(solution, data, whitened)
     if series is None:
         return []
     cycle = screen_cycle(series, solution.model)
-    if cycle is not None and _is_a_wave(cycle, data, whitened):
+    if cycle is not None and _repeats_waveform(cycle, data, whitened):
         cycle = None
     found = [c for c in (_one_interval(series, solution.discrepancy), cycle) if c is not None]
     found += screen_columns(series, solution.model, data.covariates)
@@ -132,7 +133,7 @@ def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series |
     return series_of(power, judged, freedom, share, data.span)
 
 
-def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
+def _repeats_waveform(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
     """True if the periodic change repeats a fixed waveform, so that it is a spectral line instead of a noise level.
 
     The loud samples and those one period later must have a mean product above half of the excess power. False for a
@@ -312,7 +313,7 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     start, end, gain, chance = best_interval(power, series.freedom, cells)
     if size > cells:
         # Refining the ends concerns the estimate; the p-value is that of the coarse search.
-        start, end, gain = refine(power, series.freedom, start, end, size // cells)
+        start, end, gain = refined_interval(power, series.freedom, start, end, size // cells)
     inside = series.power[start:end].mean()
     outside = np.delete(series.power, np.s_[start:end]).mean() if end - start < size else 1.0
     factor = float(np.sqrt(series.white(float(inside / outside))))

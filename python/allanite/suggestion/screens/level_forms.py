@@ -19,7 +19,7 @@ from allanite.suggestion.constants import (
     MIN_PERIODS,
     MIN_SCREEN_GAIN,
 )
-from allanite.suggestion.p_values import two_levels
+from allanite.suggestion.p_values import delta_logl_of_two_levels
 from allanite.suggestion.screens.level_borders import most_likely_borders
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -216,7 +216,10 @@ def _interval_sums(values: Array, borders: list[int]) -> Array:
 def _best_path(
     power: Array, count: Array, levels: list[float], price: float
 ) -> tuple[float, NDArray[np.bool_]]:
-    """Pair: lowest loss of a sequence of two levels with `price` per change (Viterbi), and mask of the second level."""
+    """Pair: lowest loss of a sequence of two levels with `price` per change (Viterbi), and mask of the second level.
+
+    The loss is the negative logL plus the price of all changes; `levels` are two mean powers.
+    """
     cost = np.stack([0.5 * count * (np.log(v) + power / v) for v in levels])
     here = cost[:, 0]
     stayed = np.zeros((2, power.size), dtype=bool)
@@ -370,7 +373,7 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
                 for total in (below[edges].sum(axis=0), edges.sum(axis=0))
             )
             inside = np.maximum(counts, 1e-12)
-            gain = two_levels(sums, inside, float(below[-1]), float(n), 1.0)
+            gain = delta_logl_of_two_levels(sums, inside, float(below[-1]), float(n), 1.0)
             gain[~usable | (counts < 1.0)] = -np.inf
             i, j = np.unravel_index(int(np.argmax(gain)), gain.shape)
             if gain[i, j] > best[0]:
@@ -381,9 +384,9 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
 
 
 def _best_phases(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
-    """Tuple (ΔlogL, first, end) of the interval of phases whose level differs most.
+    """Tuple (ΔlogL, first, end) of the interval of at most half of the phases whose level differs most.
 
-    Phases in 1/`PHASES`, `end` exclusive.
+    Phases are in 1/64; `end` is exclusive and may be above 64.
     """
     twice = np.concatenate([[0.0], np.cumsum(np.tile(sums, 2))])
     sizes = np.concatenate([[0.0], np.cumsum(np.tile(count, 2))])
@@ -431,7 +434,10 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
 
 
 def log_slope(power: Array, values: Array, freedom: float) -> tuple[float, float]:
-    """Pair: slope b of ln E(power) = a + b·values by Newton's method, and its ΔlogL over b = 0."""
+    """Pair: slope b of ln E(power) = a + b·values by Newton's method, and its ΔlogL over b = 0.
+
+    At most 30 steps of up to 0.5.
+    """
 
     def loss(b: float) -> float:
         """Negative logL of a slope, up to a constant."""

@@ -101,10 +101,10 @@ def screen_slow(
 
 
 def is_placed(own: object, data: Data) -> bool:
-    """False if the time of a one-time event is hardly known or may be outside the record.
+    """False if the time of a one-time event is hardly known or may be outside the record; True otherwise.
 
-    True otherwise and for other effects. The limit of a standard error is `MAX_STEP_TIME_ERROR`. The 95 % interval of a
-    time must be inside the record: the level beyond a jump at an end of the record is not known.
+    True for other effects. The limit of a standard error is 2 % of the record. The 95 % interval of a time must be
+    inside the record: the level beyond a jump at an end of the record is not known.
     """
     if not isinstance(own, Regressed) or not (own.effect.happens_once and own.effect.low):
         return True
