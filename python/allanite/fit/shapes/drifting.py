@@ -264,20 +264,14 @@ def fourier_sums(
     length = next_fast_len(size)
 
     def sums(u: NDArray[np.float64]) -> NDArray[np.complex128]:
-        """Array of Σ_t e^{2πiut/n} for half-integers u."""
-        return 1j * np.exp(-1j * np.pi * u / n) / np.sin(np.pi * u / n)
-
-    def convolved(
-        values: NDArray[np.complex128], kernel: NDArray[np.complex128]
-    ) -> NDArray[np.complex128]:
-        """Array: valid part of a convolution by FFT."""
-        product = fft(values, length) * fft(kernel, length)
-        return np.asarray(ifft(product)[odd.size - 1 : size])
+        """Array of Σ_t e^{2πiut/n} for half-integers u, 2/(1 − e^{2πiu/n})."""
+        return 1.0 + 1j / np.tan(np.pi * u / n)
 
     apart = low - first + 0.5 + np.arange(odd.size - 1, -count, -1)
     together = low + first + 0.5 + np.arange(size)
-    out += convolved(odd, sums(apart))
-    out += convolved(odd[::-1].conj(), sums(-together))
+    product = fft(odd, length) * fft(sums(apart), length)
+    product += fft(odd[::-1].conj(), length) * fft(sums(-together), length)
+    out += ifft(product)[odd.size - 1 : size]
     return out
 
 
