@@ -14,6 +14,7 @@ from allanite.fit.rivals.alternatives import (
 )
 from allanite.fit.rivals.evidence import evidence_gain
 from allanite.study.judgement import is_as_good, no_error_rises
+from allanite.study.relations import is_line
 from allanite.suggestion.constants import MIN_SCORE_GAIN
 from allanite.suggestion.ranking import prior
 
@@ -53,11 +54,28 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
         given = state.is_given(place)
         if given and (slow or not is_detected(before.fit, before.numbers.index(number))):
             continue
+        if _is_line_needed_as_before(before, state, number):
+            continue
         if _may_be_dropped(state.fit, place, needed):
             without = _without(state.fit, place, given)
             if without is not None:
                 state = state.after(without, (place,))
     return state
+
+
+def _is_line_needed_as_before(before: State, after: State, number: int) -> bool:
+    """True if the effect with this number is a line, and dropping it gains no more than before the last addition.
+
+    A new effect can explain a line only at the frequency of the line, so that the line then explains less already with
+    fixed shapes. This saves a complete fit for each line of a comb.
+    """
+    place = after.numbers.index(number)
+    if number not in before.numbers or not is_line(after.fit.model.effects[place]):
+        return False
+    earlier = before.numbers.index(number)
+    old = gain_without(before.fit, earlier, before.fit.solution_without(earlier))
+    new = gain_without(after.fit, place, after.fit.solution_without(place))
+    return new < old + MIN_SCORE_GAIN
 
 
 def drops(state: State, needed: Collection[str]) -> Iterator[tuple[float, tuple[int, ...], Model]]:
