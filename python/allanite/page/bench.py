@@ -51,6 +51,8 @@ class Bench:
         #: Step with which the current step is compared.
         self.beside: Step | None = None
         self.job: Job | None = None
+        #: Thread of the audit of the log that was read last.
+        self._audit: threading.Thread | None = None
         self.version = 0
         self.heard = time.monotonic()
         self.left = False
@@ -253,6 +255,8 @@ class Bench:
         """
         job.gives_way = True
         self.finish(job, step)
+        if self._audit is not None:
+            self._audit.join()
 
     # -- logs ------------------------------------------------------------------------------------------
 
@@ -326,18 +330,22 @@ class Bench:
         self.run(f"Reading {source.name}", work)
 
     def _begin(self, job: Job, place: int, work: Work) -> None:
-        """Store the work on a newly read log in `works`, which displays its curve.
+        """Store the work on a newly read log in `works`, which displays its curve, and start the audit of its samples.
 
-        Then audit its samples and set `audited`.
+        The audit runs in its own thread beside the first fit, and to its end even if the job is canceled.
         """
         with self.change(job):
-            # The measured curve is shown while the samples are audited and the model is fitted.
             self.works[place] = work
-        job.say("Checking the samples")
-        with self.sources[place].shared.alone(lambda: job.progress(0, 0)):
-            _ = work.recording.audit  # cached by the recording
-        with self.change(job):
+
+        def audit() -> None:
+            """Audit the samples, unless another tab has done it, and set `audited`."""
+            with self.sources[place].shared.alone(None):
+                _ = work.recording.audit  # cached by the recording
             work.audited = True
+            self.changed()
+
+        self._audit = threading.Thread(target=audit, daemon=True)
+        self._audit.start()
 
     def take(self, part: Part) -> None:
         """Start a job that analyzes a part of the log, starting from the current models; a running job is canceled.

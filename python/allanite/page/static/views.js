@@ -32,6 +32,7 @@ async function draw() {
     else welcome();
     return;
   }
+  const anew = !drawn;
   drawn = want;
   // The canvas is never empty: a quick view replaces the shown one, and any other view is announced.
   const slow = ["nis", "error", "compare", "thermal", "average"].includes(S.view);
@@ -42,7 +43,8 @@ async function draw() {
     $("empty").textContent = "";
     headline(got.headline);
     key(got);
-    await Draw.show(got);
+    // Many changes of the state, such as a finished audit, leave the figure as it is.
+    if (anew || JSON.stringify(got) !== JSON.stringify(Draw.shown.view)) await Draw.show(got);
     $("plot").setAttribute("aria-label", [got.title, got.headline, got.subtitle].filter(Boolean).join(": "));
     if (!$("table").hidden) numbers();
     document.body.dataset.drawn = want;
