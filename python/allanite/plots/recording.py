@@ -31,7 +31,10 @@ Array = NDArray[np.float64]
 
 
 def plot_recording(
-    recording: Recording, path: str | Path | None = None, theme: str = "light"
+    recording: Recording,
+    path: str | Path | None = None,
+    theme: str = "light",
+    segments: int = SEGMENTS,
 ) -> Figure:
     """`Figure`: samples over time, one panel per column: range and mean of short segments; gaps interrupt the lines.
 
@@ -41,6 +44,8 @@ def plot_recording(
     path : str or Path, optional
         SVG, PNG or PDF, written if given.
     theme : {"light", "dark"}
+    segments : int
+        Number of segments of the time axis.
 
     Returns
     -------
@@ -54,7 +59,7 @@ def plot_recording(
     """
     columns = list(recording)
     panels = tuple(
-        samples_panel(column, i, i == len(columns) - 1, len(columns) > 1)
+        samples_panel(column, i, i == len(columns) - 1, len(columns) > 1, segments)
         for i, column in enumerate(columns)
     )
     figure = Figure(

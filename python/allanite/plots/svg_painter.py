@@ -30,9 +30,13 @@ from allanite.plots.spec import (
 from allanite.plots.themes import theme_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
+    #: Box (left, top, width, height), pixels.
+    _Box = tuple[int, int, int, int]
 
 #: Average width of a letter of the labels, and distance of text lines, pixels.
 LETTER, LINE = 6.3, 14
@@ -386,24 +390,34 @@ def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
     Cells without a finite value have the color of the grid; values beyond the limit have the darkest shade.
     """
     across, down = x(mark.x_edges), y(mark.y_edges)
-    shades: dict[tuple[str, int], list[str]] = {}
+    shades: dict[tuple[str, int], list[_Box]] = {}
     frames = []
     for (row, column), value in np.ndenumerate(mark.values):
-        left, right = (float(v) for v in across[column : column + 2])
-        high, low = sorted(float(v) for v in down[row : row + 2])
-        cell = f"M{_n(left)} {_n(high)}H{_n(right)}V{_n(low)}H{_n(left)}Z"
+        left, right = (round(v) for v in across[column : column + 2].tolist())
+        high, low = sorted(round(v) for v in down[row : row + 2].tolist())
+        cell = left, high, right - left, low - high
         if math.isfinite(value):
             shade = round(SHADES * min(abs(value) / mark.limit, 1.0))
-            shades.setdefault(("low" if value < 0 else "high", shade), []).append(cell)
+            if shade:  # a transparent cell needs no path
+                shades.setdefault(("low" if value < 0 else "high", shade), []).append(cell)
         else:
             shades.setdefault(("grid", SHADES), []).append(cell)
         if mark.marked[row, column]:
             frames.append(cell)
     out = "".join(
-        f'<path class="k-{role}" fill="currentColor" fill-opacity="{shade / SHADES:.2f}" d="{"".join(cells)}"/>'
+        f'<path class="k-{role}" fill="currentColor" fill-opacity="{shade / SHADES:.2f}" d="{_boxes_path(cells)}"/>'
         for (role, shade), cells in shades.items()
     )
-    return out + (_stroke("text", "".join(frames), 1.0) if frames else "")
+    return out + (_stroke("text", _boxes_path(frames), 1.0) if frames else "")
+
+
+def _boxes_path(boxes: Sequence[_Box]) -> str:
+    """Text for the attribute d of an SVG path around boxes; each begins relative to the one before, which is shorter."""
+    out, x, y = ["M0 0"], 0, 0
+    for left, top, width, height in boxes:
+        out.append(f"m{left - x} {top - y}h{width}v{height}h{-width}z")
+        x, y = left, top
+    return "".join(out)
 
 
 def _legend(figure: Figure, width: float) -> tuple[str, float]:

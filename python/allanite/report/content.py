@@ -46,6 +46,8 @@ if TYPE_CHECKING:
     from allanite.plots import Figure
     from allanite.report.document import Entry
 
+#: Number of segments of the samples in their figure, which is 920 pixels wide: 4 pixels each.
+SEGMENTS = 230
 #: Maximum number of suggested effects that are described in full. Chosen by judgment; not measured.
 MAX_CARDS = 3
 
@@ -128,7 +130,11 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
     if not found:
         out.append(Paragraph("The data audit found no problem.", "quiet"))
     caption = "Samples over time: minimum, maximum and mean of short segments."
-    out.append(Picture(_without_title(plot_recording(recording)), caption, "samples", 2.6))
+    out.append(
+        Picture(
+            _without_title(plot_recording(recording, segments=SEGMENTS)), caption, "samples", 2.6
+        )
+    )
     return out
 
 
