@@ -1,6 +1,6 @@
-"""Seconds from dropping a log of 10⁶ samples × 6 axes on the page to its curve and to its verdict, in real browsers.
+"""Seconds from a log of 10⁶ samples × 6 axes to its curve and verdict on the page, in real browsers, and to its report.
 
-    python benches/python/bench_drop.py [chromium|firefox]
+    python benches/python/bench_drop.py [chromium|firefox|report]
 
 Needs Playwright and a browser (CONTRIBUTING.md). Wall-clock seconds; processor seconds of page, reader and browser in
 brackets. The processor seconds count all children, so that they tell a slow page from a busy machine.
@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +24,10 @@ N, RATE = 1_000_000, 100.0
 HIDDEN = "N(N=0.01)+B(B=0.002)+K(K=2e-5)+GM(correlation_time=8,q_c=6e-3)+SIN(frequency=1.7,amplitude=0.006)"
 NAMES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
 UNITS = ("rad/s",) * 3 + ("m/s^2",) * 3
-#: Seconds after the drop within which each part is promised.
-BARS = {"measured curve": 5.0, "first verdict": 8.0}
+#: Seconds after the drop or the command within which each part is promised.
+BARS = {"measured curve": 5.0, "first verdict": 8.0, "report": 5.0}
+#: Bytes within which the report is promised.
+MAX_REPORT_BYTES = 600_000
 BROWSERS = {"chromium": ("chromium", "chromium-browser"), "firefox": ("firefox-esr", "firefox")}
 
 #: Drops the file of the hidden input, and stores the seconds after which each part is seen.
@@ -132,13 +135,35 @@ def drop(play, name, path):
         page.wait()
 
 
+def report(path):
+    """Write a report on a log with the command and return the row of its time."""
+    target = path.with_suffix(".html")
+    command = [Path(sys.executable).with_name("allanite"), "report", path, "-o", target, "--quiet"]
+    start, before = time.perf_counter(), processor_seconds((os.getpid(),))
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    seconds = time.perf_counter() - start
+    cpu = processor_seconds((os.getpid(),)) - before
+    size = target.stat().st_size
+    for what, value, most, unit in (
+        ("report", seconds, BARS["report"], "s"),
+        ("size of the report", size / 1e3, MAX_REPORT_BYTES / 1e3, "kB"),
+    ):
+        told = f"{'holds' if value <= most else 'MISSED'}: at most {most:g} {unit}"
+        used = f"({cpu:.2f} s)" if what == "report" else ""
+        print(f"  {what:48s} {value:7.2f} {unit}  {used}  {told}", flush=True)
+    return "1 M samples × 6 axes: report", "allanite", seconds, cpu / seconds, ""
+
+
 def main():
-    """Drop each log in each browser, or in the one named on the command line, and save the times."""
+    """Drop each log in each browser, or in the one named on the command line, write a report, and save the times."""
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as play:
         print(f"load of the machine before: {os.getloadavg()[0]:.1f}")
         rows = []
         paths = logs(folder)
-        for name in sys.argv[1:] or BROWSERS:
+        for name in sys.argv[1:] or (*BROWSERS, "report"):
+            if name == "report":
+                rows.append(report(paths[0]))
+                continue
             for path in paths:
                 rows += drop(play, name, path)
         print(f"load of the machine after: {os.getloadavg()[0]:.1f}")
