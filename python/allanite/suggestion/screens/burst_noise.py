@@ -194,8 +194,8 @@ def _chain_log_likelihood(means: Array, level: float, noise: float, stay: float)
     up = root * np.exp(-0.5 * (rows - level) ** 2 / noise) + between
     down = root * np.exp(-0.5 * (rows + level) ** 2 / noise) + between
     up, down = (np.where(np.isfinite(rows), x, 1.0) for x in (up, down))
-    share = np.repeat([[1.0], [0.0]], rows.shape[1], axis=1)
-    total = np.zeros(share.shape)
+    share: Array = np.repeat([[1.0], [0.0]], rows.shape[1], axis=1)
+    total: Array = np.zeros(share.shape)
     for higher, lower in zip(up, down, strict=True):
         share = (1.0 - keep) + (2.0 * keep - 1.0) * share
         seen = share * higher + (1.0 - share) * lower
