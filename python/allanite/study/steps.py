@@ -1,7 +1,7 @@
 """One step of the search: candidates by score, moves, judgement.
 
 The first significant suggestion that helps is added, with what it needs and without what it makes needless. If none helps,
-the replacement, split or merge that gains most follows.
+the replacement, split or merge that gains most follows. If none gains, a band is searched beside the refused ones.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from allanite.study.moves.replace import replacements
 from allanite.study.moves.split import splits
 from allanite.study.relations import is_line
 from allanite.study.state import state_of
-from allanite.suggestion import same_misfit
+from allanite.suggestion import same_misfit, suggestions_elsewhere
 from allanite.suggestion.constants import MAIN_SHARE, MIN_SCORE_GAIN
 from allanite.suggestion.screens.slow_functions import is_placed
 
@@ -69,7 +69,21 @@ def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
         if found is not None:
             return found
     rung = best_replacement(ladder)
-    return _step_for_rejected_fit(ladder, before, check) if rung is None else (rung, ())
+    if rung is not None:
+        return rung, ()
+    return _band_elsewhere(ladder, before, check) or _step_for_rejected_fit(ladder, before, check)
+
+
+def _band_elsewhere(ladder: Sequence[Rung], before: State, check: Check) -> Found | None:
+    """Step that adds a band at other frequencies than a refused one, or None if none is significant and helps."""
+    for refused in check.significant:
+        for suggestion in suggestions_elsewhere(refused):
+            if is_already_explained(suggestion, before.fit):
+                continue
+            found = _step_with(ladder, before, suggestion, check)
+            if found is not None:
+                return found
+    return None
 
 
 def _candidates(check: Check) -> list[Suggestion]:
@@ -175,12 +189,13 @@ def further_steps(
     """Iterator over further steps from the same check, as long as a new check would find the same.
 
     Lines do not affect each other. After any other addition, the spectrum must not have changed, and no effect may have
-    left. Suggestions that explain the same misfit as those `added` are left to the next check. The arguments are not
-    changed.
+    left. Suggestions that explain the same misfit as those `added` are left to the next check. Those before the first of
+    `added` were refused, and are not tried again. The arguments are not changed.
     """
     ladder, added = list(ladder), list(added)
     lines, still = is_line(ladder[-1].added), leaves_others_unchanged(check.fit, ladder[-1])
-    for suggestion in check.significant:
+    first = min((at for at, s in enumerate(check.significant) if s in added), default=0)
+    for suggestion in check.significant[first:]:
         if suggestion in added or any(same_misfit(s, suggestion) for s in added):
             continue
         if is_already_explained(suggestion, ladder[-1].fit):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import count
@@ -39,7 +39,12 @@ from allanite.suggestion.screens.level_changes import (
 )
 from allanite.suggestion.screens.lines import screen_lines
 from allanite.suggestion.screens.slow_functions import screen_slow, with_gains_beside_best
-from allanite.suggestion.screens.spectral import Candidate, Screen, screen_spectral
+from allanite.suggestion.screens.spectral import (
+    Candidate,
+    Screen,
+    candidates_elsewhere,
+    screen_spectral,
+)
 from allanite.suggestion.screens.tone_bursts import screen_tone_bursts
 
 #: Number of searches that run at a time, in addition to that of the spectrum. Large records use one, since each search
@@ -327,6 +332,23 @@ def suggest(
     return suggestions
 
 
+def suggestions_elsewhere(refused: Suggestion) -> Iterator[Suggestion]:
+    """Yields significant suggestions of the kind of a refused band at frequencies that this band does not occupy.
+
+    A check suggests only the best band of a kind. The p-values are multiplied by the trials of the refused band, which are
+    the most: trials rise with ΔlogL.
+    """
+    fit, effect = refused.before, refused.effect
+    if effect.screened != "spectral" or effect.occupies is None or refused.gives_way:
+        return
+    surplus = discrepancy_gain(fit.solution, fit.data)
+    for candidate in candidates_elsewhere(effect, fit.solution, fit.data):
+        alone = {candidate.family: Family(candidate.family, (0.0,))}
+        one = _suggestion(fit, candidate, alone, refused.trials, surplus, 1.0)
+        if one.significant:
+            yield _with_shares(fit, [one])[0]
+
+
 def _best_wandering(candidates: Iterable[Candidate]) -> Solution | None:
     """`Solution` of the model with the best wandering process; None without such a candidate.
 
@@ -362,7 +384,7 @@ def _suggestion(
     fit: Fit,
     candidate: Candidate,
     families: dict[str, Family],
-    searches: int,
+    searches: float,
     surplus: float,
     scatter: float,
 ) -> Suggestion:

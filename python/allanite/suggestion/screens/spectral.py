@@ -6,7 +6,7 @@ of the likelihood at the fitted model does not show what is missing.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -40,6 +40,7 @@ from allanite.suggestion.constants import (
     MAX_SHAPE_RATIO,
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_SCORE_GAIN,
+    MIN_SCREEN_GAIN,
 )
 from allanite.suggestion.p_values import Family, arc_length, line_trials, log_p_value
 from allanite.suggestion.screens.narrow_bands import narrow_bands, widths_tried
@@ -121,9 +122,9 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
 
 
 def directions(
-    solution: Solution, data: Data
+    solution: Solution, data: Data, kinds: Iterable[type[Effect]] = CATALOGUE
 ) -> Iterator[tuple[type[Effect], list[Effect], NDArray[np.float64]]]:
-    """Iterator over (kind, grid points, unit vectors of their effect on the spectrum) for each kind that may be missing.
+    """Iterator over (kind, grid points, unit vectors of their effect on the spectrum) for the `kinds` that may be missing.
 
     The vectors, shape (points, bins), are changes of bin power in units of its scatter, after projecting out the
     directions of the model's own effects. Points without any other effect are omitted.
@@ -132,7 +133,7 @@ def directions(
     # Directions of the model's own effects: the refit moves along them anyway.
     own = solution.columns[:, solution.theta > 0.0]
     basis, _ = np.linalg.qr((own / solution.spectrum[:, None]) * root[:, None])
-    for cls in CATALOGUE:
+    for cls in kinds:
         if cls.screened != "spectral":
             continue
         blanks = cls.candidates(solution.model, data.covariates)
@@ -174,6 +175,36 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
         if both:
             found.append(max(both, key=lambda c: c.gain))
     return Screen(tuple(found), tuple(arcs), tuple(families))
+
+
+def candidates_elsewhere(first: Effect, solution: Solution, data: Data) -> Iterator[Candidate]:
+    """Yields candidates of the kind of a band `first` at frequencies that neither it nor an earlier candidate occupies.
+
+    They start from the `MAX_FORMS_TRIED` best grid points, each of which is refitted by itself: the best one of many would
+    lead to `first` again.
+    """
+    part = RandomPart(data, solution.power, solution.count)
+    taken = [first]
+    for _, points, unit in directions(solution, data, [type(first)]):
+        maxima = _residual_maxima(points, unit, solution)
+        scanned = scan_added_effect(solution.model, maxima, solution.best, part)
+        for maximum, model in scanned[:MAX_FORMS_TRIED]:
+            if maximum.log_likelihood - solution.best.log_likelihood < MIN_SCREEN_GAIN:
+                return
+            point = model.effects[-1]
+            if any(share_frequencies(point, e) for e in taken):
+                continue  # its refit would lead to a known band
+            candidate = _refitted_candidate([point], solution, part, arc_length(unit))
+            if candidate is None or any(share_frequencies(candidate.effect, e) for e in taken):
+                continue
+            taken.append(candidate.effect)
+            yield candidate
+
+
+def share_frequencies(one: Effect, other: Effect) -> bool:
+    """True if two bands have a frequency in common."""
+    a, b = one.occupies, other.occupies
+    return a is not None and b is not None and a[0] <= b[1] and b[0] <= a[1]
 
 
 def _narrow_band_candidate(
