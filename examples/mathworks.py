@@ -13,8 +13,11 @@ from __future__ import annotations
 
 import sys
 
+import numpy as np
+from numpy.typing import NDArray
+
 import allanite as al
-from allanite.fit.classical.lines import nearest_slopes, read_lines
+from allanite.fit.classical.lines import read_lines
 
 RATE, HOURS = 100.0, 6.0
 
@@ -26,8 +29,8 @@ def main(hours: float = HOURS) -> al.Study:
     )
     recording = sensor.simulate(duration=3600 * hours, rate=RATE, seed=7, unit="rad/s")
 
-    seed = nearest_slopes(recording.samples, RATE)
-    print(f"nearest slopes, as published: N {seed.N:.4g}, K {seed.K:.4g}, B {seed.B:.4g} rad/s, √s")
+    n, k, b = nearest_slopes(recording.samples, RATE)
+    print(f"nearest slopes, as published: N {n:.4g}, K {k:.4g}, B {b:.4g} rad/s, √s")
 
     curve = al.oadev(recording.samples, rate=RATE, taus=8)
     for line in read_lines(curve).lines:
@@ -53,6 +56,28 @@ def main(hours: float = HOURS) -> al.Study:
         f"\nagainst the simulation of the last model: {100 * (ratio - 1):+.1f} % at τ = {tau:.3g} s"
     )
     return study
+
+
+def nearest_slopes(samples: NDArray[np.float64], rate: float) -> tuple[float, float, float]:
+    """N, K and B by the recipe exactly as published, including its mistakes.
+
+    The phase has no leading zero, so that the first sample is ignored. There are 100 averaging factors, rounded up, to
+    the largest power of two within half the record. Each line goes through the one point whose slope to the next is
+    nearest to −½, +½ or 0, even if the point is noisy or the curve has no such slope.
+    """
+    top = 2.0 ** np.floor(np.log2(samples.size / 2))
+    m = np.unique(np.ceil(np.logspace(0.0, np.log10(top), 100)).astype(np.int64))
+    phase = np.cumsum(samples) / rate
+    curve = al.oadev(phase, rate=rate, factors=m[2 * m < samples.size], quantity="angle")
+    tau, sigma = np.log10(curve.tau), np.log10(curve.deviation)
+    slopes = np.diff(sigma) / np.diff(tau)
+
+    def read(slope: float, at: float) -> float:
+        """Deviation at `at` seconds on the line through the point with the nearest slope."""
+        i = int(np.argmin(np.abs(slopes - slope)))
+        return float(10.0 ** (sigma[i] + slope * (np.log10(at) - tau[i])))
+
+    return read(-0.5, 1.0), read(0.5, 3.0), read(0.0, 1.0) / float(np.sqrt(2 * np.log(2) / np.pi))
 
 
 def against_simulation(curve: al.Deviation, fit: al.Fit, seed: int = 8) -> tuple[float, float]:

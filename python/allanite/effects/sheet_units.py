@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.common.printing import REQUESTED_UNITS, table_unit
-from allanite.common.units import coefficient_unit, conversion, parse_unit
+from allanite.common.units import coefficient_unit, parse_unit
 from allanite.effects.registry import standard
 
 if TYPE_CHECKING:
@@ -41,11 +41,6 @@ def figure_unit(unit: str, *, samples: bool = False) -> str:
     """
     sheet = SAMPLE_UNITS if samples else standard()[DEVIATION].parameter(DEVIATION).sheet
     return table_unit(unit, 0.0, sheet)
-
-
-def factor_to_figure_unit(unit: str) -> float:
-    """Factor from a deviation in `unit` to the unit in which figures show it."""
-    return conversion(unit, figure_unit(unit))
 
 
 def in_figure_unit(deviation: Deviation) -> Deviation:

@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.common.errors import InputError, TooShortError
+from allanite.common.errors import TooShortError
 from allanite.common.parameters import NORMAL
-from allanite.deviation import oadev
 from allanite.effects import standard
 from allanite.fit.likelihood.data import TAUS_PER_DECADE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     from allanite.deviation import Deviation
     from allanite.effects import StraightLine
@@ -245,90 +244,3 @@ def _fitted_level(
     weights = np.linalg.solve(covariance, np.ones_like(x))
     total = float(weights.sum())
     return float(weights @ (y - slope * x)) / total, total**-0.5
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NearestSlopes:
-    """Coefficients read by `nearest_slopes`.
-
-    Attributes
-    ----------
-    tau, deviation : ndarray, shape (k,)
-        The Allan curve, s and U.
-    N, K, B : float
-        Coefficients, U·√s, U/√s and U.
-    tau_n_s, tau_k_s, tau_b_s : float
-        Averaging time of the point nearest to each slope, s; the slope need not hold there.
-    """
-
-    tau: NDArray[np.float64]
-    deviation: NDArray[np.float64]
-    N: float
-    K: float
-    B: float
-    tau_n_s: float
-    tau_k_s: float
-    tau_b_s: float
-
-    def __post_init__(self) -> None:
-        self.tau.flags.writeable = False
-        self.deviation.flags.writeable = False
-
-    def to_dict(self) -> dict[str, float]:
-        """Dict of the values without the curve, for JSON."""
-        return {
-            name: getattr(self, name) for name in ("N", "K", "B", "tau_n_s", "tau_k_s", "tau_b_s")
-        }
-
-
-def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
-    """`NearestSlopes`: N, K and B as in the MathWorks example "Inertial Sensor Noise Analysis Using Allan Variance".
-
-    The recipe is exactly as published, including its mistakes. The phase has no leading zero, so that the first sample
-    is ignored. There are 100 averaging factors, rounded up, to the largest power of two within half the record. Each
-    line goes through the one point whose slope to the next is nearest to −½, +½ or 0, even if the point is noisy or the
-    curve has no such slope. Use `read_lines` for a reading that checks the slopes.
-
-    Parameters
-    ----------
-    samples : array_like, shape (n,)
-        Rate samples, U.
-    rate : float
-        Sampling rate, Hz.
-
-    Returns
-    -------
-    NearestSlopes
-
-    Raises
-    ------
-    InputError
-        Several columns, infinite or constant samples.
-    TooShortError
-        Fewer than 8 samples.
-    """
-    x = np.asarray(samples, dtype=float)
-    if x.ndim != 1 or not np.isfinite(x).all():
-        raise InputError("the published recipe needs one column of finite samples")
-    if x.size < 8:
-        raise TooShortError(f"found {x.size} samples; the published recipe needs at least 8")
-    top = 2.0 ** np.floor(np.log2(x.size / 2))
-    m = np.unique(np.ceil(np.logspace(0.0, np.log10(top), 100)).astype(np.int64))
-    m = m[2 * m < x.size]
-    curve = oadev(np.cumsum(x) / rate, rate=rate, factors=m, quantity="angle")
-    tau, sigma = curve.tau, curve.deviation
-    if not (sigma > 0).all():
-        raise InputError("the samples are constant; there is no slope to read")
-    slopes = np.diff(np.log10(sigma)) / np.diff(np.log10(tau))
-
-    def read(slope: float, at: float) -> tuple[float, float]:
-        """Pair: deviation at `at` seconds on the line through the point with the nearest slope, and the τ of that point."""
-        k = int(np.argmin(np.abs(slopes - slope)))
-        return float(10.0 ** (np.log10(sigma[k]) + slope * np.log10(at / tau[k]))), float(tau[k])
-
-    (n_value, n_tau), (k_value, k_tau) = read(-0.5, 1.0), read(0.5, 3.0)
-    plateau, b_tau = read(0.0, 1.0)
-    flicker = standard()["B"].standard
-    assert flicker is not None
-    values = n_value, k_value, plateau / flicker.level
-    return NearestSlopes(tau.copy(), sigma.copy(), *values, n_tau, k_tau, b_tau)
