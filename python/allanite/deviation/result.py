@@ -62,6 +62,8 @@ class Deviation:
     True
     >>> curve.to_dict()["points"][0]["m"]
     1
+    >>> curve.to("ppb").unit
+    'ppb'
     >>> bool(curve.at_confidence(0.683).high[0] < curve.high[0])
     True
     >>> figure = curve.plot("curve.svg")

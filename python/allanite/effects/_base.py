@@ -147,6 +147,8 @@ class Effect(AsModel):
 
     Methods that a check uses, with the results of most effects:
 
+    >>> al.AngleRandomWalk.text_for("looks_like", "acceleration")
+    'a slope of −½; a flat density'
     >>> lag.parameter("q_c").unit, lag.grid("correlation_time", 10_000, 10.0).size
     (-0.5, 24)
     >>> al.GaussMarkov.may_be(al.effects.BurstNoise), len(al.GaussMarkov.candidates(al.parse_model("N"), {}))

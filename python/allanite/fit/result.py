@@ -63,6 +63,8 @@ class Fit:
     >>> better = fit.add(al.RateRandomWalk())
     >>> fit.adequate, better.adequate, better.check().adequate, better.remove(1).model.name
     (False, True, True, 'N')
+    >>> fit.text_of(fit.model.effects[0], "looks_like")
+    'a slope of −½; a flat density'
     >>> better["K"].unit, better.display_name(better.model.effects[1])
     ('deg/s/s^½', 'rate random walk')
     >>> better.alternatives(0), better.together(0), better.simulate_check(n=3, seed=1).simulated_chi2.shape
