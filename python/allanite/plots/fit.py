@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from allanite.common.numbers import number, p_text
-from allanite.effects import Deterministic
+from allanite.common.numbers import number, p_text, time_scale
+from allanite.effects import Deterministic, Periodic
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.plots.curves import (
     allan_panels,
@@ -15,7 +15,7 @@ from allanite.plots.curves import (
     spectrum_spans,
     tau_spans,
 )
-from allanite.plots.recording import column_panel, samples_panel, signal_line
+from allanite.plots.recording import column_panel, means_panel, signal_line
 from allanite.plots.scaling import in_figure_units
 from allanite.plots.spec import Figure, Panel, Span
 from allanite.plots.words import effect_text, recording_text, values_text
@@ -55,7 +55,8 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
 def plot_check(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure` as from `plot_fit`, with failing ranges shaded and the strongest missing effect in the subtitle.
 
-    If this effect follows a logged column, such as a temperature, panels on the right show the samples and the column.
+    Panels on the right show the samples over time if the model fails at some time, or if a missing effect is a function
+    of time or follows a logged column. The column is drawn below the samples.
     Written to `path` (SVG, PNG, PDF) if given; raises as `plot_fit`.
     """
     fit = check.fit
@@ -89,22 +90,33 @@ def _figure(
 
 
 def _cause_panels(check: Check) -> tuple[Panel, ...]:
-    """Tuple of two `Panel`: samples with the signal of the strongest missing effect, and the logged column that it follows.
+    """Tuple of one or two `Panel`: samples over time, and the logged column that the missing effect follows, if any.
 
-    Empty if this effect follows no column.
+    The range of time in which the model fails is shaded, and the first missing function of time is drawn. Empty if
+    there is neither, or if the record has no single samples.
     """
-    fit, effect = check.fit, check.significant[0].effect if check.significant else None
-    if not isinstance(effect, Deterministic) or not effect.follows:
+    fit, worst = check.fit, check.where.worst_time
+    missing = (s.effect for s in check.significant)
+    slow = (e for e in missing if isinstance(e, Deterministic) and not isinstance(e, Periodic))
+    effect = next(slow, None)
+    if (effect is None and worst is None) or not has_all_ordinates(fit.data):
         return ()
-    log, name = fit.recording, effect.follows
-    if name not in log.covariates or not has_all_ordinates(fit.data):
-        return ()
-    panel = samples_panel(log, 0, last=False)
-    line = signal_line(log, fit.data.signal([effect]), f"explained by {effect_text(fit, effect)}")
+    log = fit.recording
+    panel = means_panel(log)
     x = replace(panel.x, ticks=panel.x.ticks[:: 1 + len(panel.x.ticks) // 5])
-    above = replace(panel, x=x, column=2, title="Samples", marks=(*panel.marks, line))
+    marks = list(panel.marks)
+    if worst is not None:
+        size, _ = time_scale(log.duration)
+        marks.insert(0, Span(worst[0] / size, worst[1] / size, "fail", "when the model fails"))
+    if effect is not None:
+        label = f"explained by {effect_text(fit, effect)}"
+        marks.append(signal_line(log, fit.data.signal([effect]), label))
+    above = replace(panel, x=x, column=2, title="Samples", marks=tuple(marks))
+    name = "" if effect is None or effect.follows is None else effect.follows
+    if name not in log.covariates:
+        return (above,)
     below = column_panel(log, name, log.covariates[name], x, 1)
-    return above, replace(below, column=2)
+    return replace(above, show_x=False), replace(below, column=2)
 
 
 def goodness_of_fit_text(fit: Fit) -> str:

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 SEGMENTS = 600
 #: Maximum number of points of a function of time, and of segments of a logged column.
 SIGNAL_POINTS, COLUMN_SEGMENTS = 1600, 800
+#: Number of segments whose means are drawn: enough to show a drift, few enough to average the white noise.
+MEANS = 120
 #: Maximum number of ticks of a logged column, whose panel is low.
 MAX_STRIP_TICKS = 4
 
@@ -103,6 +105,17 @@ def samples_panel(
     y = sample_axis(column.unit, y, words)
     x = linear_axis(f"time ({name})", 0.0, column.duration / size, 8)
     return Panel(x, y, tuple(marks), row, show_x=last)
+
+
+def means_panel(column: Recording) -> Panel:
+    """`Panel` of the means of 120 segments of one column, which show a drift below the white noise of the samples."""
+    size, name = time_scale(column.duration)
+    time, _, _, mean = _segments(column.rate_samples(), MEANS)
+    line = Line(time * column.duration / size, mean, "raw", "means of short segments", width=1.1)
+    low, high = float(np.nanmin(mean)), float(np.nanmax(mean))
+    margin = 0.1 * (high - low)
+    y = sample_axis(column.unit, linear_axis("", low - margin, high + margin), "samples")
+    return Panel(linear_axis(f"time ({name})", 0.0, column.duration / size, 8), y, (line,))
 
 
 def signal_line(
