@@ -95,7 +95,7 @@ def _cells(value: Any, column: str | None) -> tuple[str, str]:
 def misfit_line(fit: Fit, whole: bool = True) -> str:
     """Sentence on the agreement of a fit: χ², adequacy, Allan error, discrepancy, and ignored bands.
 
-    Parts without a value are omitted. Without `whole`, an adequate fit is described as "the spectrum agrees", because
+    Parts without a value are omitted. Without `whole`, an adequate fit is described as "not rejected by χ² alone", because
     other checks failed.
     """
     m, e = fit.misfit, fit.error
