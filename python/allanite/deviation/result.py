@@ -66,6 +66,8 @@ class Deviation:
     'ppb'
     >>> bool(curve.at_confidence(0.683).high[0] < curve.high[0])
     True
+    >>> curve.to(curve.unit) is curve
+    True
     >>> figure = curve.plot("curve.svg")
     """
 

@@ -69,6 +69,8 @@ class Fit:
     ('deg/s/s^½', 'rate random walk')
     >>> better.alternatives(0), better.together(0), better.simulate_check(n=3, seed=1).simulated_chi2.shape
     ((), (), (3,))
+    >>> print(better.text_of(better.model.effects[0], "looks_like"))
+    a slope of −½; a flat density
     >>> better.solution_without(1).model.name, better.forget_check()
     ('N', None)
     >>> better.compare_methods()["N"].name, better.summary() == str(better), better.body()["model"]
