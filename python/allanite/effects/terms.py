@@ -178,7 +178,7 @@ class Blue(_Sized):
 
     @property
     def inside(self) -> Blue:
-        """A copy without the leakage of the ends (`ends` False)."""
+        """Copy (`Blue`) without the leakage of the ends (`ends` False)."""
         return replace(self, ends=False)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:

@@ -130,7 +130,7 @@ class Residual:
         return self.data.functions.get(self._key, lambda: self.data.without(self.removed))
 
     def known(self, ordinates: Array) -> Residual:
-        """Same object, after its known ordinates are stored in the cache of the data."""
+        """Same `Residual`, after its known ordinates are stored in the cache of the data."""
         if self.removed:
             self.data.functions.get(self._key, lambda: ordinates)
         return self

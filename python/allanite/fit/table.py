@@ -67,7 +67,10 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
 
 
 def _unit_and_factor(parameter: Parameter, sample: str) -> tuple[str, float]:
-    """Printed unit of a parameter of samples in `sample` (empty for no unit), and the factor that converts to it."""
+    """Pair: printed unit of a parameter of samples in `sample`, and the factor that converts to it.
+
+    The unit is empty for a pure number.
+    """
     unit, factor = sheet_unit(parameter, sample), 1.0
     if isinstance(parameter.unit, float):
         factor = conversion(coefficient_unit(sample, parameter.unit), unit)

@@ -61,7 +61,7 @@ class Search:
     checked: int = 0
 
     def run(self) -> str:
-        """Add steps to `ladder` until the search ends; returns the reason, as `Study.stopped_because` states it."""
+        """Add steps to `ladder` until the search ends; return the text of the reason, as in `Study.stopped_because`."""
         while True:
             check = self._check_of_last_fit()
             stop = self._stop_reason(check)
@@ -100,7 +100,10 @@ class Search:
         return self.check
 
     def _stop_reason(self, check: Check) -> str | None:
-        """Reason to end the search after a check: "adequate", "within tolerance" or "limit"; None to go on."""
+        """Text of the reason to end the search after a check; None to go on.
+
+        It is "adequate", "within tolerance" or "limit".
+        """
         if check.adequate:
             return "adequate"
         if self._is_within_tolerance(check.fit):

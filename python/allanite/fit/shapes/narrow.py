@@ -89,7 +89,7 @@ class Window:
 
     @property
     def own(self) -> Stochastic:
-        """Band (effect of the model) with the model's present values."""
+        """Effect of the band, `Stochastic`, with the model's present values."""
         effect = self.model.effects[self.place]
         assert isinstance(effect, Stochastic)
         return effect

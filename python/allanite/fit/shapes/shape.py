@@ -253,7 +253,7 @@ def polish_line(
         ]
 
     def gains_at(tried: NDArray[np.float64]) -> NDArray[np.float64]:
-        """ΔlogL of the line at each frequency."""
+        """Array of the ΔlogL of the line at each frequency."""
         total = np.zeros(tried.size)
         for some, own in parts:
             total += comb_gains(tried, some, j[own], values[own], variance[own], data)
