@@ -97,7 +97,7 @@ class Rung:
     def to_dict(
         self, misfit_left: float, last: bool = True, over_rivals: Undecided | None = None
     ) -> dict[str, Any]:
-        """JSON record (dict) of the step; `misfit_left` is the unexplained misfit, % of that of the first step.
+        """JSON record (dict) of the step; `misfit_left` is the unexplained misfit, % of the largest of all steps.
 
         Alternatives of its effects, intervals `over_rivals`, and correlations of its parameters are given for the last
         step only, since earlier models are wrong.
@@ -240,7 +240,7 @@ class Study:
 
     @property
     def misfit_left(self) -> tuple[float, ...]:
-        """Tuple of the unexplained misfit of each step, % of that of the first step."""
+        """Tuple of the unexplained misfit of each step, % of the largest, usually that of the first step."""
         return misfit_left(self.ladder)
 
     @cached_property

@@ -75,7 +75,10 @@ def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
 
 
 def _band_elsewhere(ladder: Sequence[Rung], before: State, check: Check) -> Found | None:
-    """Step that adds a band at other frequencies than a refused one, or None if none is significant and helps."""
+    """Pair: first step that adds a band at other frequencies than a refused suggestion, and its suggestions; or None.
+
+    None if no such band helps. Bands that the model explains already are skipped.
+    """
     for refused in check.significant:
         for suggestion in suggestions_elsewhere(refused):
             if is_already_explained(suggestion, before.fit):

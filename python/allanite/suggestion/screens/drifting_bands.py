@@ -93,7 +93,7 @@ def _movable(effect: Stochastic) -> bool:
 
 
 def _section_count(band: Stochastic, data: Data) -> int:
-    """Largest number of sections of the record, at most 64, that resolve the band."""
+    """Largest number of sections of the record, at most 64, that resolve the band; 0 if none does."""
     return data.resolved_sections(band.occupies or (0.0, 0.0), MAX_BAND_SECTIONS, MIN_ORDINATES)
 
 

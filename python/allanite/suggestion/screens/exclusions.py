@@ -107,7 +107,7 @@ def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
 
 
 def only_at_the_ends(effect: Modifier, data: Data) -> bool:
-    """True if the effect excludes samples only among the first and last of the record."""
+    """True if the effect excludes samples, and only among the first and last of the record (`end_samples`)."""
     if not effect.removes:
         return False
     taken = effect.missing(data.n, data.rate)

@@ -394,7 +394,10 @@ def with_gains_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, 
     best = [c for c in found if score(c) > top - MAX_RIVAL_LOG_EVIDENCE]
 
     def with_smallest_gain(candidate: Candidate) -> Candidate:
-        """Copy of a candidate with its smallest ΔlogL when added to the model of one of the best candidates."""
+        """Copy of a candidate whose `judged_gain` is its smallest ΔlogL next to one of the best; a best one itself.
+
+        The present `judged_gain` also counts; the smallest is at least 0.
+        """
         if candidate in best:
             return candidate
         left = candidate.gain if candidate.judged_gain is None else candidate.judged_gain
