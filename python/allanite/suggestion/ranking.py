@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Deterministic, Modifier
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
+from allanite.fit.rivals.together import is_broad
 from allanite.suggestion.constants import MIN_OVERDISPERSION_LEVEL_FIRST
 from allanite.suggestion.exclusions_first import (
     acts_in_time,
@@ -33,10 +34,10 @@ if TYPE_CHECKING:
 def prior(effect: Effect) -> float:
     """Prior score of an effect, nats: +3 for a usual cause, 0 for others, −3 per coefficient if it only describes.
 
-    ±3 nats are odds of 20 : 1.
+    A band that is too wide for a mode of a structure only describes. ±3 nats are odds of 20 : 1.
     """
     slow = effect if isinstance(effect, Deterministic) and effect.screened == "slow" else None
-    if effect.last_resort or (slow and slow.refined):
+    if effect.last_resort or is_broad(effect) or (slow and slow.refined):
         return -MAX_RIVAL_LOG_EVIDENCE * sum(p.role == "coefficient" for p in effect.parameters)
     usual = effect.standard is not None or (slow and slow.follows is not None)
     return MAX_RIVAL_LOG_EVIDENCE if usual else 0.0
