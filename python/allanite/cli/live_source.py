@@ -484,7 +484,7 @@ def _blocks_of_datagrams(source: str, stop: Stop) -> Iterator[_Block]:
 def _bound_socket(source: str) -> socket.socket:
     """UDP socket bound to the address ``udp://127.0.0.1:PORT`` (or localhost) in `source`.
 
-    Raises `InputError` if the address is not local, the port is not 1 to 65535, or the address is in use.
+    Raises `InputError` if the address is not local, the port is not 1 to 65535, or it cannot be bound, as when in use.
     """
     import socket
 

@@ -74,7 +74,11 @@ def _sections(declared: Sequence[Parameter]) -> str:
 
 
 def _entry(p: Parameter) -> str:
-    """Two-line numpydoc entry of a parameter: name with unit and role, then description with range."""
+    """Two-line numpydoc entry (text) of a parameter.
+
+    The first line has the name, unit, role (only a choice or derived) and "optional"; texts have no unit. The second line
+    has the description, and the range if it is bounded; texts and derived parameters have none.
+    """
     unit = "" if p.unit == "text" else unit_of(p)
     role_text = {"choice": "a choice", "derived": "derived"}.get(p.role, "")
     kind = ", ".join(filter(None, (unit, role_text, "optional" if p.optional else "")))

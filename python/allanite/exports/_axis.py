@@ -467,8 +467,9 @@ def _joint_forms(
     compensate. In the linear approximation the largest levels within the region are above the true curve at all
     frequencies at once with a probability of 95 %. Values are clipped to the range of the parameter. The list is empty
     for an effect that is not random, without free shapes, or with more than `MOST_JOINT` parameters; without all
-    correlations; if `_half_widths` is None for a parameter; or if an alternative model has a larger coefficient. Then
-    the ends of all intervals are combined.
+    correlations; or if `_half_widths` is None for a parameter. It is also empty if the coefficient of `upper`, as from an
+    alternative model, exceeds the upper end of its own interval, or if that end is 0. For an empty list, the caller
+    combines the ends of all intervals.
     """
     if not isinstance(effect, Stochastic) or not effect.free_shapes:
         return []

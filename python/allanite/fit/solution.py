@@ -185,7 +185,7 @@ class Solution:
 
     @property
     def ordinates(self) -> Array:
-        """Array of the residual ordinates, shape (n,)."""
+        """Array of the cosine transform of the samples without the deterministic effects, shape (n,)."""
         return self.residual.ordinates
 
     @cached_property

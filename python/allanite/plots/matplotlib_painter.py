@@ -368,7 +368,10 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
 
 
 def _with_subscript(text: str) -> dict[str, Any]:
-    """Dict of the matplotlib properties of a text; the y of σ_y becomes a subscript, and all else stays literal."""
+    """Dict of the matplotlib properties `text` and `parse_math`.
+
+    The y of σ_y becomes a subscript, unless the text has a $; all else stays literal.
+    """
     if "σ_y" not in text or "$" in text:
         return {"text": text, "parse_math": False}
     return {"text": text.replace("σ_y", r"$\sigma_y$"), "parse_math": True}

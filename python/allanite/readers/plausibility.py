@@ -85,7 +85,7 @@ def assumed_units(recording: Recording) -> dict[str, str]:
 
 
 def _are_whole_or_nan(samples: NDArray[Any]) -> bool:
-    """True if all samples are whole numbers or NaN."""
+    """True if all samples are whole numbers, infinite or NaN."""
     return bool(np.all((samples == np.round(samples)) | np.isnan(samples)))
 
 

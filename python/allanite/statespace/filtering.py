@@ -85,7 +85,7 @@ class Innovations:
 
     @cached_property
     def n(self) -> int:
-        """Number of innovations."""
+        """Number of innovations that are not NaN."""
         return int(np.count_nonzero(~np.isnan(self.values)))
 
     @property

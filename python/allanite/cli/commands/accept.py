@@ -83,8 +83,9 @@ def command(
     of the samples themselves: the value at the averaging time where the fitted model is lowest. Lines, outliers and
     temperature do raise this minimum.
 
-    Prints a table for each axis, with one row per figure. Exit codes, of the worst axis: 0 every figure meets the sheet;
-    1 at least one does not meet; 3 none fails, but at least one is undecided.
+    Prints a table for each tested axis, with one row per figure. An axis is tested if the sheet has figures for its kind
+    of sensor. Exit codes, of the worst axis: 0 every figure meets the sheet; 1 at least one does not meet; 3 none fails,
+    but at least one is undecided.
     """
     from pathlib import Path
 

@@ -28,7 +28,7 @@ MIN_TRIM_SAMPLES = 1 << 17
 @cleared_by_free_buffers
 @lru_cache(maxsize=1)
 def times_of(n: int, rate: float, start: float) -> NDArray[np.float64]:
-    """Array of the time of each sample of a record, s, shape (n,); cached and read-only."""
+    """Array of the time of each sample of a record that begins at `start`, s, shape (n,); cached and read-only."""
     time = np.arange(n, dtype=np.float64)
     time /= rate
     time += start

@@ -215,7 +215,7 @@ def _axis_acceptance(name: str, found: Acceptance) -> dict[str, Any]:
     """
 
     def interval(f: FigureVerdict) -> str:
-        """Text of the 95 % interval of a figure, ``< …`` if it begins at 0, a dash if it is not finite."""
+        """Text of the 95 % interval of a figure with its unit, ``< …`` if it begins at 0; a dash if not finite."""
         unit = unit_text(f.unit)
         if not np.isfinite(f.high):
             return "–"

@@ -52,8 +52,8 @@ def screen_outliers_and_levels(
 ) -> tuple[Candidate | None, list[Candidate]]:
     """Pair: candidate of outliers or None, and list of candidates of level changes without these outliers.
 
-    If most samples of an interval are louder, the change of level comes first: outliers are None and left for the next
-    step.
+    Levels are searched without these outliers, if they could be fitted, and then refitted to the given data. If a level
+    change explains most of the louder samples of an interval, outliers are None and left for the next step.
     """
     refit_outliers = screen_outliers(solution, data, whitened.samples)
     found = screen_levels(solution, data, whitened)

@@ -56,9 +56,10 @@ def _best_candidate(
 ) -> Candidate | None:
     """Candidate of the best tone burst over all bands; None if it is refuted.
 
-    It is refuted if its ΔlogL is less than 8 above that of `lasting` lines and bands nearby, if it cannot become
-    significant, or if it has fewer than 4 periods. It is refuted as well on the course of a moving band, at a line of
-    the model, or if a discrepancy remains or is needed elsewhere.
+    It is refuted if its ΔlogL, divided by the loudness of the segment, is less than 8 above that of a steady line at the
+    same frequency or of `lasting` candidates nearby. It is refuted if it cannot become significant, or if it has fewer
+    than 4 periods. It is refuted as well on the course of a moving band, at a line of the model, at zero frequency, or if
+    the model needs a discrepancy.
     """
     noise, T = solution.noise(data), data.duration
     tried = [(band, search_burst(band)) for band in bands]
