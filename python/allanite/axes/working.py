@@ -235,8 +235,9 @@ def check_working(quiet: Sequence[Recording], recordings: Sequence[Recording]) -
 def _working_state(fit: Fit, log: Recording) -> Working:
     """`Working`: noise at work of one column, from its fit at rest and its working log.
 
-    The excess of white noise is measured between the end of motion and 10 Hz. Bands and lines above it are added to the
-    model as sinusoids. Raises `InputError` if the model at rest has no white noise.
+    The excess of white noise is measured from the end of motion to 10 Hz or twice that end, at most a quarter of the rate.
+    Sinusoids in the model stand for spectral lines and for bands above this range. Raises `InputError` if the model at
+    rest has no white noise.
     """
     recording = fit.recording
     model = fit.model.steady((0.0, recording.duration))

@@ -225,9 +225,9 @@ def minimum_of(fit: Any) -> Estimate:
 
 
 def _lowest_deviation(fit: Any) -> float:
-    """Minimum over τ of the Allan deviation of the detected random effects, with coefficients at their lower limits.
+    """Minimum of the Allan deviation of the detected random effects, with coefficients at their positive lower limits.
 
-    The result is 0 if no effect is detected, or if the deviation still falls at the longest τ.
+    τ reaches 1000 lengths of the record. 0 if there is no such effect, or if the deviation still falls at the end.
     """
     effects = []
     for effect, estimates in zip(fit.model, fit.estimates, strict=True):

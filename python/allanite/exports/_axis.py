@@ -588,7 +588,7 @@ def warning_of(document: Mapping[str, Any]) -> str:
 
 
 def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -> Estimate:
-    """`Estimate` of a parameter in a document, converted to samples in the unit `target`.
+    """`Estimate` of a parameter in a document, in the unit that the parameter has if samples are in `target`.
 
     It has no interval if an end is missing.
     """

@@ -91,7 +91,7 @@ def _step_texts(ladder: Sequence[Rung]) -> tuple[str, ...]:
 def _step_text(step: Rung, numbers: bool) -> str:
     """Text of the changes of one step, one per line; "start" and the model for the first step.
 
-    With `numbers`, the values of new effects follow, unless an effect was removed.
+    With `numbers`, the values of each new effect are on the line below it, unless an effect was removed.
     """
     if not step.changes:
         return f"start\n{step.fit.model.name}"

@@ -453,8 +453,8 @@ def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -
 def _describe_stamps(time: NDArray[Any]) -> Column:
     """`Column` named ``(time)`` for time stamps that are not a column of the table, with the first three stamps.
 
-    Date-times are in ns since 1970, times of day and since a start in s. Texts have no first values and the range NaN.
-    Unusable stamps have no rate, but a doubt.
+    Date-times are in ns since 1970. Durations, and date-times within the first year, are in s. Plain numbers keep their
+    values, without a unit. Texts have no first values and the range NaN. Unusable stamps have a doubt instead of a rate.
     """
     rate: float | None = None
     doubts: tuple[str, ...] = ()

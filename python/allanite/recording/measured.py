@@ -27,7 +27,7 @@ def measured_samples(recording: Recording) -> Recording:
 
 
 def _without_markers(recording: Recording) -> Recording:
-    """`Recording` in which the no-data markers of each column are NaN; the same object without markers."""
+    """`Recording` with NaN in place of no-data markers, and a finding for each marker; the same object without markers."""
     found: list[Finding] = []
     samples: NDArray[Any] | None = None
     for at, name in enumerate(recording.columns):

@@ -48,8 +48,8 @@ def in_order(
 ) -> tuple[Suggestion, ...]:
     """Tuple of the suggestions: significant ones first, then by class, then by score; each with its alternatives.
 
-    Excluded segments that something else explains are omitted. `overdispersion` (1 for a steady record) is that of the
-    spectrum; above 1.1, changes of level lead.
+    Of the significant ones, exclusions that go first (`goes_first`) come before all others, and changes of level follow if
+    `overdispersion`, that of the spectrum (1 for a steady record), is above 1.1. Other excluded segments are omitted.
     """
     judged = list(found)
     first = [s for s in judged if goes_first(s, judged, fit)]

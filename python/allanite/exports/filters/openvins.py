@@ -30,9 +30,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """Text of the file that ``relative_config_imu`` names: YAML 1.0 of OpenCV, with all keys below ``imu0``.
 
     The loader also reads the rotation ``T_i_b``, ``model`` and the calibration matrices
-    (ov_core/utils/opencv_yaml_parse.h, ov_msckf/core/VioManagerOptions.h). The file sets them to the identity. Each
-    number is the largest of the axes of its sensor. Raises `InputError` unless both sensors and one sampling rate are
-    known.
+    (ov_core/utils/opencv_yaml_parse.h, ov_msckf/core/VioManagerOptions.h). The file sets the matrices to the identity
+    and ``model`` to kalibr. Each number is the largest of the axes of its sensor. Raises `InputError` unless both sensors
+    and one sampling rate are known.
     """
     update = rate_of(axes, rate, "openvins")
     check_both_sensors(axes, "openvins")

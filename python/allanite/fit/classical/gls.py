@@ -99,7 +99,7 @@ def fit_gls(
     n: int,
     unit_terms: Sequence[Sequence[Term]],
 ) -> GlsFit:
-    """Fit squared coefficients to an Allan curve by GLS, with the covariance that the fitted model implies.
+    """Fit non-negative squared coefficients to an Allan curve by GLS, with the covariance that the fitted model implies.
 
     The expected variance is linear in the squares. Covariance and squares are computed in turn until they converge; this is
     Fisher scoring of a Gaussian model of the curve.
@@ -122,7 +122,7 @@ def fit_gls(
     Raises
     ------
     InputError
-        Non-positive variances, effects with the same curve, or arrays of different shapes.
+        Non-positive variances, effects with the same curve, arrays of different shapes, or all coefficients 0.
     TooShortError
         Fewer factors than effects.
     """

@@ -54,7 +54,10 @@ class Alternative:
 
 
 def is_removable(effect: Effect) -> bool:
-    """True if a search may remove an effect: not white noise, excluded samples, or effects held or limited by the user."""
+    """True if a search may remove an effect.
+
+    False for white noise, excluded samples, and effects with a parameter that the user held.
+    """
     white = isinstance(effect, Stochastic) and effect.white
     removes = isinstance(effect, Modifier) and effect.removes
     # Held by the user, not by the fit because a shape is at the end of its range.

@@ -60,7 +60,10 @@ def two_models(ladder: Ladder, other: Step) -> Figure:
 
 
 def differences(tab: Tab) -> dict[str, Any] | None:
-    """Dict with the table of differences between the current step and the compared one; None without a comparison."""
+    """Dict with the differences between the current and the compared step; None if either is missing.
+
+    Keys: ``at`` (place of the compared step), ``heads``, ``models`` and ``rows``.
+    """
     ladder, other = tab.ladder, tab.other_step
     if other is None or ladder.step is None:
         return None

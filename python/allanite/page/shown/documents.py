@@ -102,7 +102,9 @@ def _accept_sheet(tab: Tab, source: Source) -> None:
 
 
 def compare_with(tab: Tab, source: Source) -> None:
-    """Add the columns of a log to the comparison with the current column. Columns that are already compared stay.
+    """Add the columns of a log to the comparison with the current column, each named "source column".
+
+    A column whose name is already compared is not added.
 
     Raises
     ------

@@ -139,9 +139,9 @@ class _Blocks:
 def _odds_above(
     slow: int, solution: Solution, spectrum: tuple[Array, Array], block: _Blocks
 ) -> float:
-    """Log-odds of two levels against Gaussian noise, from block means without their `slow` lowest ordinates.
+    """Log-likelihood ratio, nats, of two fitted levels to Gaussian noise, from block means.
 
-    0 if too few ordinates remain.
+    Ordinates 0 to `slow` are left out. 0 if the burst noise exceeds the rest in too few of the others.
     """
     from scipy.optimize import minimize
 
