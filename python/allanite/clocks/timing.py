@@ -633,8 +633,10 @@ def _unit_text(effect: Stochastic) -> str:
 
 
 def _deviation_text(kind: str, value: float) -> str:
-    """Text of a deviation of a clock: a time such as ``1.2 ns`` for TDEV and MTIE, else a number without unit."""
-    return time_text(value) if kind in ("tdev", "mtie") else number(value, power=True)
+    """Text of a deviation of a clock: a time such as ``1.2 ns`` for TDEV and MTIE, else a number; a dash for NaN."""
+    if kind in ("tdev", "mtie"):
+        return time_text(value)
+    return "–" if np.isnan(value) else number(value, power=True)
 
 
 def _value_text(estimate: Estimate) -> str:

@@ -8,11 +8,16 @@ from allanite.common.numbers import number
 
 
 def time_text(seconds: float) -> str:
-    """Text of a time error with three digits in s, ms, µs, ns or ps: ``1.25 ns``; the largest unit of which it has one."""
+    """Text of a time error with three digits in s, ms, µs, ns or ps: ``1.25 ns``; the largest unit of which it has one.
+
+    A dash for NaN.
+    """
+    if math.isnan(seconds):
+        return "–"
     for name, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9)):
         if abs(seconds) >= size:
-            return f"{seconds / size:.3g} {name}"
-    return f"{seconds / 1e-12:.3g} ps"
+            return f"{seconds / size:.3g} {name}".replace("-", "−")
+    return f"{seconds / 1e-12:.3g} ps".replace("-", "−")
 
 
 def powered_text(values: tuple[float, float], between: str) -> str:
@@ -28,4 +33,6 @@ def powered_text(values: tuple[float, float], between: str) -> str:
     digits = max(0, 1 + power - math.floor(math.log10(min(known))))
     first, second = (f"{v / 10.0**power:.{digits}f}".replace("-", "−") for v in values)
     text = f"{first}{between}{second}"
-    return text if power == 0 else f"({text})·{number(10.0**power, 1)}"
+    return (
+        text if power == 0 else f"({text})·{number(10.0**power, 1, power=True).removeprefix('1·')}"
+    )

@@ -798,7 +798,7 @@ def _unit_contradiction(name: str, own: str, given: str) -> InputError:
     return InputError(
         f"the file says that column {name} is in {own}",
         missing="unit",
-        remedy=f", but {given} is given by {{unit}}: omit {{unit}}, or convert the results with {{to}}",
+        remedy=f", but {{this_unit:{given}}} is given: omit it, or convert the results with {{to}}",
     )
 
 

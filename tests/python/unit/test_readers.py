@@ -291,13 +291,13 @@ def test_decimal_commas_of_a_single_column(tmp_path):
             "x [deg/s]\n1\n2\n",
             {"unit": "rad/s"},
             InputError,
-            "column x is in deg/s, but rad/s is given by unit=",
+            "column x is in deg/s, but unit='rad/s' is given",
         ),
         (
             "x [deg/s]\n1\n2\n",
             {"unit": "mg"},
             InputError,
-            "column x is in deg/s, but mg is given by unit=",
+            "column x is in deg/s, but unit='mg' is given",
         ),
     ],
 )

@@ -181,7 +181,7 @@ def test_two_units_are_those_of_two_kinds_of_sensor(tmp_path):
     for unit in ("deg/s,m/s^2", "m/s^2, deg/s"):
         assert al.read(path, rate=50, unit=unit).units == ("deg/s", "deg/s", "m/s^2")
     stated = csv(tmp_path, "gx [rad/s],ax", *X[:, :2].T)
-    with pytest.raises(InputError, match=r"column gx is in rad/s, but deg/s is given by unit="):
+    with pytest.raises(InputError, match=r"column gx is in rad/s, but unit='deg/s' is given"):
         al.read(stated, rate=50, unit="deg/s,g")
     assert al.read(stated, rate=50, unit="rad/s,g").units == ("rad/s", "g")
     with pytest.raises(InputError, match="two units of one kind"):
