@@ -379,13 +379,13 @@ def test_numbers_hover_and_copies(tab):
     columns = [
         "τ (s)",
         "Measured (°/h)",
-        "Low (95 %)",
-        "High (95 %)",
+        "Low (95\u00a0%)",
+        "High (95\u00a0%)",
         "Edf",
         "Model (°/h)",
         "Residual (σ)",
     ]
-    assert head[:8] == [*columns, "Angle random walk"]
+    assert head[:8] == [*columns, "Angle random walk (°/h)"]
     # One switch to SI.
     tab.locator("#unit").select_option(label="SI: rad/s", force=True)
     tab.locator("#table thead >> text=Measured (rad/s)").wait_for()

@@ -64,8 +64,8 @@ def test_every_face_of_a_fit_says_it(tmp_path, samples, header, column, unit):
     recording = written(tmp_path, samples, header)
     fit = al.fit_model(recording, MODEL.format(column))
     assert fit["coefficient"].unit == f"m/s^2/{unit}"
-    # As a table prints units; documents keep them as they are written. A name is no unit.
-    shown = f"m/s² per unit of {column}" if unit == column else f"m/s²/{unit}"
+    # As a table prints the units of data sheets; documents keep those of the samples. A name is no unit.
+    shown = f"mg per unit of {column}" if unit == column else f"mg/{unit}"
     assert shown in str(fit)
     told = fit.to_dict()["effects"][1]["parameters"]["coefficient"]
     assert told["unit"] == f"m/s^2/{unit}"
