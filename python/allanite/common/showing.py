@@ -25,6 +25,14 @@ def brief(thing: Any) -> str:
     return f"{type(thing).__name__}({', '.join(inside)})"
 
 
+def heading(recording: Any) -> str:
+    """Line above a table of one column: log, column, number, rate and duration of the samples, and unit if it has one."""
+    r = recording
+    unit = "" if r.unit == "1" else f", {r.unit}"
+    what = f"{r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s){unit}"
+    return f"{r.path or 'recording'} · {r.columns[0]} · {what}"
+
+
 def _value_text(value: Any) -> str:
     """Text of a value: ``<38 from 0.01 to 2400>`` for an array, ``<2: gx, gy>`` (keys) for a mapping, else its `repr`.
 

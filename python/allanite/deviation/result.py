@@ -222,8 +222,13 @@ class Deviation:
             for t, m, n, *values, e in self._rows()
         ]
         known = f"{self.percent} interval" if self.has_interval else "no interval is known"
-        title = f"{self.kind} ({self.deviation_unit}), {known}"
+        title = f"{self._titled}, {known}"
         return "\n".join([title, head, *rows, *self.diagnostics])
+
+    @property
+    def _titled(self) -> str:
+        """Kind with the unit of the deviation in parentheses; the kind alone without a unit."""
+        return self.kind if self.deviation_unit == "1" else f"{self.kind} ({self.deviation_unit})"
 
     def __repr__(self) -> str:
         if not len(self):
@@ -234,7 +239,7 @@ class Deviation:
         )
 
     def _repr_html_(self) -> str:
-        own = f"{self.kind} ({self.deviation_unit})"
+        own = self._titled
         head = "".join(
             f"<th>{name}</th>" for name in ("τ (s)", "m", "n", own, "low", "high", "edf")
         )

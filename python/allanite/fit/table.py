@@ -13,6 +13,7 @@ from allanite.common.numbers import (
 )
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
+from allanite.common.showing import heading
 from allanite.common.units import coefficient_unit, conversion
 from allanite.effects.sheet_units import in_sheet_unit, sheet_unit
 from allanite.fit.models import parameter_label
@@ -218,7 +219,7 @@ def fit_table(
     """
     r = fit.recording
     lines = [
-        f"{r.path or 'recording'} · {r.columns[0]} · {r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s), {r.unit}",
+        heading(r),
         f"model {fit.model.name}{method_text(fit)}",
         "",
     ]

@@ -18,6 +18,7 @@ from allanite.cli.options import (
 from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT, errors_name_input, log_file
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
+from allanite.common.showing import heading
 from allanite.deviation import ESTIMATORS
 
 if TYPE_CHECKING:
@@ -224,11 +225,7 @@ class _Measured:
     def __str__(self) -> str:
         from allanite.effects.sheet_units import in_figure_unit
 
-        r = self.recording
-        what = f"{r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s), {r.unit}"
-        return (
-            f"{r.path or 'recording'} · {r.columns[0]} · {what}\n{in_figure_unit(self.deviation)}"
-        )
+        return f"{heading(self.recording)}\n{in_figure_unit(self.deviation)}"
 
     def plot(self) -> Figure:
         """Figure of the deviation over τ, with its interval if there is one.
