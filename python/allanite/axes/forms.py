@@ -17,6 +17,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.discrepancy import HALF_CHI2_95
 from allanite.fit.rivals.alternatives import MAX_POLISH_DELTA_LOGL
 from allanite.fit.several.many import pooled_by_errors
+from allanite.suggestion.exclusions_first import excludes_or_changes_level
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -123,8 +124,7 @@ def common_form(fits: Mapping[str, Fit]) -> Form | None:
 
 def _may_be_shared(effect: Effect) -> bool:
     """True if the effect is a noise process, or a modifier that acts on the whole record, such as a filter."""
-    passing = isinstance(effect, Modifier) and (effect.removes or effect.passing)
-    return isinstance(effect, (Stochastic, Modifier)) and not passing
+    return isinstance(effect, (Stochastic, Modifier)) and not excludes_or_changes_level(effect)
 
 
 class _Axis:

@@ -169,8 +169,8 @@ def _coherence_of_line(
 def _power_fraction(line: CommonLine, column: str, fit: Fit) -> NDArray[np.float64]:
     """Power of a line's random process divided by the spectrum of the fit, in each bin, shape (bins,).
 
-    Of several processes of this kind, the one nearest to the line counts. It is 0 for a line that is a known function
-    of time, because a fit subtracts the line.
+    If the fit has several processes of the line's kind, the process nearest to the line is used. If the line is a
+    known function of time, all fractions are 0, because the fit subtracts it.
     """
     kind = line.kinds[line.columns.index(column)]
     own = [process for process in fit.solution.processes if process.effect.kind == kind]

@@ -633,7 +633,7 @@ def _unit_text(effect: Stochastic) -> str:
 
 
 def _deviation_text(kind: str, value: float) -> str:
-    """Text of a deviation of a clock: a time such as ``1.2 ns`` for TDEV and MTIE, else a number; a dash for NaN."""
+    """Text of a deviation: a time such as ``1.2 ns`` for TDEV and MTIE, a number for other kinds, a dash for NaN."""
     if kind in ("tdev", "mtie"):
         return time_text(value)
     return "–" if np.isnan(value) else number(value, power=True)

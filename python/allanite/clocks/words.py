@@ -8,9 +8,9 @@ from allanite.common.numbers import number
 
 
 def time_text(seconds: float) -> str:
-    """Text of a time error with three digits in s, ms, µs, ns or ps: ``1.25 ns``; the largest unit of which it has one.
+    """Text of a time error with three digits, such as ``1.25 ns``; a dash for NaN.
 
-    A dash for NaN.
+    The unit is the largest of s, ms, µs, ns and ps in which the error is at least 1; ps for smaller errors.
     """
     if math.isnan(seconds):
         return "–"
@@ -33,6 +33,4 @@ def powered_text(values: tuple[float, float], between: str) -> str:
     digits = max(0, 1 + power - math.floor(math.log10(min(known))))
     first, second = (f"{v / 10.0**power:.{digits}f}".replace("-", "−") for v in values)
     text = f"{first}{between}{second}"
-    return (
-        text if power == 0 else f"({text})·{number(10.0**power, 1, power=True).removeprefix('1·')}"
-    )
+    return text if power == 0 else f"({text})·{number(10.0**power, 1, power=True)}"

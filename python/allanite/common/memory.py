@@ -88,7 +88,7 @@ def require_memory(size: float, what: str) -> None:
 
 
 def source_of_budget() -> str:
-    """Text that names the source of the budget: ``"ALLANITE_MEMORY=8G"`` if set, else ``"half of the free memory"``."""
+    """Text that says what limits the memory: ``"half of the free memory"``, or the setting ``"ALLANITE_MEMORY=8G"``."""
     setting = os.environ.get(VARIABLE)
     return "half of the free memory" if setting is None else f"{VARIABLE}={setting}"
 

@@ -30,7 +30,7 @@ def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> C
     axis : Axis
         The axis. Its attributes also state the horizon, and whether the coefficients are written as fitted.
     overbound : bool
-        Whether the numbers must cover the upper limits of the model. This precedes `axis.as_fitted`.
+        True if N and K must cover the upper limits of the model. `axis.as_fitted` is then ignored.
     simulator : bool
         Whether the numbers are for a simulator. Otherwise they are for a filter.
     """

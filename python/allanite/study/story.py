@@ -5,13 +5,14 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING
 
-from allanite.effects import Model, Modifier, Moving
+from allanite.effects import Model, Moving
 from allanite.fit import refitted, removes
 from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import evidence
 from allanite.study.judgement import allan_error_rises, no_error_rises
 from allanite.study.ladder import Rung
 from allanite.study.state import state_of
+from allanite.suggestion.exclusions_first import excludes_or_changes_level
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -121,8 +122,7 @@ def _step_with_record(
     """
     known = next((r for r in ladder if any(e.kind == new[0].kind for e in r.new)), None)
     # The mean spectrum does not show exclusions, levels over time and moving bands, so the search's ΔlogL is used.
-    in_time = isinstance(new[0], Modifier) and (new[0].removes or new[0].passing)
-    elsewhere = in_time or isinstance(new[0], Moving)
+    elsewhere = excludes_or_changes_level(new[0]) or isinstance(new[0], Moving)
     risen = known.risen if known is not None and elsewhere else None
     trials = known.trials if known is not None else None
     kinds = tuple(e.kind for e in gone)

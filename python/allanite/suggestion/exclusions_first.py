@@ -153,6 +153,11 @@ def changes_level(effect: Effect) -> bool:
     return isinstance(effect, Modifier) and effect.passing
 
 
+def excludes_or_changes_level(effect: Effect) -> bool:
+    """True if the effect excludes samples or changes a noise level over time, and so leaves the mean spectrum as it is."""
+    return isinstance(effect, Modifier) and (effect.removes or effect.passing)
+
+
 def acts_in_time(effect: Effect) -> bool:
     """True if the effect acts at certain times: an exclusion, a change of level, or a function of time."""
     taken = isinstance(effect, Modifier) and effect.removes

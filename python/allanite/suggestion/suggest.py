@@ -25,6 +25,7 @@ from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import discrepancy_gain, parameters_cost
 from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAIN_SHARE
+from allanite.suggestion.exclusions_first import excludes_or_changes_level
 from allanite.suggestion.explanation import explain
 from allanite.suggestion.p_values import Family, line_trials, log_p_value
 from allanite.suggestion.ranking import in_order, prior
@@ -239,15 +240,10 @@ def same_misfit(first: Suggestion, other: Suggestion) -> bool:
     ):
         return True
     one, two = first.gains, other.gains
-    if one.size != two.size or any(_changes_level_or_excludes(s.effect) for s in (first, other)):
+    if one.size != two.size or any(excludes_or_changes_level(s.effect) for s in (first, other)):
         return False
     least = min(float(one.sum()), float(two.sum()))
     return least > 0.0 and float(np.minimum(one, two).sum()) > MAIN_SHARE * least
-
-
-def _changes_level_or_excludes(effect: Effect) -> bool:
-    """True if the effect excludes samples or changes a noise level over time."""
-    return isinstance(effect, Modifier) and (effect.removes or effect.passing)
 
 
 def _band(effect: Effect) -> tuple[float, float] | None:
@@ -463,4 +459,4 @@ def _removed_misfit(fit: Fit, suggestion: Suggestion) -> float:
 
 def _changes_over_time(effect: Effect) -> bool:
     """True for exclusions, changes of level and moving bands, which change samples or their spectrum over time."""
-    return _changes_level_or_excludes(effect) or isinstance(effect, Moving)
+    return excludes_or_changes_level(effect) or isinstance(effect, Moving)

@@ -6,7 +6,12 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.curve import compare_curves
-from allanite.fit.rivals.evidence import PRIOR_LOG_RANGE, parameter_cost, parameters_cost
+from allanite.fit.rivals.evidence import (
+    PRIOR_LOG_RANGE,
+    bic_cost,
+    parameter_cost,
+    parameters_cost,
+)
 from allanite.fit.rivals.together import can_be_split, together
 
 RATE, LENGTH = 50.0, 60_000
@@ -51,7 +56,7 @@ def test_a_strength_costs_what_integration_gives(model, make):
     [(2, 7.0, 0.01, 0.008), (5, 7.0, 0.001, 0.004), (7, 20.0, 0.01, 0.01), (4, 12.0, 0.1, 0.02)],
 )
 def test_a_band_costs_what_integration_over_its_parameters_gives(seed, frequency, damping, rms):
-    """½ ln n for each of the three parameters would be 1.5 to 5 nats too much, and more in longer records."""
+    """½ ln n for each of the three parameters would be 3 to 6 nats too much, and more in longer records."""
     recording = _recording(
         seed, lambda rng: g.resonance(rng, LENGTH, RATE, frequency, damping, rms)
     )
@@ -77,6 +82,7 @@ def test_a_band_costs_what_integration_over_its_parameters_gives(seed, frequency
     mean = np.trapezoid(inner, frequencies) / (0.5 * RATE * PRIOR_LOG_RANGE**2)
     cost = parameters_cost(fit.solution.effects[1], fit.solution)
     assert cost == pytest.approx(-np.log(mean), abs=1.0)
+    assert 3.0 < 3.0 * bic_cost(fit.solution) + np.log(mean) < 6.0
 
 
 def test_a_number_that_is_not_there_costs_something():

@@ -102,7 +102,8 @@ def _report_path(log: str, output: str | None) -> Path:
 def _provenance(logs: tuple[str, ...], model: str, options: LogOptions) -> dict[str, str]:
     """Dict of texts from which the report can be repeated: logs, command, first model and seed.
 
-    The command is that of this process without --quiet if it is ``report``, else ``allanite report``.
+    If this process runs ``allanite report``, the command is its command line without --quiet. Otherwise the command is
+    ``allanite report`` without options.
     """
     words = [w for w in sys.argv[1:] if w != "--quiet"]
     command = " ".join(["allanite", *words]) if words[:1] == ["report"] else "allanite report"

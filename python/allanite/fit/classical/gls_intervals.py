@@ -88,7 +88,7 @@ class _TestInversion:
     trial: Array
 
     def _fitted(self, t: float) -> Array:
-        """Array of the squared coefficients with the value t at `index` and the others fitted, none of them negative.
+        """Array of all squared coefficients: t at `index`, and the other ones fitted with values of at least 0.
 
         The covariance and the fit are iterated at most six times.
         """

@@ -147,7 +147,7 @@ class Data(ABC):
         return self._without_end_leakage(model.unit_terms(effect, self.rate, self.span))
 
     def _without_end_leakage(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
-        """Tuple of spectral terms to use: without leakage from the ends if the end samples are missing, else `terms`."""
+        """Tuple of the given terms; if the end samples are missing, each term without its leakage from the ends."""
         return tuple(term.inside for term in terms) if self.ends_missing else terms
 
     def residual(self, model: Model) -> NDArray[np.float64]:
@@ -273,7 +273,7 @@ class Data(ABC):
 @align_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False)
 class SampleData(Data):
-    """A record of which every sample is kept, prepared for fitting.
+    """Data of a recording with all its samples, prepared for fitting; a summary has `SummaryData`.
 
     Attributes
     ----------

@@ -49,6 +49,7 @@ MIN_RELATIVE_HEIGHT = 0.6
 #: Maximum number of drift rates that are evaluated exactly. Chosen by judgment; not measured.
 MAX_EXACT_DRIFTS = 128
 #: Number of values of the series that are demodulated together: a block of 0.5 MB stays in the cache of a processor.
+#: It changes only the speed.
 BLOCK_VALUES = 1 << 14
 #: Number of frequencies to each side of a line at which the noise along its course is measured. Twice as many values as the
 #: shortest interval of the search for lines; their median has a standard error of 13 %.

@@ -29,7 +29,7 @@ from allanite.suggestion.p_values import (
     refined_interval,
 )
 from allanite.suggestion.screens.exclusions import octaves_of
-from allanite.suggestion.screens.spectral import Candidate
+from allanite.suggestion.screens.spectral import Candidate, bands_overlap
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -151,11 +151,6 @@ def _largest_delta_logl(power: Array) -> float:
     if cells < 2:
         return 0.0
     return best_interval(power, 1.0 / overdispersion(power), cells)[2]
-
-
-def bands_overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    """True if two frequency bands (low, high) have a range in common; touching ends do not count."""
-    return one[0] < other[1] and other[0] < one[1]
 
 
 def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float, float, Array]:

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Effect, Model, Moving, Stochastic
 from allanite.fit.engine import solve
 from allanite.suggestion.constants import MAX_BAND_SECTIONS, MIN_BAND_SECTIONS, MIN_ORDINATES
-from allanite.suggestion.screens.band_levels import bands_overlap
-from allanite.suggestion.screens.spectral import Candidate
+from allanite.suggestion.screens.spectral import Candidate, bands_overlap
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data

@@ -184,7 +184,13 @@ def candidates_elsewhere(first: Effect, solution: Solution, data: Data) -> Itera
     lead to `first` again.
     """
     part = RandomPart(data, solution.power, solution.count)
-    taken = [first]
+    taken = [first.occupies]
+
+    def is_taken(effect: Effect) -> bool:
+        """True if a band overlaps one that is taken."""
+        own = effect.occupies
+        return any(own and band and bands_overlap(own, band) for band in taken)
+
     for _, points, unit in directions(solution, data, [type(first)]):
         maxima = _residual_maxima(points, unit, solution)
         scanned = scan_added_effect(solution.model, maxima, solution.best, part)
@@ -192,19 +198,18 @@ def candidates_elsewhere(first: Effect, solution: Solution, data: Data) -> Itera
             if maximum.log_likelihood - solution.best.log_likelihood < MIN_SCREEN_GAIN:
                 return
             point = model.effects[-1]
-            if any(share_frequencies(point, e) for e in taken):
+            if is_taken(point):
                 continue  # its refit would lead to a known band
             candidate = _refitted_candidate([point], solution, part, arc_length(unit))
-            if candidate is None or any(share_frequencies(candidate.effect, e) for e in taken):
+            if candidate is None or is_taken(candidate.effect):
                 continue
-            taken.append(candidate.effect)
+            taken.append(candidate.effect.occupies)
             yield candidate
 
 
-def share_frequencies(one: Effect, other: Effect) -> bool:
-    """True if two bands have a frequency in common."""
-    a, b = one.occupies, other.occupies
-    return a is not None and b is not None and a[0] <= b[1] and b[0] <= a[1]
+def bands_overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """True if two frequency bands (low, high) have a range in common; touching ends do not count."""
+    return one[0] < other[1] and other[0] < one[1]
 
 
 def _narrow_band_candidate(
