@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import chance_text, number, trials_text
 from allanite.criticism import Where, criticise
+from allanite.effects import title_of
 from allanite.fit.likelihood.whitened import whiten
 from allanite.suggestion.suggest import Suggestion, same_misfit, suggest
 from allanite.suggestion.unexplained_shape import Rest, rest_of
@@ -199,7 +200,8 @@ def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
         evidence += f", {s.removes_text}"
     lines = [f"  {rank}. {s.explanation}{mark}", f"     {evidence}"]
     if s.rivals:
-        lines.append(f"     not distinguishable on this record from: {', '.join(s.rivals)}")
+        names = ", ".join(map(title_of, s.rivals))
+        lines.append(f"     not distinguishable on this record from: {names}")
     return [*lines, f"     confirm: {s.check_by}"]
 
 
