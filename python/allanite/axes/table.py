@@ -66,7 +66,10 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
 
 
 def _wrapped_lines(text: str, width: int) -> list[str]:
-    """List of texts: lines of `text`, indented and wrapped at `width` characters."""
+    """List of the lines of `text` wrapped at `width` characters, the first indented by 2 blanks, all others by 4.
+
+    Line breaks in `text` count as blanks.
+    """
     return wrap(text, width, initial_indent="  ", subsequent_indent="    ")
 
 

@@ -90,7 +90,7 @@ def _list_text(words: Sequence[str]) -> str:
 
 
 def _over_axes(number: Agreement, sensor: Sensor) -> str:
-    """Clause `` over gyro_x and gyro_y``: axes with a value of the parameter; empty if all axes have one."""
+    """Text `` over gyro_x and gyro_y`` that names the axes with a value of the parameter; empty if all axes have one."""
     return (
         "" if len(number.columns) == len(sensor.columns) else f" over {_list_text(number.columns)}"
     )

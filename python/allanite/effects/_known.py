@@ -182,9 +182,10 @@ class Periodic(Deterministic):
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self | None:
-        """New effect with a line at `frequency` (Hz) and lines at `multiples` of it (including 1), without amplitudes.
+        """New effect without amplitudes, with its line at `frequency`, Hz; `multiples` is not used.
 
-        None if the effect has fixed frequencies and none of them fits.
+        A class with several lines overrides this method. There `multiples` are the factors of `frequency` at which
+        lines were found, the first of which is 1. An override returns None if no line of the class fits.
         """
         return cls(frequency=frequency)
 

@@ -72,7 +72,7 @@ class Disturbance(Modifier):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Tuple with one disturbance without values, for every model (without white noise, with other disturbances)."""
+        """Tuple with one disturbance without values; the model and the columns are not used."""
         return (cls(),)
 
     @classmethod

@@ -86,10 +86,11 @@ def function_costs(data: Data, solution: Solution) -> Array:
 
 
 def level_change_costs(data: Data, solution: Solution) -> Array:
-    """Array of the predictive cost of noise-level changes minus their gain in each block, nats, shape (BLOCKS,).
+    """Array of cost minus gain of noise-level changes in each block of the record, nats, shape (BLOCKS,).
 
-    The cost is 1 nat for each fitted parameter, as for one-time events. 0 without changes of the white-noise level, or
-    if white noise dominates no octave.
+    Negative where the changes predict the block better. The cost of 1 nat per fitted parameter, as for one-time events,
+    is spread evenly over all blocks. All zero without changes of the white-noise level, or if white noise dominates no
+    octave.
     """
     total = np.zeros(BLOCKS)
     changes = [e for e in solution.model.modifiers if e.passing and e.band is None]

@@ -85,7 +85,10 @@ def inline(figure: Figure, size: tuple[float, float], label: str) -> str:
 
 
 def _left_width(panel: Panel) -> float:
-    """Width in pixels of the texts left of a panel, estimated from the longest tick text; 12 without y tick texts."""
+    """Width in pixels left of a panel: 10 plus the longest y tick text (estimated), at least `LEFT` with a y label.
+
+    12 if the panel does not show its y axis.
+    """
     texts = [line for _, text in panel.y.ticks for line in text.split("\n")]
     longest = max(map(len, texts), default=0) if panel.show_y else 0
     return max(LEFT if panel.y.label else 0.0, 10 + LETTER * longest) if panel.show_y else 12.0

@@ -19,9 +19,10 @@ def axis_letter(name: str) -> str | None:
 
 
 def axis_triples(names: Sequence[str]) -> list[tuple[int, ...]]:
-    """List of index triples, in the order x, y, z of the file, of names that differ only in the letter of the axis.
+    """List of triples of indices into `names`: three names that differ only in the letter x, y or z of the axis.
 
-    If there are none, three names of any kind are one triple; otherwise the list is empty.
+    The indices of a triple are in the order of the first name with each letter, so columns z, y, x give (0, 1, 2).
+    Without such a triple, three names of any kind give [(0, 1, 2)], and other numbers of names an empty list.
     """
     stems: dict[str, dict[str, int]] = {}
     for place, name in enumerate(names):

@@ -70,7 +70,9 @@ def _infinity_text(
 ) -> str:
     """Text with the position of the first infinity: ``the first in column gx: sample 3, counted from 1, is inf``.
 
-    `at` is the index of the first row of `piece`. Without one name per column, usual names are used.
+    `bad`, of the shape of `piece` (samples, or samples × columns), is True at infinities of either sign. The first row
+    of `piece` is sample `at` of the record, counted from 0. Without one name per column, the columns are called x, or
+    x0, x1, ….
     """
     row, *rest = (int(i) for i in np.argwhere(bad)[0])
     k = 1 if piece.ndim == 1 else piece.shape[1]

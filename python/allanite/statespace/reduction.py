@@ -214,7 +214,7 @@ def _start_factors(columns: Array, base: Array, target: Array, plain: int) -> Ar
 
 
 def _curves(terms: Sequence[Term], m: Array, w: Array) -> Array:
-    """Array: `_allan` at the factors m, followed by `_density` at the frequencies w, of the sum of some terms."""
+    """Array: Allan variance, U², of the sum of `terms` at the factors m, then its density at w, rad per sample."""
     return np.concatenate([_allan(terms, m), _density(terms, w)])
 
 
@@ -230,7 +230,7 @@ def _factors(n: int, per_decade: int) -> Array:
 
 
 def _allan(terms: Sequence[Term], m: Array) -> Array:
-    """Array: Allan variance, U², of the sum of some terms at the averaging factors m, shape of m."""
+    """Array: Allan variance, U², of the sum of `terms` at the averaging factors m, shape of m."""
     return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
 

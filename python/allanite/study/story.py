@@ -101,7 +101,10 @@ def _sorted_by_delta_logl(
 def _fit_of_step(
     before: Fit, kept: list[Effect], leaving: list[Effect]
 ) -> tuple[Fit, list[Effect]]:
-    """Pair: fit with `kept` and `leaving` effects, and the list of those of `leaving` that its evidence drops."""
+    """Pair: the fit with `kept` and with the effects of `leaving` that are still needed, and the list of the others.
+
+    An effect of `leaving` is removed from the model if the log evidence without it is not lower.
+    """
     fit = refitted(before, Model((*kept, *leaving)))
     gone: list[Effect] = []
     for effect in leaving:

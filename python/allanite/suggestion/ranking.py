@@ -57,10 +57,10 @@ def in_order(
     judged = [s for s in judged if s in first or not excludes_segment(s.effect)]
 
     def key(one: Suggestion) -> tuple[bool, int, float]:
-        """Tuple (significant, class, score) of a suggestion, a sort key.
+        """Sort key (significant, class, score) of a suggestion.
 
         Class 3: exclusions that go first. 2: changes of level in an overdispersed spectrum. 0: other exclusions and
-        changes of level that are not far ahead. 1: all others.
+        changes of level, except changes of the level of all frequencies that are far ahead. 1: all others.
         """
         effect = one.effect
         if one in first:

@@ -110,7 +110,10 @@ class Summary(Record):
 
     @property
     def whole(self) -> bool:
-        """True if the summary keeps all samples (at most 2¹⁹), so that `recording` and `rate_samples` work."""
+        """True if the summary keeps all samples, so that `recording` and `rate_samples` work.
+
+        At most 2¹⁸ samples are kept of one stream, and at most 2¹⁹ in total of joined streams.
+        """
         every = all(level.whole for one in self.stretches for level in one.levels)
         return every and self.n <= 2 * MAX_KEPT_SAMPLES
 

@@ -185,10 +185,11 @@ class SummaryData(Data):
         return power if level is None else self.maps.at_octave_resolution(power, level)
 
     def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
-        """Number of equal sections, at `most`, in which a band can be followed; 0 if it cannot be resolved.
+        """Number of equal sections of the record in which a band (low, high), Hz, can be followed; 0 if it cannot.
 
-        The band, Hz, must lie in the stored frequencies and contain `resolved` ordinates and two frequency cells. Also
-        0 if over 10 % of the samples or sections are missing. `most` is halved until the stored sections suffice.
+        The number is `most`, halved until the summary stores at least as many sections. It is 0 if the middle of the
+        band is not between the stored frequencies, if the band has fewer than `resolved` ordinates or two frequency
+        cells, or if over 10 % of the samples, or of the sections of its octave, are missing.
         """
         low, high = band
         bottom, top = self.maps.limits

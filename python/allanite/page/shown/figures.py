@@ -177,7 +177,7 @@ def _zoomed_panel(fit: Fit, panel: Panel, options: Mapping[str, str]) -> Panel:
 def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     """`Figure` of measured over expected power by time and frequency, with a close-up of the range that fails most.
 
-    Without a failing range only the map. Raises `InputError` before the check is finished.
+    The close-up is left out if no range fails. Raises `InputError` before the check is finished.
     """
     check = tab.step.check
     if check is None:

@@ -54,12 +54,13 @@ def _best_candidate(
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
-    """Candidate of the best tone burst over all bands; None if it is refuted.
+    """Candidate of the best tone burst over all bands; None if any of the following holds.
 
-    It is refuted if its ΔlogL, divided by the loudness of the segment, is less than 8 above that of a steady line at the
-    same frequency or of `lasting` candidates nearby. It is refuted if it cannot become significant, or if it has fewer
-    than 4 periods. It is refuted as well on the course of a moving band, at a line of the model, at zero frequency, or if
-    the model needs a discrepancy.
+    * Its ΔlogL, divided by the relative noise power of the segment, is less than 8 above that of a steady line at its
+      frequency, or of a `lasting` candidate nearby.
+    * It cannot become significant, has fewer than 4 periods, or has no positive frequency.
+    * Its frequency lies in the range of a moving band, or it overlaps a burst of the model at the same line.
+    * A model discrepancy is needed, with the burst or at frequencies away from it.
     """
     noise, T = solution.noise(data), data.duration
     tried = [(band, search_burst(band)) for band in bands]
@@ -96,7 +97,7 @@ def _best_candidate(
 
 
 def _is_on_course(frequency: float, solution: Solution) -> bool:
-    """True if a moving band of the model passes the frequency, Hz; where the band turns back, it looks like a burst."""
+    """True if the frequency, Hz, lies in the range of a moving band of the model: its turning points look like bursts."""
     courses = [e.occupies for e in solution.model if isinstance(e, Moving)]
     return any(course is not None and course[0] <= frequency <= course[1] for course in courses)
 
