@@ -248,20 +248,46 @@ def ordinates_between(
     missing.
     """
     data = fit.data
-    if not has_all_ordinates(data):
+    j, starts = _ordinate_groups(fit, low, high, most)
+    source = data.ordinates if whole else fit.solution.ordinates
+    frequency, power = j * data.rate / (2.0 * data.n), source[j] ** 2 / data.rate
+    return _group_means(frequency, starts), _group_means(power, starts)
+
+
+def residuals_between(
+    fit: Fit, low: float, high: float, most: int = MAX_SINGLE
+) -> tuple[Array, Array]:
+    """Tuple (frequencies in Hz, standard normal scores) of the single ordinates between the frequencies `low` and `high`.
+
+    Ordinates are averaged, and arrays empty, as in `ordinates_between`.
+    """
+    from allanite.fit.likelihood.whittle import normal_scores
+
+    data = fit.data
+    j, starts = _ordinate_groups(fit, low, high, most)
+    if not j.size:
         return np.zeros(0), np.zeros(0)
+    power = _group_means(fit.solution.ordinates[j] ** 2, starts)
+    expected = _group_means(density(data.terms(fit.model), j, data.n), starts)
+    count = np.diff(np.append(starts, j.size)).astype(np.float64)
+    frequency = _group_means(j * data.rate / (2.0 * data.n), starts)
+    return frequency, normal_scores(power, count, expected)
+
+
+def _ordinate_groups(fit: Fit, low: float, high: float, most: int) -> tuple[Ordinates, Ordinates]:
+    """Tuple (ordinates between `low` and `high` Hz, index of the first of each of at most `most` groups); see above."""
+    data = fit.data
     step = data.rate / (2.0 * data.n)
     first, last = max(1, int(np.ceil(low / step))), min(data.n - 1, int(high / step))
-    j = np.arange(first, max(first, last + 1))
-    every = max(1, -(-j.size // most))
-    starts = np.arange(0, j.size, every)
-    source = data.ordinates if whole else fit.solution.ordinates
-    power = source[j] ** 2 / data.rate
-    size = np.diff(np.append(starts, j.size))
-    return (
-        np.asarray(np.add.reduceat(j * step, starts) / size if j.size else np.zeros(0)),
-        np.asarray(np.add.reduceat(power, starts) / size if j.size else np.zeros(0)),
-    )
+    j = np.arange(first, max(first, last + 1) if has_all_ordinates(data) else first)
+    return j, np.arange(0, j.size, max(1, -(-j.size // most)))
+
+
+def _group_means(values: NDArray[np.floating[Any]], starts: Ordinates) -> Array:
+    """Array of the means of the groups of values that begin at the indices `starts`; empty without values."""
+    if not values.size:
+        return np.zeros(0)
+    return np.asarray(np.add.reduceat(values, starts) / np.diff(np.append(starts, values.size)))
 
 
 def _around_narrow_bands(fit: Fit) -> list[tuple[float, float]]:

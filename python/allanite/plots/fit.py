@@ -102,19 +102,19 @@ def _cause_panels(check: Check) -> tuple[Panel, ...]:
     if (effect is None and worst is None) or not has_all_ordinates(fit.data):
         return ()
     log = fit.recording
-    panel = means_panel(log)
+    signal = None if effect is None else fit.data.signal([effect])
+    panel = means_panel(log, signal)
     x = replace(panel.x, ticks=panel.x.ticks[:: 1 + len(panel.x.ticks) // 5])
     marks = list(panel.marks)
     if worst is not None:
         size, _ = time_scale(log.duration)
         marks.insert(0, Span(worst[0] / size, worst[1] / size, "fail", "when the model fails"))
-    if effect is not None:
-        label = f"explained by {effect_text(fit, effect)}"
-        marks.append(signal_line(log, fit.data.signal([effect]), label))
+    if effect is not None and signal is not None:
+        marks.append(signal_line(log, signal, f"explained by {effect_text(fit, effect)}"))
     above = replace(panel, x=x, column=2, title="Samples", marks=tuple(marks))
     name = "" if effect is None or effect.follows is None else effect.follows
     if name not in log.covariates:
-        return (above,)
+        return (replace(above, rows=2),)
     below = column_panel(log, name, log.covariates[name], x, 1)
     return replace(above, show_x=False), replace(below, column=2)
 

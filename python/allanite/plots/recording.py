@@ -107,12 +107,18 @@ def samples_panel(
     return Panel(x, y, tuple(marks), row, show_x=last)
 
 
-def means_panel(column: Recording) -> Panel:
-    """`Panel` of the means of 120 segments of one column, which show a drift below the white noise of the samples."""
+def means_panel(column: Recording, signal: Array | None = None) -> Panel:
+    """`Panel` of the means of 120 segments of one column, which show a drift below the white noise of the samples.
+
+    The y axis also covers the means of the `signal` as `signal_line` draws it.
+    """
     size, name = time_scale(column.duration)
     time, _, _, mean = _segments(column.rate_samples(), MEANS)
     line = Line(time * column.duration / size, mean, "raw", "means of short segments", width=1.1)
-    low, high = float(np.nanmin(mean)), float(np.nanmax(mean))
+    shown = [mean]
+    if signal is not None:
+        shown.append(_segments(signal + _shift(column, signal), MEANS)[3])
+    low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
     margin = 0.1 * (high - low)
     y = sample_axis(column.unit, linear_axis("", low - margin, high + margin), "samples")
     return Panel(linear_axis(f"time ({name})", 0.0, column.duration / size, 8), y, (line,))
@@ -127,10 +133,14 @@ def signal_line(
     """
     n = log.n if n is None else n
     size, _ = time_scale(n / log.rate)
-    middle = float(np.nanmean(np.asarray(log.samples, dtype=float)) - np.mean(signal))
     at = first + np.unique(np.linspace(0, n - 1, min(n, SIGNAL_POINTS)).round().astype(int))
     time = np.asarray(at / (log.rate * size), dtype=np.float64)
-    return Line(time, middle + signal[at], "model", name, 2.0)
+    return Line(time, _shift(log, signal) + signal[at], "model", name, 2.0)
+
+
+def _shift(log: Recording, signal: Array) -> float:
+    """Difference of the means of all samples and of a signal over the same time."""
+    return float(np.nanmean(np.asarray(log.samples, dtype=float)) - np.mean(signal))
 
 
 def column_panel(

@@ -32,6 +32,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     """`Figure`: errors of each step, and the Allan deviation and the spectrum with the first and the last model.
 
     The errors are the unexplained misfit, the error of the Allan deviation, and the model discrepancy if a step has one.
+    They are left out if the study has one step.
 
     Parameters
     ----------
@@ -56,6 +57,8 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     discrepancies = [f.discrepancy.percent for f in fits]
     if any(discrepancies):
         bars.append(("model discrepancy (%)", [*discrepancies], None))
+    if len(ladder) == 1:
+        bars = []
     panels = (
         *(_bar_panel(words, names, values, at, i) for i, (words, values, at) in enumerate(bars)),
         _deviation_panel(study, len(bars)),

@@ -78,7 +78,7 @@ def test_the_loop(tab):
     first = chi2(tab)
     assert first[1] < first[0]
     add_first(tab)
-    assert tab.locator("#verdict").inner_text() == "✓ Adequate: 0 % unexplained ✓"
+    assert tab.locator("#verdict").inner_text() == "✓ Adequate: 0 % unexplained"
     assert "0 % unexplained ✓" in tab.locator("#ladder [aria-current]").inner_text()
     kinds = tab.locator(".chip").evaluate_all("chips => chips.map(c => c.dataset.kind)")
     assert {"gauss_markov", "sinusoid"} <= set(kinds)

@@ -110,6 +110,15 @@ def test_the_bar_of_a_card_leads_to_its_place(first_figure):
           return 36 < a && a < 38 && 38 < b && b < 40; }"""
     )
     assert tab.evaluate(PEAK, 38.0)["frequency"] == pytest.approx(38.0, abs=0.01)
+    # The strip below shows the residuals of the same ordinates, the largest at the line.
+    at = tab.evaluate(
+        """() => { const { data, _fullLayout } = document.getElementById("plot");
+          const { x, y } = data.find(t => t.xaxis === "x2" && t.name.startsWith("single"));
+          const [a, b] = _fullLayout.xaxis2.range.map(v => 10 ** v);
+          return [x.filter(v => a < v && v < b).length, x[y.indexOf(Math.max(...y))]]; }"""
+    )
+    assert at[0] > 100
+    assert at[1] == pytest.approx(38.0, abs=0.01)
 
 
 def test_what_is_not_detected_is_dashed_and_every_line_is_smooth(first_figure):

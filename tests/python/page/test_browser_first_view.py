@@ -61,7 +61,11 @@ def test_the_curve_is_seen_before_the_model_and_the_canvas_is_never_empty(contex
         tab.wait_for_function("() => document.querySelectorAll('#strip svg path').length === 6")
         # A view that needs the model says what it waits for.
         tab.locator("[data-tab=psd]").click()
-        tab.wait_for_selector("#empty >> text=Reading and fitting …")
+        tab.wait_for_selector("#empty #stage >> text=Fitting")
+        waiting = tab.locator("#empty")
+        assert "recording" in waiting.locator("h2").inner_text()
+        assert waiting.inner_text().replace("\u202f", " ").count("✓ Read: 4 000 samples") == 1
+        assert waiting.locator("progress").is_visible()
         tab.locator("[data-tab=allan]").click()
         tab.wait_for_selector(POINTS)
         held_fits.set()

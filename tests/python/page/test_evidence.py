@@ -18,6 +18,7 @@ from allanite.page.shown.figures import figure_of
 from allanite.page.source import Source
 from allanite.page.state import state
 from allanite.page.tab import Tab
+from allanite.plots.curves import residuals_between
 from allanite.plots.spec import HeatMap, Points
 from allanite.plots.time import close_up
 from allanite.study import Rung, Study
@@ -74,6 +75,26 @@ def test_an_adequate_model_leaves_nothing_unexplained(white_only):
     assert said["view"] == "allan"
     assert said["ladder"][0]["left_text"] == "0 %"
     assert re.match(r"This record cannot distinguish N\+K|No other model", said["alternatives"])
+
+
+def test_residuals_of_single_ordinates_are_normal_if_the_model_is_true(white_only):
+    fit = white_only.step.fit
+    f, z = residuals_between(fit, 0.01, 0.49, most=10_000)
+    assert 3800 < f.size < 3900
+    # Standard errors: 0.016 of the mean, 0.011 of the scatter.
+    assert abs(z.mean()) < 0.08
+    assert abs(z.std() - 1.0) < 0.05
+    f, z = residuals_between(fit, 0.01, 0.49, most=100)
+    assert f.size <= 100
+    assert abs(z.std() - 1.0) < 0.3
+
+
+def test_residuals_of_single_ordinates_show_a_line():
+    x = white(np.random.default_rng(11), N, RATE, 0.01) + sinusoid(N, RATE, 38.0, 0.02)
+    fit = fit_model(Recording(x, RATE, unit="deg/s"), "N+K")
+    f, z = residuals_between(fit, 37.0, 39.0, most=10_000)
+    assert f[np.argmax(z)] == pytest.approx(38.0, abs=0.01)
+    assert z.max() > 8.0
 
 
 def test_alternatives_stand_beside_the_numbers_that_they_change(white_only, monkeypatch):

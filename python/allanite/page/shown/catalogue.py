@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 #: Length of the record of a picture at 1 Hz; each effect is added to white noise of density 1.
 N = 1 << 14
-TAU = 2.0 ** np.arange(0, 13, 0.5)
+TAU = np.unique(np.round(2.0 ** np.arange(0, 13, 0.5)))
 FREQUENCY = np.geomspace(2.0 / N, 0.5, 40)
 #: Shape values that put an effect into the middle of its picture; others use the middle of their grid.
 SHAPES: dict[str, Any] = {

@@ -20,7 +20,7 @@ from allanite.page.shown.beside import two_models
 from allanite.page.shown.deviations import deviation_figure, simulated_sensor
 from allanite.page.shown.jobs import average_figure, thermal_figure
 from allanite.page.shown.samples import samples_figure
-from allanite.plots.axes import linear_axis, log_axis
+from allanite.plots.axes import linear_axis, log_axis, score_axis
 from allanite.plots.curves import (
     SINGLE,
     allan_panels,
@@ -28,6 +28,7 @@ from allanite.plots.curves import (
     interval,
     missing_lines,
     ordinates_between,
+    residuals_between,
     spectrum_panels,
     spectrum_spans,
     tau_spans,
@@ -138,7 +139,7 @@ def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     spans = spectrum_spans(fit, None if check is None else check.where.worst_frequency)
     panels = spectrum_panels(fit, 0, spans, missing_lines(check))
     if options.get("from") and options.get("to"):
-        panels = (_zoomed_panel(fit, panels[0], options), panels[1])
+        panels = _zoomed_panels(fit, panels, options)
     widths: tuple[float, ...] = (1.0,)
     close = None if check is None else _close_up(check)
     if close is not None:
@@ -162,16 +163,27 @@ def _close_up(check: Check) -> Panel | None:
     return close_up(check)
 
 
-def _zoomed_panel(fit: Fit, panel: Panel, options: Mapping[str, str]) -> Panel:
-    """Copy of the panel of the spectrum with the single ordinates between ``from`` and ``to`` Hz of the options.
+def _zoomed_panels(
+    fit: Fit, panels: tuple[Panel, ...], options: Mapping[str, str]
+) -> tuple[Panel, ...]:
+    """Copies of the two panels of the spectrum with the single ordinates between ``from`` and ``to`` Hz of the options.
 
-    At most 1500 values; earlier single ordinates are replaced.
+    At most 1500 values; earlier single ordinates are replaced. The residuals of the ordinates are below, because a
+    narrow range has few bins.
     """
     low, high = _positive_option(options, "from", 1.0), _positive_option(options, "to", 1.0)
+    spectrum, strip = panels
     f, power = ordinates_between(fit, low, high, most=MAX_ZOOMED)
-    marks = [m for m in panel.marks if not (isinstance(m, Line) and m.label == SINGLE)]
+    marks = [m for m in spectrum.marks if not (isinstance(m, Line) and m.label == SINGLE)]
     at = next(i for i, m in enumerate(marks) if not isinstance(m, Span))
-    return replace(panel, marks=(*marks[:at], Line(f, power, "raw", SINGLE, 1.0), *marks[at:]))
+    marks.insert(at, Line(f, power, "raw", SINGLE, 1.0))
+    f, z = residuals_between(fit, low, high, most=MAX_ZOOMED)
+    shown = score_axis(strip.y.label, z, *(m.y for m in strip.marks if isinstance(m, Points)))
+    singles = Points(f, z, "raw", SINGLE, size=3.0)
+    return (
+        replace(spectrum, marks=tuple(marks)),
+        replace(strip, y=shown, marks=(*strip.marks, singles)),
+    )
 
 
 def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:

@@ -171,14 +171,19 @@ def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
                 trace["meta"] = f"{kind}-{part.place}"
     for trace in data:
         own = str(trace.get("yaxis")) in ("y", "y1")
-        if trace.get("name") == SINGLE:
+        if not own:
+            if (
+                trace.get("mode") == "markers"
+                and trace.get("name") != SINGLE
+                and len(trace["x"]) > 1
+            ):
+                trace["meta"] = "residual"
+        elif trace.get("name") == SINGLE:
             trace["meta"] = "single"
-        elif trace.get("name") == "model" and own:
+        elif trace.get("name") == "model":
             trace["meta"] = "model"
-        elif str(trace.get("name", "")).startswith("measured") and own:
+        elif str(trace.get("name", "")).startswith("measured"):
             trace["meta"] = "measured"
-        elif not own and trace.get("mode") == "markers" and len(trace["x"]) > 1:
-            trace["meta"] = "residual"
 
 
 def _is_title(annotation: dict[str, Any], figure: Figure) -> bool:

@@ -62,7 +62,7 @@ function beneath(layout, data) {
   for (const [key, domain] of Object.entries(domains)) { layout[key].domain = domain; layout[key.replace("y", "x")].domain = [0, 1]; }
   layout.yaxis2.title.text = "σ"; layout.yaxis3.title.text = "Hz"; layout.yaxis.title.font = { size: 11 };
   for (const a of layout.annotations) if (a.yref === "paper") Object.assign(a, { x: 0, y: a.x > 0.2 ? 0.25 : 1 });
-  return data.map(trace => trace.colorbar ? { ...trace, colorbar: { ...trace.colorbar, y: 0.12, len: 0.24, thickness: 10 } } : trace);
+  return data.map(trace => trace.colorbar ? { ...trace, colorbar: { ...trace.colorbar, orientation: "h", x: 1, xanchor: "right", y: 0.25, yanchor: "bottom", len: 0.4, thickness: 8 } } : trace);
 }
 // Keeps every second, third … label of an axis, so that at most `most` remain.
 function thin(axis, most) {

@@ -20,7 +20,7 @@ export function verdict() {
   else if (!state.ladder.length && state.log) out.push(line("", "Canceled:", "nothing is fitted"), offer("Read it again", () => act({ do: "open", log: state.log_number })));
   else if (!state.ladder.length) out.push(line("", "", "Open a log first"), offer("Open a log …", () => S.hooks.pick("log")));
   else if (!state.checked) out.push(line("", "Canceled:", "the search for missing effects is incomplete"), offer("Search", () => act({ do: "check" })));
-  else if (state.adequate) out.push(line("good", state.verdict === "adequate" ? "✓ Adequate:" : "≈ Limited by quantization:", `${unexplained()} unexplained ✓`));
+  else if (state.adequate) out.push(line("good", state.verdict === "adequate" ? "✓ Adequate:" : "≈ Limited by quantization:", `${unexplained()} unexplained`));
   else {
     if (state.within) out.push(line("good", "≈ Within tolerance:", `model discrepancy ${short(state.discrepancy)} %, below ${state.tolerance} %`));
     else out.push(line("bad", "✗ Fails:", `unexplained misfit ${unexplained()}`));

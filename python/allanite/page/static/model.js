@@ -90,7 +90,7 @@ export async function openCatalogue() {
   const found = await speak(`tabs/${S.tab}/part/catalogue`);
   const there = new Set(S.state.chips.map(c => c.kind)), columns = S.state.covariates || [];
   const picture = (title, paths) => paths && svg("0 0 100 60", [
-    { d: paths[1], class: "base" }, { d: paths[0], class: "own" }], { class: "picture", role: "img", "aria-label": title, "aria-hidden": "false" });
+    { d: paths[1], class: "base" }, { d: paths[0], class: "own" }], { class: "picture", preserveAspectRatio: "none", role: "img", "aria-label": title, "aria-hidden": "false" });
   const card = e => {
     const has = there.has(e.kind) && e.single, lacks = e.needs.length && !columns.length;
     const drawn = (title, paths, down, across) => paths && el("figure", {}, picture(title, paths), el("figcaption", {}, `${down} over ${across}`));

@@ -9,7 +9,7 @@ import { cards, enough, ladder, verdict } from "./ladder.js";
 import { chips, listenModel, mainValue, openCatalogue, typeModel } from "./model.js";
 import { ask, doubtful, listenReading } from "./reading.js";
 import { listenTour } from "./tour.js";
-import { controls, figure, get, go, listenViews, redraw, visit } from "./views.js";
+import { controls, figure, get, go, listenViews, progress, redraw, visit } from "./views.js";
 
 const KEYS = [["I", "Improve this axis"], ["A", "Improve all axes"], ["E", "Add an effect"], ["M", "Enter a model"], ["[  ]", "Previous axis, next axis"], ["1 … 9", "Views"], ["N", "Values of the figure"], ["V", "Two views"], ["F", "Full screen"],
   ["T", "Light or dark"], ["Ctrl Z, Ctrl Shift Z", "Undo, redo"], ["Esc", "Close, reset the view"], ["?", "Show these keys"]];
@@ -57,15 +57,11 @@ let hand = "";
 function work() {
   const inHand = busy() ? `${S.state.job.column} ${S.state.job.columns}` : "";
   if (inHand !== hand) { hand = inHand; if (!$("strip").hidden) drawStrip(); }
-  const job = S.state.job, hands_off = ordered();
+  const hands_off = ordered();
   $("work").hidden = !busy();
   document.body.dataset.busy = busy();
   document.body.dataset.adequate = Boolean(S.state.adequate);
-  if (busy()) {
-    const count = job.total > 1 ? ` ${job.done} of ${job.total}` : "";
-    $("work-name").textContent = $("work-name").title = `${job.name} …${count} · ${job.seconds.toFixed(job.seconds < 10 ? 1 : 0)} s`;
-    if (job.total) { $("bar").max = job.total; $("bar").value = job.done; } else $("bar").removeAttribute("value");
-  }
+  progress();
   // `disabled` would remove the focus.
   for (const button of document.querySelectorAll("[data-work]")) button.setAttribute("aria-disabled", hands_off);
   $("improve").setAttribute("aria-disabled", hands_off || S.state.within || !S.state.cards.some(c => c.significant));

@@ -1,5 +1,5 @@
 // The views: selection, controls, values, and files.
-import { $, S, act, capital, el, fill, refill, say, speak, theme } from "./core.js";
+import { $, S, act, busy, capital, el, fill, refill, say, speak, theme } from "./core.js";
 import { acceptance } from "./accept.js";
 import { axesTable } from "./axes.js";
 import { away, cursor } from "./cursor.js";
@@ -28,7 +28,7 @@ async function draw() {
   // The measured curve and the samples are available before the first fit.
   if (!state.recording || (!state.ladder.length && !["allan", "samples"].includes(S.view))) {
     Draw.clear(); drawn = ""; $("key").replaceChildren(); $("readout").replaceChildren();
-    if (state.log) $("empty").textContent = state.problem ? "" : "Reading and fitting …";
+    if (state.log) waiting();
     else welcome();
     return;
   }
@@ -52,6 +52,20 @@ async function draw() {
     if (want !== drawn) return;
     Draw.clear(); $("empty").textContent = error.message;
   }
+}
+// Until there is a figure: the log, the finished stages, and the progress of the current one, which `progress` fills in.
+function waiting() {
+  const { log, problem, recording } = S.state;
+  refill($("empty"), problem ? "" : el("div", { class: "waiting" }, el("h2", {}, log),
+    recording ? el("p", {}, `✓ Read: ${recording.text}`) : null, el("p", { id: "stage" }), el("progress", { id: "stage-bar", "aria-label": "Progress" })));
+  progress();
+}
+// Name, count, time and progress bar of the job, in the side panel and instead of a figure.
+export function progress() {
+  const job = busy() ? S.state.job : null, count = job?.total > 1 ? ` ${job.done} of ${job.total}` : "";
+  const text = job ? `${job.name} …${count} · ${job.seconds.toFixed(job.seconds < 10 ? 1 : 0)}\u00a0s` : "Nothing is fitted yet";
+  for (const node of [$("work-name"), $("stage")]) if (node) node.textContent = node.title = text;
+  for (const bar of [$("bar"), $("stage-bar")]) if (bar) { bar.hidden = !job; if (job?.total) { bar.max = job.total; bar.value = job.done; } else bar.removeAttribute("value"); }
 }
 function welcome() {
   refill($("empty"), el("div", { class: "welcome" }, el("h2", {}, "Which noise does your sensor have?"),
