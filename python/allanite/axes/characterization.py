@@ -226,7 +226,8 @@ class Characterization:
         import allanite as al
 
         curves = al.comparison.of_studies(self.studies)
-        return al.plots.plot_compare(curves, path, theme, "All axes")
+        title = f"All axes of {al.plots.words.recording_text(self.recording)}"
+        return al.plots.plot_compare(curves, path, theme, title)
 
     def report(self) -> Report:
         """Report on all axes: the table, what they have in common, then each axis by itself."""

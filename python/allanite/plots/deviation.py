@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,11 +18,15 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from numpy.typing import NDArray
+
     from allanite.deviation.result import Deviation
     from allanite.recording import Recording
 
 #: (Slope of σ(τ) on logarithmic axes, label) of common clock noise.
 SLOPES = ((-1.0, "τ⁻¹"), (-0.5, "τ⁻¹ᐟ²"), (0.5, "τ¹ᐟ²"))
+#: Half the width and half the height of the label of a slope, as fractions of the panel in a column of a journal.
+LABEL_WIDTH, LABEL_HEIGHT = 0.05, 0.06
 #: Kind of deviation → symbol that clock manufacturers use for deviations of fractional frequency.
 SIGMA = {
     "adev": "σ_y(τ)",
@@ -138,7 +142,7 @@ def plot_stability(
     y = log_axis(words, *shown)
     # White PM falls faster in the modified deviation only.
     slopes = ((-1.5, "τ⁻³ᐟ²"), *SLOPES) if first.kind == "mdev" else SLOPES
-    guides = [mark for slope, name in slopes for mark in _guide(first, slope, name, x, y)]
+    guides = [mark for s, name in slopes for mark in _guide(deviations, s, name, x, y)]
     panel = Panel(x, y, (*guides, *marks))
     title = "Stability" if first.unit == "1" else "Deviations"
     subtitle = "" if recording is None else recording_text(recording)
@@ -146,30 +150,47 @@ def plot_stability(
     return figure.saved(path, theme)
 
 
-def _guide(deviation: Deviation, slope: float, name: str, x: Axis, y: Axis) -> tuple[Line, Note]:
-    """Tuple (dotted `Line` with a given slope through the middle of a curve, `Note` with its label near its end).
+def _guide(
+    deviations: Sequence[Deviation], slope: float, name: str, x: Axis, y: Axis
+) -> tuple[Line, Note]:
+    """Tuple (dotted `Line` with a given slope through the middle of the first curve, `Note` with its label near its end).
 
-    The line spans the finite positive values. The label is as far right as the panel allows.
+    The line spans the finite positive values. The label is near the low end, apart from points and intervals.
     """
-    tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
+    tau, values = np.asarray(deviations[0].tau), np.asarray(deviations[0].deviation)
     kept = np.flatnonzero(np.isfinite(values) & (values > 0))
     middle = kept[kept.size // 2]
     ends = tau[kept[[0, -1]]]
     heights = values[middle] * (ends / tau[middle]) ** slope
 
-    def place(value: float, axis: Axis) -> float:
-        """Position (0 to 1) of a value on a logarithmic axis."""
-        return float(np.log(value / axis.low) / np.log(axis.high / axis.low))
+    def place(value: NDArray[Any], axis: Axis) -> NDArray[np.float64]:
+        """Positions (0 to 1) of values on a logarithmic axis."""
+        return np.asarray(np.log(value / axis.low) / np.log(axis.high / axis.low))
 
     # Place the label on the line as close to its low end as the panel allows, because the legend is in the upper corner.
-    inside = np.linspace(1.0, 0.0, 50)
+    steps = np.linspace(1.0, 0.0, 50)
     low_end = ends[1] if slope < 0 else ends[0]
-    at = np.exp(np.log(tau[middle]) + inside * np.log(low_end / tau[middle]))
-    across = [place(float(t), x) for t in at]
-    up = [place(float(values[middle] * (t / tau[middle]) ** slope), y) for t in at]
-    k = next((i for i in range(50) if 0.04 < up[i] < 0.93 and 0.05 < across[i] < 0.95), 49)
+    at = np.exp(np.log(tau[middle]) + steps * np.log(low_end / tau[middle]))
+    # Possible middles of the label, above and below each place of the line, and beside a falling line.
+    side = np.array([1.0, -1.0])
+    across = (place(at, x)[:, np.newaxis] + side * (LABEL_WIDTH if slope < 0 else 0.0)).ravel()
+    up = place(values[middle] * (at / tau[middle]) ** slope, y)
+    up = (up[:, np.newaxis] + 0.03 * side).ravel()
+    inside = (up > 0.04) & (up < 0.93) & (across > 0.05) & (across < 0.95)
+    clear = np.ones(across.size, dtype=bool)
+    for d in deviations:
+        there, own = place(np.asarray(d.tau), x), np.asarray(d.deviation)
+        bottom, top = (
+            place(np.fmax(np.where(np.isfinite(v), v, own), y.low), y) for v in (d.low, d.high)
+        )
+        beside = np.abs(there - across[:, np.newaxis]) < LABEL_WIDTH
+        level = (bottom < up[:, np.newaxis] + LABEL_HEIGHT) & (
+            top > up[:, np.newaxis] - LABEL_HEIGHT
+        )
+        clear &= ~(beside & level).any(axis=1)
+    k = next((int(one.argmax()) for one in (inside & clear, inside) if one.any()), 0)
     line = Line(ends, heights, "guide", width=0.8, dash="dot")
-    return line, Note(across[k], up[k] + 0.03, name, "guide")
+    return line, Note(float(across[k]), float(up[k]), name, "guide")
 
 
 def _table(deviations: Sequence[Deviation]) -> str:

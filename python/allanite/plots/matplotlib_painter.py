@@ -46,8 +46,8 @@ WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
 TITLE, LINE_HEIGHT = 0.29, 0.22
 #: Sizes of the title and of a table in points, and the size of the title relative to other letters in a style.
 TITLE_POINTS, TABLE_POINTS, TITLE_GROWTH = 13.0, 9.5, 1.25
-#: Height of a row of a table or a legend, in inches.
-ROW = 0.185
+#: Height of a row of a legend, in inches, and distance of the lines of a table, in sizes of its letters.
+ROW, TABLE_SPACING = 0.185, 1.3
 #: Width of a legend on a figure of `WIDTH`, and of the symbol before each label, in letters.
 LETTERS, KEY = 177, 9
 #: Width of a bold letter of the title and of a letter of a table, relative to their size (measured in DejaVu Sans).
@@ -179,13 +179,12 @@ def draw(
     elif figure.below:
         letters = int(across / (MONO_LETTER * (form.points or TABLE_POINTS)))
         figure = replace(figure, below=_table_in_blocks(figure.below, letters))
+    height = form.height
     if form.column:
         figure = _in_one_column(figure)
-        lines = len(figure.below.splitlines()) if figure.below else len(figure.legend())
-        line = ROW * (form.points or TABLE_POINTS) / TABLE_POINTS
-        size = size or (form.width, form.height * sum(figure.heights) + line * lines + 0.3)
-    rows = len(figure.below.splitlines())
-    size = size or (form.width, form.height + (0.0 if form.column else ROW * rows))
+        rows = 0 if figure.below else len(figure.legend())
+        height = height * sum(figure.heights) + ROW * _growth(form) * rows + 0.3
+    size = size or (form.width, height + _table_height(figure, form))
     try:
         with _working_folder_without_settings():
             from matplotlib.figure import Figure as Canvas
@@ -270,6 +269,16 @@ def _without_table(figure: Figure) -> Figure:
     return replace(figure, panels=panels, below="")
 
 
+def _growth(form: Style) -> float:
+    """Size of the letters of a style relative to those of a table or legend on the screen."""
+    return (form.points or TABLE_POINTS) / TABLE_POINTS
+
+
+def _table_height(figure: Figure, form: Style) -> float:
+    """Height in inches of the table below a figure; 0 without a table."""
+    return len(figure.below.splitlines()) * TABLE_SPACING * TABLE_POINTS * _growth(form) / 72.0
+
+
 def _table_in_blocks(table: str, letters: int) -> str:
     """Text of a table in blocks of at most `letters` width; each block repeats the first column.
 
@@ -320,14 +329,13 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
     The title has at most two lines. The legend is below the panels, or with a table inside the first one.
     """
     width, height = canvas.get_size_inches()
-    grown = 1.0 if form.points is None else form.points / 9.5
+    grown = _growth(form)
     bottom = 0.0
     if figure.below:
-        lines = figure.below.splitlines()
-        bottom = (0.10 + grown * ROW * len(lines)) / height
+        bottom = (0.10 + _table_height(figure, form)) / height
         canvas.text(
             0.02, bottom, figure.below, ha="left", va="top", fontsize=TABLE_POINTS, color=look.text, family=MONO,
-            parse_math=False, linespacing=1.3,
+            parse_math=False, linespacing=TABLE_SPACING,
         )  # fmt: skip
     top = 0.13 if figure.title or figure.subtitle else 0.06
     style = {"ha": "left", "va": "top", "color": look.text} | TEXT

@@ -90,13 +90,13 @@ def effect_text(fit: Any, effect: Any) -> str:
 
 
 def recording_text(recording: Any) -> str:
-    """Text of log, first column, duration and rate of a recording: ``imu.csv gx · 2 h at 100 Hz``.
+    """Text of log, column, duration and rate of a recording: ``imu.csv gx · 2 h at 100 Hz``.
 
-    "recording" without a log and a column.
+    Several columns are not named. "recording" without a log and a column.
     """
     from pathlib import Path
 
     name = Path(recording.path).name if recording.path else ""
-    column = recording.columns[0] if recording.columns else ""
+    column = recording.columns[0] if len(recording.columns) == 1 else ""
     what = " ".join(t for t in (name, column) if t) or "recording"
     return f"{what} · {duration_text(recording.duration)} at {recording.rate:.6g} Hz"

@@ -1,5 +1,7 @@
 """Every axis at once: the studies, what the axes share, and what is shown of it."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -187,6 +189,7 @@ def test_export_and_report_hold_every_axis(found):
 def test_one_figure_has_all_curves(found, tmp_path):
     figure = found.plot(tmp_path / "all.svg")
     assert [panel.title for panel in figure.panels] == ["angular rate", "acceleration"]
+    assert re.fullmatch(r"All axes of recording · \d+ s at 100 Hz", figure.title)
     assert (tmp_path / "all.svg").stat().st_size > 1000
 
 

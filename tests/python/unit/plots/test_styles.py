@@ -114,6 +114,22 @@ def test_stability_of_a_clock_has_guides_and_a_table(clock):
     assert kinds[0].to_dict()["confidence"] == 0.683
 
 
+def test_labels_of_guides_are_apart_from_intervals(clock):
+    kinds = [getattr(al, kind)(clock) for kind in ("oadev", "mdev")]
+    figure = plot_stability(kinds)
+    canvas = drawn(figure, "paper")
+    canvas.draw_without_rendering()
+    (axes,) = canvas.axes
+    (panel,) = figure.panels
+    names = [n.text for n in panel.find(Note)]
+    boxes = [t.get_window_extent() for t in axes.texts if t.get_text() in names]
+    assert len(boxes) == 3
+    for points in panel.find(Points):
+        for tau, low, high in zip(points.x, points.low, points.high, strict=True):
+            (x, bottom), (_, top) = axes.transData.transform([(tau, low), (tau, high)])
+            assert not any(b.x0 < x < b.x1 and bottom < b.y1 and top > b.y0 for b in boxes)
+
+
 def test_a_narrower_confidence_is_a_narrower_interval(clock):
     wide, narrow = al.oadev(clock), al.oadev(clock).at_confidence(0.683)
     # Of many degrees of freedom the ends are normal: 1.96 standard deviations against 1.
