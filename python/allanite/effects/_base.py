@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from allanite.common.errors import InputError
+from allanite.effects._declared import Array, Columns, has_several, names_of
 from allanite.effects._declared import Parameter as Parameter
 from allanite.effects._declared import StraightLine as StraightLine
-from allanite.effects._declared import has_several, names_of
 from allanite.effects._documented import document
 from allanite.effects._limits import NO_LIMITS, limits_of
 
@@ -297,9 +297,7 @@ class Effect(AsModel):
         return cls.legend or tuple(ours)
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Tuple of effects of this kind that a check tries to add to a fitted `model`.
 
         By default it contains one effect without values, and is empty if the effect is `single` and the model has it.
@@ -325,7 +323,7 @@ class Effect(AsModel):
         """
         return ()
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of values of the shape `name`, ascending, that a fit tries for n samples at `rate` Hz.
 
         By default times run from two samples to half the record, and frequencies from 4/T to
@@ -337,7 +335,7 @@ class Effect(AsModel):
             low, high = 4.0 / (n / rate), 0.5 * rate
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
-    def searched(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def searched(self, name: str, n: int, rate: float) -> Array:
         """Array of the values of `grid` that lie within the limits of the shape `name`, plus the limits near the grid.
 
         `n` is the number of samples, `rate` the sampling rate in Hz. Without limits it is the whole grid; if nothing is
@@ -363,7 +361,7 @@ class Effect(AsModel):
         return float(grid.min()) / 2.0, min(2.0 * float(grid.max()), most)
 
     @classmethod
-    def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Self, ...]:
+    def seen_in(cls, power: Array, rate: float) -> tuple[Self, ...]:
         """Tuple of effects of this kind, with values, read from single ordinates and tried besides the grid.
 
         By default empty. `power` are the squared cosine ordinates of n samples at `rate` Hz, raw or relative to the
@@ -469,11 +467,11 @@ class Effect(AsModel):
 
         return Model((self,))
 
-    def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
+    def psd(self, f: ArrayLike, rate: float | None = None) -> Array:
         """Two-sided power spectral density, U²/Hz, at frequencies `f`, Hz, of samples at `rate` Hz; see `Model.psd`."""
         return self._model().psd(f, rate)
 
-    def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
+    def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> Array:
         """Allan variance, U², at averaging times `tau`, s, of samples at `rate` Hz; see `Model.allan_variance`."""
         return self._model().allan_variance(tau, rate)
 

@@ -10,9 +10,15 @@ from inspect import get_annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.validation import MAX_NUMBER
+
+#: Samples, times, frequencies or densities.
+Array = NDArray[np.float64]
+#: Logged columns of a recording by name, shape (n,) each.
+Columns = Mapping[str, Array]
 
 #: Methods by which a check searches for an effect, with their descriptions.
 SCREENS = {
@@ -114,6 +120,11 @@ class Parameter:
     def bounds(self) -> tuple[float, float]:
         """Pair (lowest, highest) admissible value; infinite bounds become ∓`MAX_NUMBER`."""
         return max(self.low, -MAX_NUMBER), min(self.high, MAX_NUMBER)
+
+
+def texts_for_clocks(**texts: str) -> Mapping[str, Mapping[str, str]]:
+    """Declaration `texts` of an effect whose `physics`, `looks_like` or `check_by` differs for clocks."""
+    return {"fractional frequency": texts}
 
 
 def has_several(cls: type, name: str) -> bool:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.effects._declared import Array, Columns
 from allanite.effects._known import Deterministic
 
 #: Number of ordinates per block in `_waves`: the square root of the 4096 ordinates of a search.
@@ -22,19 +23,17 @@ MIN_BLOCKED_SINES = 2048
 class Event(Deterministic):
     """Base class of one-time changes of the bias with one fitted `height`, U."""
 
-    happens_once: ClassVar[bool] = True
+    happens_once = True
 
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
+    def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
         """A function (first, last) → signal of samples first … last − 1, U, which computes only these samples."""
         return self._pointwise(rate, covariates)
 
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+    def with_amplitudes(self, amplitudes: Array) -> Self:
         """A copy with `height` set to the first of the `amplitudes`, shape (1,)."""
         return self.with_values(height=float(amplitudes[0]))
 
-    def amplitudes(self) -> NDArray[np.float64]:
+    def amplitudes(self) -> Array:
         """Array of shape (1,) with the height, U; 0 if the height is None."""
         return np.array([self.values["height"] or 0.0])
 
@@ -59,7 +58,7 @@ class Away(Event):
     ([20.0, 80.0], True, None)
     """
 
-    family: ClassVar[str] = "event"
+    family = "event"
 
     @property
     def singly(self) -> tuple[Away, ...]:
@@ -72,7 +71,7 @@ class Away(Event):
         return None
 
 
-def sines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.float64]:
+def sines(k: Array, j: NDArray[np.int64], n: int) -> Array:
     """Array of sin(πjk/n) for all k and ordinates j, shape (k.size, j.size).
 
     For consecutive ordinates the sines are computed by blocks with sin(a + b), since a search needs millions of them.
@@ -80,14 +79,12 @@ def sines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.fl
     return _waves(k, j, n, 0.0)
 
 
-def cosines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.float64]:
+def cosines(k: Array, j: NDArray[np.int64], n: int) -> Array:
     """Array of cos(πjk/n) for all k and ordinates j, shape (k.size, j.size); see `sines`."""
     return _waves(k, j, n, 0.5 * np.pi)
 
 
-def _waves(
-    k: NDArray[np.float64], j: NDArray[np.int64], n: int, phase: float
-) -> NDArray[np.float64]:
+def _waves(k: Array, j: NDArray[np.int64], n: int, phase: float) -> Array:
     """Array of sin(πjk/n + phase) for all k and ordinates j, shape (k.size, j.size).
 
     Many values at successive ordinates are computed by blocks with sin(a + b).

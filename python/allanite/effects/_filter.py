@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.memory import cleared_by_free_buffers
+from allanite.effects._declared import Array
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import (
     Blue,
@@ -29,8 +30,6 @@ from allanite.effects.terms import (
     Term,
     White,
 )
-
-Array = NDArray[np.float64]
 
 #: Ratio of the longest time constant of a bank of low-passes to that of the slowest filter pole. Chosen by judgment; not
 #: measured.

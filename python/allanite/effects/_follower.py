@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
-from allanite.effects._base import Effect, Parameter
+from allanite.effects._base import Effect
+from allanite.effects._declared import Array, Columns, Parameter
 from allanite.effects._known import Deterministic
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-Array = NDArray[np.float64]
-
 #: Declaration of the parameter with the name of the followed column.
 COLUMN = Parameter("column", "text", "name of the column", "choice")
 
 
-def followed_column(
-    effect: Effect, columns: Mapping[str, NDArray[np.float64]] | None
-) -> NDArray[np.float64]:
+def followed_column(effect: Effect, columns: Columns | None) -> Array:
     """Array of the values of the logged column that an effect follows, shape (n,).
 
     Raises
@@ -64,7 +60,7 @@ class LaggedColumn:
     power: int = 1
     starts: tuple[int, ...] = ()
 
-    def series(self, time: Array, covariates: Mapping[str, Array]) -> Array:
+    def series(self, time: Array, covariates: Columns) -> Array:
         """Array of the column's lagged deviation from its mean, raised to `power`, at each `time` (s); shape (n,).
 
         The column is taken from `covariates`. A power above 1 is centered again, so that its mean is 0.
@@ -98,14 +94,12 @@ class Follower(Deterministic):
     #: First sample of each further run in a record of several joined logs; lags restart there.
     starts: tuple[int, ...] = field(default=(), compare=False, repr=False, kw_only=True)
 
-    family: ClassVar[str] = "covariate"
+    family = "covariate"
     #: Kinds of which a model may have only one for each column.
     one_of: ClassVar[tuple[str, ...]]
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Tuple with one effect for each non-constant column that no effect of the kinds `one_of` follows yet."""
         used = {e.follows for e in model if e.kind in cls.one_of}
         return tuple(
@@ -126,7 +120,7 @@ class Follower(Deterministic):
         """
         return ()
 
-    def regressors(self, time: Array, covariates: Mapping[str, Array]) -> Array:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of the weighted sums of `sums_of_lagged`, shape (n, regressors).
 
         Raises
@@ -152,11 +146,11 @@ class Proportional(Follower):
 
     coefficient: float | None = None
 
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+    def with_amplitudes(self, amplitudes: Array) -> Self:
         """A copy with `coefficient` set to the first of the `amplitudes`, shape (1,)."""
         return self.with_values(coefficient=float(amplitudes[0]))
 
-    def amplitudes(self) -> NDArray[np.float64]:
+    def amplitudes(self) -> Array:
         """Array of shape (1,) with the coefficient; 0 if it is None."""
         return np.array([self.coefficient or 0.0])
 
@@ -178,7 +172,7 @@ def weighted_sum(parts: Sequence[tuple[float, Array]]) -> Array:
     return np.sum([weight * values for weight, values in parts], axis=0)
 
 
-def lagged(values: NDArray[np.float64], samples: float) -> NDArray[np.float64]:
+def lagged(values: Array, samples: float) -> Array:
     """`values` after a first-order low-pass of gain 1, shape (n,), started in equilibrium with the first value.
 
     `samples` is the time constant in samples; 0 returns the values unchanged.

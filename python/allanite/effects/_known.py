@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Effect
+from allanite.effects._declared import Array, Columns
 from allanite.effects._waves import sines, sines_pointwise, waves
 
 
@@ -36,8 +37,8 @@ class Deterministic(Effect):
     (1, 2)
     """
 
-    screened: ClassVar[str] = "slow"
-    family: ClassVar[str] = "drift"
+    screened = "slow"
+    family = "drift"
 
     #: True if the function lies in the lowest ordinates; otherwise `seen_between` gives its frequencies.
     low: ClassVar[bool] = True
@@ -48,9 +49,7 @@ class Deterministic(Effect):
     #: True if a simpler form of the dependence exists; the refined form is suggested only if the record requires it.
     refined: ClassVar[bool] = False
 
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of the k functions whose amplitudes are fitted, at the present shape, shape (n, k).
 
         `time` is in s from 0; `covariates` are the logged columns by name, shape (n,) each. Subclasses must define it.
@@ -76,23 +75,19 @@ class Deterministic(Effect):
         """True if the user holds an amplitude of this effect. A fit then keeps all its amplitudes."""
         return any(p.role == "coefficient" and p.name in self.held for p in self.parameters)
 
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+    def with_amplitudes(self, amplitudes: Array) -> Self:
         """Copy with the k fitted `amplitudes`, shape (k,). Subclasses must define it."""
         raise NotImplementedError
 
-    def amplitudes(self) -> NDArray[np.float64]:
+    def amplitudes(self) -> Array:
         """Array of the k amplitudes of the present values, shape (k,); 0 for None. Subclasses must define it."""
         raise NotImplementedError
 
-    def signal(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
+    def signal(self, time: Array, covariates: Columns) -> Array:
         """Signal that the effect adds to the samples at each `time`, U, shape (n,); `covariates`: see `regressors`."""
         return np.asarray(self.regressors(time, covariates) @ self.amplitudes())
 
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
+    def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
         """A function (first, last) → signal of samples first … last − 1 of a record of n samples, U.
 
         `rate` is in Hz; `covariates` are the logged columns by name, shape (n,) each.
@@ -103,16 +98,14 @@ class Deterministic(Effect):
         whole = self.signal(np.arange(n) / rate, covariates)
         return lambda first, last: whole[first:last]
 
-    def _pointwise(
-        self, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
+    def _pointwise(self, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
         """A function (first, last) → signal of samples first … last − 1, U, which computes only these samples."""
         return lambda first, last: self.signal(np.arange(first, last) / rate, covariates)
 
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
-    ) -> NDArray[np.float64] | None:
+    ) -> Array | None:
         """Cosine transform, in closed form, of the regressor of each effect of `points` at ordinates j.
 
         The shape is (points, ordinates). By default None: without a closed form, the regressor is transformed numerically.
@@ -123,9 +116,9 @@ class Deterministic(Effect):
     @classmethod
     def best_spans(
         cls,
-        residual: NDArray[np.float64],
-        root: NDArray[np.float64],
-        basis: NDArray[np.float64],
+        residual: Array,
+        root: Array,
+        basis: Array,
         n: int,
         rate: float,
     ) -> tuple[tuple[Deterministic, float], ...]:
@@ -154,7 +147,7 @@ class Deterministic(Effect):
         """
         return ()
 
-    def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+    def own_allan_variance(self, m: Array, rate: float) -> Array:
         """Array of the Allan variance of the signal, U², at averaging factors m of samples at `rate` Hz; by default zeros.
 
         Only effects whose Allan variance does not depend on the record override this method.
@@ -176,9 +169,9 @@ class Periodic(Deterministic):
 
     frequency: float | None = None
 
-    screened: ClassVar[str] = "line"
-    family: ClassVar[str] = "line"
-    low: ClassVar[bool] = False
+    screened = "line"
+    family = "line"
+    low = False
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self | None:
@@ -189,9 +182,7 @@ class Periodic(Deterministic):
         """
         return cls(frequency=frequency)
 
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
+    def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
         """A function (first, last) → sum of the lines at samples first … last − 1, U, which computes only these samples."""
         lines = self._turning()
         return lambda first, last: sines_pointwise(lines, np.arange(first, last) / rate)
@@ -214,20 +205,16 @@ class Periodic(Deterministic):
         """Tuple that is equal for effects with equal regressors (a cache key): class, frequency and multiples."""
         return type(self), self.frequency, *(m for m, _, _ in self.lines)
 
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of sine and cosine of each line in turn, shape (n, 2·lines)."""
         f = self.frequency or 0.0
         return np.concatenate([waves(m * f, time) for m, _, _ in self.lines]).T
 
-    def amplitudes(self) -> NDArray[np.float64]:
+    def amplitudes(self) -> Array:
         """Array of (A cos φ, A sin φ) of each line in turn, U, shape (2·lines,)."""
         return np.array([a * w(p) for _, a, p in self.lines for w in (np.cos, np.sin)])
 
-    def signal(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
+    def signal(self, time: Array, covariates: Columns) -> Array:
         """Array of the sum of A sin(2πft + φ) over the lines, U, shape (n,); faster than with two regressors per line."""
         return sines(self._turning(), time)
 
@@ -236,7 +223,7 @@ class Periodic(Deterministic):
         turn = 2.0 * np.pi * (self.frequency or 0.0)
         return [(turn * m, amplitude, phase) for m, amplitude, phase in self.lines]
 
-    def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+    def own_allan_variance(self, m: Array, rate: float) -> Array:
         """Array of the Allan variance Σ A² sin⁴(πfτ)/(m sin(πfτ0))² of the sampled lines, U², shape of m.
 
         0 without a frequency.

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.memory import cleared_by_free_buffers
-
-Array = NDArray[np.float64]
+from allanite.effects._declared import Array
 
 #: Maximum averaging factor m for which the Allan variance is a sum over lags. Above it, closed forms lose no digits.
 #: Chosen by judgment; not measured.

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Parameter
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import Term, White
 
@@ -23,7 +23,7 @@ INTERVAL = (
 
 def interval_power(
     start: ArrayLike, end: ArrayLike, when: tuple[float, float] | None, factor: float | None
-) -> NDArray[np.float64]:
+) -> Array:
     """Array of the mean noise power of time segments relative to the power outside the interval `when`.
 
     It is 1 + (factor² − 1) times the fraction of the segment inside the interval, and 1 if `when` or `factor` is None.
@@ -77,9 +77,9 @@ class Level(Modifier):
     (20.99, None)
     """
 
-    screened: ClassVar[str] = "level"
-    family: ClassVar[str] = "level"
-    passing: ClassVar[bool] = True
+    screened = "level"
+    family = "level"
+    passing = True
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
@@ -106,7 +106,7 @@ class Level(Modifier):
         """
         return None
 
-    def following(self, values: NDArray[np.float64], coefficient: float) -> Self | None:
+    def following(self, values: Array, coefficient: float) -> Self | None:
         """Copy whose ln level is linear in a column's `values` with slope `coefficient`; by default None: it cannot.
 
         None if the kind cannot (default).

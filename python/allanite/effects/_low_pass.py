@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
 
 from allanite.effects import lowpass
 from allanite.effects._filter import Filter, Response
-
-if TYPE_CHECKING:
-    from allanite.effects._base import Parameter
 
 
 @dataclass(frozen=True)
@@ -20,10 +16,10 @@ class LowPass(Filter):
     order: int = 1
     cutoff: float = 1.0
 
-    kind: ClassVar[str] = "bandwidth"
-    short: ClassVar[str] = "BW"
-    title: ClassVar[str] = "low-pass filter"
-    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    kind = "bandwidth"
+    short = "BW"
+    title = "low-pass filter"
+    parameters = ()
 
     def response(self, rate: float) -> Response:
         """`Response` of the recursive low-pass `design` at sampling rate `rate`, Hz."""

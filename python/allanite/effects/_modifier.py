@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Self
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.effects._base import Effect
+from allanite.effects._declared import Array, Columns
 from allanite.effects.terms import Term, White
 
 if TYPE_CHECKING:
@@ -47,9 +48,7 @@ class Modifier(Effect):
     removes: ClassVar[bool] = False
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Tuple with one effect without values; empty if the `model` has no white noise, or a `single` effect exists."""
         return super().candidates(model, columns) if model.white is not None else ()
 
@@ -89,10 +88,10 @@ class Modifier(Effect):
 
     def power_between(
         self,
-        start: NDArray[np.float64] | float,
-        end: NDArray[np.float64] | float,
+        start: Array | float,
+        end: Array | float,
         span: tuple[float, float],
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Array of the mean power of the `band` from each `start` to each `end`, relative to that over `span`.
 
         By default all values are 1. Times are in s from the first sample.
@@ -126,9 +125,7 @@ class Modifier(Effect):
         """
         return None
 
-    def gain(
-        self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
-    ) -> NDArray[np.float64]:
+    def gain(self, time: Array, columns: Columns | None = None) -> Array:
         """Array of the factor on the white-noise samples at each `time` (s), shape (n,); by default ones.
 
         Effects that change the noise level over time (`passing`) override it. `columns` are the logged columns of the
@@ -140,8 +137,8 @@ class Modifier(Effect):
         self,
         start: ArrayLike,
         end: ArrayLike,
-        columns: Mapping[str, NDArray[np.float64]] | None = None,
-    ) -> NDArray[np.float64]:
+        columns: Columns | None = None,
+    ) -> Array:
         """Array of the mean squared `gain` from each `start` to each `end`, s; by default ones.
 
         `columns` are the means of the logged columns in these segments.

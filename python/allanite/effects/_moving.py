@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.effects._base import Effect, Stochastic
+from allanite.effects._declared import Array
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,8 @@ class Moving(Stochastic):
     RES(frequency=11, damping=0.02, rms=0.1) None
     """
 
-    screened: ClassVar[str] = "moving band"
-    family: ClassVar[str] = "course"
+    screened = "moving band"
+    family = "course"
 
     @property
     def stretches(self) -> tuple[Stochastic, ...]:
@@ -50,9 +50,7 @@ class Moving(Stochastic):
         return None
 
 
-def weights(
-    time: NDArray[np.float64], span: tuple[float, float], parts: int
-) -> NDArray[np.float64]:
+def weights(time: Array, span: tuple[float, float], parts: int) -> Array:
     """Array of the weights of equal segments of a record at given times, shape (parts, times).
 
     They sum to 1 over the segments. A segment has weight 1 at its middle. The weights change linearly from one middle

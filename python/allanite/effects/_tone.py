@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.effects._declared import Array, Columns
 from allanite.effects._known import Deterministic
 
 
@@ -19,8 +19,8 @@ class Tone(Deterministic):
     Subclasses declare `frequency`, `amplitude`, `phase` and any further parameters of the angle.
     """
 
-    family: ClassVar[str] = "line"
-    low: ClassVar[bool] = False
+    family = "line"
+    low = False
 
     @property
     def occupies(self) -> tuple[float, float] | None:
@@ -28,29 +28,25 @@ class Tone(Deterministic):
         f = self.values["frequency"]
         return None if f is None else (f, f)
 
-    def _angle(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _angle(self, time: Array) -> Array:
         """Array of the phase angle 2πft of the line at each `time` (s), without φ, rad."""
         return np.asarray(2.0 * np.pi * (self.values["frequency"] or 0.0) * time)
 
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of sine and cosine of the angle, shape (n, 2)."""
         angle = self._angle(time)
         return np.column_stack([np.sin(angle), np.cos(angle)])
 
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
+    def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
         """A function (first, last) → signal of samples first … last − 1, U, which computes only these samples."""
         return self._pointwise(rate, covariates)
 
-    def amplitudes(self) -> NDArray[np.float64]:
+    def amplitudes(self) -> Array:
         """Array (A cos φ, A sin φ), U, shape (2,); 0 for values that are None."""
         size, phase = self.values["amplitude"] or 0.0, self.values["phase"] or 0.0
         return np.array([size * np.cos(phase), size * np.sin(phase)])
 
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+    def with_amplitudes(self, amplitudes: Array) -> Self:
         """A copy with the amplitude and phase of a·sin + b·cos, where `amplitudes` = (a, b)."""
         a, b = map(float, amplitudes)
         return self.with_values(amplitude=float(np.hypot(a, b)), phase=float(np.arctan2(b, a)))

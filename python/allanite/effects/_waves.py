@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from allanite.effects._declared import Array
+
 #: Minimum number of times for which sines are computed by blocks; fewer are computed one by one. Chosen by judgment; not
 #: measured.
 MIN_BLOCKED_TIMES = 1 << 14

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from allanite.effects._base import Parameter, Stochastic, StraightLine
+from allanite.effects._base import Stochastic
+from allanite.effects._declared import Parameter, StraightLine, texts_for_clocks
 from allanite.effects.terms import Term, White
 
 
@@ -26,18 +27,18 @@ class AngleRandomWalk(Stochastic):
 
     N: float | None = None
 
-    kind: ClassVar[str] = "angle_random_walk"
-    short: ClassVar[str] = "N"
-    on_sheets: ClassVar[str] = "N is two-sided, a data sheet's one-sided density is √2·N"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "angle random walk"
+    kind = "angle_random_walk"
+    short = "N"
+    on_sheets = "N is two-sided, a data sheet's one-sided density is √2·N"
+    common = True
+    title = "angle random walk"
     titles: ClassVar[dict[str, str]] = {
         "acceleration": "velocity random walk",
         "fractional frequency": "white FM",
     }
-    family: ClassVar[str] = "coefficient"
-    coefficient: ClassVar[str] = "N"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    family = "coefficient"
+    coefficient = "N"
+    parameters = (
         Parameter(
             "N",
             0.5,
@@ -50,29 +51,23 @@ class AngleRandomWalk(Stochastic):
             },
         ),
     )
-    single: ClassVar[bool] = True
-    white: ClassVar[bool] = True
-    standard: ClassVar[StraightLine] = StraightLine("N", -0.5, 1.0, 1.0, "white")
-    physics: ClassVar[str] = (
-        "white rate noise: thermo-mechanical motion, shot noise of the light, amplifier noise"
+    single = True
+    white = True
+    standard = StraightLine("N", -0.5, 1.0, 1.0, "white")
+    physics = "white rate noise: thermo-mechanical motion, shot noise of the light, amplifier noise"
+    looks_like = "a slope of −½; a flat density"
+    check_by = "compare with the data sheet's noise density (one-sided: √2·N); it should not depend on the sampling rate"
+    texts = texts_for_clocks(
+        physics=(
+            "white frequency noise: shot and thermal noise of the resonator, or of the loop that locks to an "
+            "atomic line"
+        ),
+        check_by=(
+            "compare with the Allan deviation of the data sheet at 1 s; it should not depend on the sampling "
+            "rate"
+        ),
     )
-    looks_like: ClassVar[str] = "a slope of −½; a flat density"
-    check_by: ClassVar[str] = (
-        "compare with the data sheet's noise density (one-sided: √2·N); it should not depend on the sampling rate"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "white frequency noise: shot and thermal noise of the resonator, or of the loop that locks to an "
-                "atomic line"
-            ),
-            "check_by": (
-                "compare with the Allan deviation of the data sheet at 1 s; it should not depend on the sampling "
-                "rate"
-            ),
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("bias_instability", "power_law")
+    rivals = ("bias_instability", "power_law")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Tuple with one term: white noise with variance 1/τ0 = `rate` per sample."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects._level import INTERVAL, interval_errors, interval_power
 from allanite.effects._modifier import Modifier
 
@@ -37,36 +36,32 @@ class BandLevelChange(Modifier):
     end: float | None = None
     factor: float | None = None
 
-    kind: ClassVar[str] = "band_level_change"
-    short: ClassVar[str] = "BLEVEL"
-    title: ClassVar[str] = "noise level change of a band"
-    screened: ClassVar[str] = "band level"
-    family: ClassVar[str] = "level"
-    passing: ClassVar[bool] = True
-    unplanned: ClassVar[str] = (
-        "its evidence is that of its band over time: plan a noise level change"
-    )
-    legend: ClassVar[tuple[str, ...]] = ("factor", "low", "high")
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "band_level_change"
+    short = "BLEVEL"
+    title = "noise level change of a band"
+    screened = "band level"
+    family = "level"
+    passing = True
+    unplanned = "its evidence is that of its band over time: plan a noise level change"
+    legend = ("factor", "low", "high")
+    parameters = (
         Parameter("low", "Hz", "lower end of the band", "time", symbol="from"),
         Parameter("high", "Hz", "upper end of the band", "time", symbol="to"),
         *INTERVAL,
     )
-    physics: ClassVar[str] = (
-        "a machine or a fan ran for a while, or faster; a mount worked loose; a filter or a range was switched"
+    physics = "a machine or a fan ran for a while, or faster; a mount worked loose; a filter or a range was switched"
+    looks_like = (
+        "nothing on the Allan curve; one octave of the map over time is louder or quieter for a while, "
+        "the others are not"
     )
-    looks_like: ClassVar[str] = (
-        "nothing on the Allan curve; one octave of the map over time is louder or quieter for a while, the others are not"
+    check_by = (
+        "look at the laboratory's log for that interval; exclude it and fit again: the band changes, "
+        "everything else stays"
     )
-    check_by: ClassVar[str] = (
-        "look at the laboratory's log for that interval; exclude it and fit again: the band changes, everything else stays"
+    texts = texts_for_clocks(
+        physics="a machine or a fan ran for a while, or faster; a loop or a filter changed its bandwidth",
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "a machine or a fan ran for a while, or faster; a loop or a filter changed its bandwidth",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "resonance", "tone_burst")
+    rivals = ("noise_level_change", "resonance", "tone_burst")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -92,10 +87,10 @@ class BandLevelChange(Modifier):
 
     def power_between(
         self,
-        start: NDArray[np.float64] | float,
-        end: NDArray[np.float64] | float,
+        start: Array | float,
+        end: Array | float,
         span: tuple[float, float],
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Array of the mean power of the band from each `start` to each `end`, relative to the mean over `span`.
 
         Times in s.

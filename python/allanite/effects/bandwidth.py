@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.effects import lowpass
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects._low_pass import LowPass
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import White
@@ -65,12 +64,12 @@ class Bandwidth(Modifier):
     floor: float | None = None
     acts_on: str | None = None
 
-    kind: ClassVar[str] = "bandwidth"
-    short: ClassVar[str] = "BW"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "low-pass filter"
-    family: ClassVar[str] = "filter"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "bandwidth"
+    short = "BW"
+    common = True
+    title = "low-pass filter"
+    family = "filter"
+    parameters = (
         Parameter(
             "cutoff", "Hz", "−3 dB frequency", "shape", low=1e-12, aliases=("f", "fc"), symbol="f"
         ),
@@ -94,23 +93,15 @@ class Bandwidth(Modifier):
         ),
         Parameter("acts_on", "text", "noise that is filtered: white, all", "choice", optional=True),
     )
-    single: ClassVar[bool] = True
-    physics: ClassVar[str] = (
-        "the sensor's own digital or anti-alias filter, or the mechanical response, rolls off the white noise"
+    single = True
+    physics = "the sensor's own digital or anti-alias filter, or the mechanical response, rolls off the white noise"
+    looks_like = "a density that falls towards Nyquist; the Allan curve bends down at the first τ"
+    check_by = "compare with the filter setting of the data sheet; set the sensor to another bandwidth or output rate"
+    texts = texts_for_clocks(
+        physics="the filter of the counter, or the loop that steers the clock, rolls off the noise",
+        check_by="compare with the filter of the counter and the bandwidth of the loop; change them and repeat",
     )
-    looks_like: ClassVar[str] = (
-        "a density that falls towards Nyquist; the Allan curve bends down at the first τ"
-    )
-    check_by: ClassVar[str] = (
-        "compare with the filter setting of the data sheet; set the sensor to another bandwidth or output rate"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "the filter of the counter, or the loop that steers the clock, rolls off the noise",
-            "check_by": "compare with the filter of the counter and the bandwidth of the loop; change them and repeat",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("gauss_markov", "resonance", "quantization")
+    rivals = ("gauss_markov", "resonance", "quantization")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -187,7 +178,7 @@ class Bandwidth(Modifier):
             if self.acts_on != "all" or design in lowpass.RECURSIVE
         )
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of values to try for a parameter.
 
         For ``cutoff``: 24 frequencies in Hz, from 1/100 of the rate (FIR filters: 0.7/order, if higher) up to the
@@ -216,7 +207,7 @@ class Bandwidth(Modifier):
         return low, high
 
     @classmethod
-    def seen_in(cls, power: NDArray[np.float64], rate: float) -> tuple[Bandwidth, ...]:
+    def seen_in(cls, power: Array, rate: float) -> tuple[Bandwidth, ...]:
         """Tuple of moving averages of 1, 2 and 3 stages whose length is read from zeros of the spectrum.
 
         Empty if the length is unclear. It is 8 samples to a tenth of the record. The cepstrum of the mean of L samples

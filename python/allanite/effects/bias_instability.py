@@ -7,7 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from allanite.effects._base import Parameter, Stochastic, StraightLine
+from allanite.effects._base import Stochastic
+from allanite.effects._declared import Parameter, StraightLine, texts_for_clocks
 from allanite.effects.terms import Flicker, Term
 
 
@@ -28,17 +29,15 @@ class BiasInstability(Stochastic):
 
     B: float | None = None
 
-    kind: ClassVar[str] = "bias_instability"
-    short: ClassVar[str] = "B"
-    on_sheets: ClassVar[str] = (
-        "B is the coefficient; a data sheet's bias instability is usually the minimum of the curve, 0.664·B or more"
-    )
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "bias instability"
+    kind = "bias_instability"
+    short = "B"
+    on_sheets = "B is the coefficient; a data sheet's bias instability is usually the minimum of the curve, 0.664·B or more"
+    common = True
+    title = "bias instability"
     titles: ClassVar[dict[str, str]] = {"fractional frequency": "flicker FM"}
-    family: ClassVar[str] = "coefficient"
-    coefficient: ClassVar[str] = "B"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    family = "coefficient"
+    coefficient = "B"
+    parameters = (
         Parameter(
             "B",
             0.0,
@@ -47,27 +46,23 @@ class BiasInstability(Stochastic):
             figures={"bias_instability": ()},
         ),
     )
-    single: ClassVar[bool] = True
-    wanders: ClassVar[bool] = True
-    standard: ClassVar[StraightLine] = StraightLine(
-        "B", 0.0, None, float(np.sqrt(2.0 * np.log(2.0) / np.pi)), "flicker"
-    )
-    physics: ClassVar[str] = "1/f noise of the electronics and of the sensing material"
-    looks_like: ClassVar[str] = "a flat floor of the Allan deviation; a density that falls as 1/f"
-    check_by: ClassVar[str] = (
+    single = True
+    wanders = True
+    standard = StraightLine("B", 0.0, None, float(np.sqrt(2.0 * np.log(2.0) / np.pi)), "flicker")
+    physics = "1/f noise of the electronics and of the sensing material"
+    looks_like = "a flat floor of the Allan deviation; a density that falls as 1/f"
+    check_by = (
         "record longer: a true flicker floor stays flat over decades, a sum of lags does not; "
         "repeat at another supply current or modulation frequency"
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "1/f noise of the electronics and of the resonator, which shifts the frequency",
-            "check_by": (
-                "record longer: a true flicker floor stays flat over decades; compare the clock with another "
-                "reference"
-            ),
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("gauss_markov", "power_law", "rate_random_walk")
+    texts = texts_for_clocks(
+        physics="1/f noise of the electronics and of the resonator, which shifts the frequency",
+        check_by=(
+            "record longer: a true flicker floor stays flat over decades; compare the clock with another "
+            "reference"
+        ),
+    )
+    rivals = ("gauss_markov", "power_law", "rate_random_walk")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Tuple with one term: flicker noise with B = 1, a half-order fractional sum of white noise (Kasdin 1995)."""

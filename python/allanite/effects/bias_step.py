@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
 from allanite.effects._event import Event, sines
 
 #: Minimum squared norm of the difference of two steps, relative to that of the largest step. Smaller differences are
@@ -36,31 +36,23 @@ class BiasStep(Event):
     time: float | None = None
     height: float | None = None
 
-    kind: ClassVar[str] = "bias_step"
-    short: ClassVar[str] = "STEP"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "bias step"
-    family: ClassVar[str] = "step"
-    lasting: ClassVar[bool] = True
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "bias_step"
+    short = "STEP"
+    common = True
+    title = "bias step"
+    family = "step"
+    lasting = True
+    parameters = (
         Parameter("time", "s", "time, from the first sample", "shape", aliases=("t",), symbol="t"),
         Parameter("height", 0.0, "change of the bias", low=-np.inf, aliases=("h",), symbol="h"),
     )
-    physics: ClassVar[str] = (
-        "something was touched, switched or relaxed: a shock, a supply, a range change, a settling bond"
+    physics = "something was touched, switched or relaxed: a shock, a supply, a range change, a settling bond"
+    looks_like = "two levels of the low-passed samples, one after the other; a hump at long τ"
+    check_by = "look at the samples and at the laboratory's log at that time; repeat the record"
+    texts = texts_for_clocks(
+        physics="the frequency jumped: a resonator relaxed, a supply was switched, or the reference changed",
     )
-    looks_like: ClassVar[str] = (
-        "two levels of the low-passed samples, one after the other; a hump at long τ"
-    )
-    check_by: ClassVar[str] = (
-        "look at the samples and at the laboratory's log at that time; repeat the record"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "the frequency jumped: a resonator relaxed, a supply was switched, or the reference changed",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = (
+    rivals = (
         "excursion",
         "transient",
         "transition",
@@ -85,9 +77,9 @@ class BiasStep(Event):
     @classmethod
     def best_spans(
         cls,
-        residual: NDArray[np.float64],
-        root: NDArray[np.float64],
-        basis: NDArray[np.float64],
+        residual: Array,
+        root: Array,
+        basis: Array,
         n: int,
         rate: float,
     ) -> tuple[tuple[Event, float], ...]:
@@ -100,7 +92,7 @@ class BiasStep(Event):
             best_transition(residual, root, basis, n, rate),
         )
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of 1024 equally spaced times within the record, s."""
         return np.linspace(0.0, n / rate, 1026)[1:-1]
 
@@ -115,16 +107,16 @@ class BiasStep(Event):
 
     def regressors(
         self,
-        time: NDArray[np.float64],
-        covariates: Mapping[str, NDArray[np.float64]],
-    ) -> NDArray[np.float64]:
+        time: Array,
+        covariates: Columns,
+    ) -> Array:
         """Array with 0 before the step and 1 from the step on, shape (n, 1)."""
         return (time >= (self.time or 0.0)).astype(float)[:, None]
 
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Array of −√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k, shape (points, ordinates)."""
         times = np.array([p.time or 0.0 for p in points])
         k = np.clip(np.ceil((times - start) * rate - 1e-9), 0, n)
@@ -134,9 +126,9 @@ class BiasStep(Event):
 
 
 def best_excursion(
-    residual: NDArray[np.float64],
-    root: NDArray[np.float64],
-    basis: NDArray[np.float64],
+    residual: Array,
+    root: Array,
+    basis: Array,
     n: int,
     rate: float,
 ) -> tuple[Event, float]:
@@ -181,9 +173,9 @@ def best_excursion(
 
 
 def best_transition(
-    residual: NDArray[np.float64],
-    root: NDArray[np.float64],
-    basis: NDArray[np.float64],
+    residual: Array,
+    root: Array,
+    basis: Array,
     n: int,
     rate: float,
 ) -> tuple[Event, float]:
@@ -203,7 +195,7 @@ def best_transition(
     every = max(1, places // TRANSITION_TIMES)
     m = np.arange(every, places, every)
 
-    def cosine_sums(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def cosine_sums(values: Array) -> Array:
         """Array of the sums Σ_j values_j cos(πjm/K) for m = 0, 1, …, K, for each column of `values`.
 
         K is the number of times.

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 
-from allanite.effects._base import Effect, Parameter, Stochastic
+from allanite.effects._base import Effect, Stochastic
+from allanite.effects._declared import Parameter, texts_for_clocks
 from allanite.effects.gauss_markov import GaussMarkov
 from allanite.effects.terms import Exponential, Term
 
@@ -30,17 +31,15 @@ class BurstNoise(Stochastic):
     amplitude: float | None = None
     dwell_time: float | None = None
 
-    kind: ClassVar[str] = "burst_noise"
-    short: ClassVar[str] = "RTS"
-    title: ClassVar[str] = "burst noise"
-    coefficient: ClassVar[str] = "amplitude"
+    kind = "burst_noise"
+    short = "RTS"
+    title = "burst noise"
+    coefficient = "amplitude"
     #: Detected by its two levels if a Gauss-Markov process fits the spectrum; the spectra are equal.
-    screened: ClassVar[str] = "two levels"
-    unplanned: ClassVar[str] = (
-        "plan for the gauss_markov of the same spectrum (correlation_time = dwell_time/2)"
-    )
-    legend: ClassVar[tuple[str, ...]] = ("amplitude", "dwell_time")
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    screened = "two levels"
+    unplanned = "plan for the gauss_markov of the same spectrum (correlation_time = dwell_time/2)"
+    legend = ("amplitude", "dwell_time")
+    parameters = (
         Parameter(
             "dwell_time",
             "s",
@@ -54,21 +53,13 @@ class BurstNoise(Stochastic):
             "amplitude", 0.0, "half the distance between the levels", aliases=("A",), symbol="a"
         ),
     )
-    physics: ClassVar[str] = (
-        "a single trapped charge or a contact switches the bias between two levels"
+    physics = "a single trapped charge or a contact switches the bias between two levels"
+    looks_like = "as a Gauss-Markov process on every curve; two levels in the low-passed samples"
+    check_by = "low-pass the samples and look at their histogram: two peaks; it depends steeply on temperature and supply"
+    texts = texts_for_clocks(
+        physics="a single trapped charge or a contact switches the frequency between two levels",
     )
-    looks_like: ClassVar[str] = (
-        "as a Gauss-Markov process on every curve; two levels in the low-passed samples"
-    )
-    check_by: ClassVar[str] = (
-        "low-pass the samples and look at their histogram: two peaks; it depends steeply on temperature and supply"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "a single trapped charge or a contact switches the frequency between two levels",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("gauss_markov",)
+    rivals = ("gauss_markov",)
 
     @classmethod
     def like(cls, other: Effect) -> Self | None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
 from allanite.effects._follower import COLUMN, Follower, LaggedColumn
 
 if TYPE_CHECKING:
@@ -43,11 +41,11 @@ class Covariate(Follower):
     quadratic: float | None = None
     cubic: float | None = None
 
-    kind: ClassVar[str] = "covariate"
-    short: ClassVar[str] = "COV"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "logged column"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "covariate"
+    short = "COV"
+    common = True
+    title = "logged column"
+    parameters = (
         COLUMN,
         Parameter(
             "coefficient",
@@ -61,26 +59,20 @@ class Covariate(Follower):
         Parameter("cubic", "U/unit³", "cubic coefficient", low=-np.inf, optional=True),
     )
     one_of: ClassVar[tuple[str, ...]] = ("covariate", "two_lags")
-    legend: ClassVar[tuple[str, ...]] = ("coefficient", "lag")
-    physics: ClassVar[str] = (
+    legend = ("coefficient", "lag")
+    physics = (
         "the bias follows another quantity: a temperature through the sensor's thermal mass, a supply voltage, "
         "another axis by misalignment"
     )
-    looks_like: ClassVar[str] = (
-        "the low-passed samples trace the column; a rise of the Allan deviation at long τ"
+    looks_like = "the low-passed samples trace the column; a rise of the Allan deviation at long τ"
+    check_by = "drive the column on purpose (a temperature ramp up and down: a lag shows as hysteresis) and regress again"
+    texts = texts_for_clocks(
+        physics=(
+            "the frequency follows another quantity: a temperature, a supply voltage, the pressure or "
+            "humidity of the air"
+        ),
     )
-    check_by: ClassVar[str] = (
-        "drive the column on purpose (a temperature ramp up and down: a lag shows as hysteresis) and regress again"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "the frequency follows another quantity: a temperature, a supply voltage, the pressure or "
-                "humidity of the air"
-            ),
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = (
+    rivals = (
         "rate_random_walk",
         "rate_ramp",
         "warm_up",
@@ -90,9 +82,7 @@ class Covariate(Follower):
     )
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Tuple of the linear, quadratic and cubic form for each non-constant column that the model does not follow yet."""
         plain = super().candidates(model, columns)
         forms: tuple[dict[str, float], ...] = (
@@ -102,7 +92,7 @@ class Covariate(Follower):
         )
         return tuple(e.with_values(**form) for e in plain for form in forms)
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of 13 lags, s: 0, then from two samples or 1/2000 of the record to 1/10 of it."""
         return np.concatenate([[0.0], np.geomspace(max(2.0, n / 2000.0), n / 10.0, 12)]) / rate
 
@@ -114,10 +104,10 @@ class Covariate(Follower):
         """Tuple of the names of the coefficients in the model: ``coefficient``, and others that have a value."""
         return tuple(n for n in _POWERS if n == "coefficient" or self.values[n] is not None)
 
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+    def with_amplitudes(self, amplitudes: Array) -> Self:
         """A copy with the coefficients in the model set to the `amplitudes`, in order of the power."""
         return self.with_values(**dict(zip(self._fitted(), map(float, amplitudes), strict=True)))
 
-    def amplitudes(self) -> NDArray[np.float64]:
+    def amplitudes(self) -> Array:
         """Array of the coefficients (c,), (c, d) or (c, d, e) in the model; 0 for None."""
         return np.array([self.values[name] or 0.0 for name in self._fitted()])

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Columns, Parameter, texts_for_clocks
 from allanite.effects._modifier import Modifier
 
 if TYPE_CHECKING:
@@ -34,44 +33,32 @@ class Disturbance(Modifier):
     start: float | None = None
     end: float | None = None
 
-    kind: ClassVar[str] = "disturbance"
-    short: ClassVar[str] = "DIST"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "disturbance"
-    screened: ClassVar[str] = "stretch"
-    family: ClassVar[str] = "stretch"
-    removes: ClassVar[bool] = True
-    unplanned: ClassVar[str] = (
-        "its evidence is a band that is louder for a while: twice the noise is detected"
-    )
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "disturbance"
+    short = "DIST"
+    common = True
+    title = "disturbance"
+    screened = "stretch"
+    family = "stretch"
+    removes = True
+    unplanned = "its evidence is a band that is louder for a while: twice the noise is detected"
+    parameters = (
         Parameter("start", "s", "first time of the segment", "time"),
         Parameter("end", "s", "last time of the segment", "time"),
     )
-    physics: ClassVar[str] = (
-        "for a while the sensor was moved (carried, knocked, shaken by a machine or a vehicle), or its link was lost"
+    physics = "for a while the sensor was moved (carried, knocked, shaken by a machine or a vehicle), or its link was lost"
+    looks_like = "a segment of the samples unlike the rest; a band of the spectrum that is louder for a while"
+    check_by = "look at the samples and at the laboratory's log for that time; record again where nothing moves"
+    texts = texts_for_clocks(
+        physics=(
+            "for a while the clock or its link was disturbed: a cable was moved, packets were late, or the "
+            "reference changed"
+        ),
+        check_by="look at the phase and at the laboratory's log for that time; record again without the disturbance",
     )
-    looks_like: ClassVar[str] = (
-        "a segment of the samples unlike the rest; a band of the spectrum that is louder for a while"
-    )
-    check_by: ClassVar[str] = (
-        "look at the samples and at the laboratory's log for that time; record again where nothing moves"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "for a while the clock or its link was disturbed: a cable was moved, packets were late, or the "
-                "reference changed"
-            ),
-            "check_by": "look at the phase and at the laboratory's log for that time; record again without the disturbance",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "outliers", "resonance")
+    rivals = ("noise_level_change", "outliers", "resonance")
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Tuple with one disturbance without values; the model and the columns are not used."""
         return (cls(),)
 

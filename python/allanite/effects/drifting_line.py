@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Parameter
 from allanite.effects._tone import Tone
 
 
@@ -30,11 +28,11 @@ class DriftingLine(Tone):
     amplitude: float | None = None
     phase: float | None = None
 
-    kind: ClassVar[str] = "drifting_line"
-    short: ClassVar[str] = "CHIRP"
-    title: ClassVar[str] = "drifting line"
-    screened: ClassVar[str] = "drifting line"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "drifting_line"
+    short = "CHIRP"
+    title = "drifting line"
+    screened = "drifting line"
+    parameters = (
         Parameter(
             "frequency",
             "Hz",
@@ -48,20 +46,20 @@ class DriftingLine(Tone):
         Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",), symbol="a"),
         Parameter("phase", "rad", "phase at the first sample", low=-np.inf, optional=True),
     )
-    legend: ClassVar[tuple[str, ...]] = ("frequency", "drift", "amplitude")
-    unplanned: ClassVar[str] = "it is detected like a line: plan SIN at its middle frequency"
-    physics: ClassVar[str] = (
-        "something rotates at a changing speed: a motor or a fan that warms up, a supply that sags, a beat of two clocks"
+    legend = ("frequency", "drift", "amplitude")
+    unplanned = "it is detected like a line: plan SIN at its middle frequency"
+    physics = (
+        "something rotates at a changing speed: a motor or a fan that warms up, a supply that sags, a "
+        "beat of two clocks"
     )
-    looks_like: ClassVar[str] = (
-        "a flat-topped band of the spectrum, as wide as the frequency drifts; lobes of the Allan deviation that smear out"
+    looks_like = (
+        "a flat-topped band of the spectrum, as wide as the frequency drifts; lobes of the Allan "
+        "deviation that smear out"
     )
-    check_by: ClassVar[str] = (
-        "log the speed or the temperature of the machine; repeat when it is warm: the band must shrink to a line"
-    )
-    rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "resonance")
+    check_by = "log the speed or the temperature of the machine; repeat when it is warm: the band must shrink to a line"
+    rivals = ("sinusoid", "resonance")
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of values to try: 18 drifts, Hz/s, or frequencies, Hz, as for all effects.
 
         The drifts run from 1 to 256 cycles per record duration to both sides of 0.
@@ -77,6 +75,6 @@ class DriftingLine(Tone):
         ends = (f + d * start, f + d * end)
         return min(ends), max(ends)
 
-    def _angle(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _angle(self, time: Array) -> Array:
         """Array of the phase angle 2π(ft + ½dt²) of the line at each `time` (s), without φ, rad."""
         return 2.0 * np.pi * time * ((self.frequency or 0.0) + 0.5 * (self.drift or 0.0) * time)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
-from allanite.effects._base import Effect, Parameter
+from allanite.effects._base import Effect
+from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
 from allanite.effects._moving import Moving
 from allanite.effects.resonance import Resonance, oscillations
 
@@ -43,14 +43,12 @@ class DriftingResonance(Moving):
     damping: float | None = None
     rms: float | None = None
 
-    kind: ClassVar[str] = "drifting_resonance"
-    short: ClassVar[str] = "DRES"
-    title: ClassVar[str] = "drifting resonance"
-    coefficient: ClassVar[str] = "rms"
-    unplanned: ClassVar[str] = (
-        "its evidence is the frequency of its band over time: plan a resonance as wide as its course"
-    )
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "drifting_resonance"
+    short = "DRES"
+    title = "drifting resonance"
+    coefficient = "rms"
+    unplanned = "its evidence is the frequency of its band over time: plan a resonance as wide as its course"
+    parameters = (
         Parameter(
             "course", "Hz", "natural frequency in equal segments of the record, in turn", "time"
         ),
@@ -58,30 +56,28 @@ class DriftingResonance(Moving):
         Parameter("lowest", "Hz", "lowest frequency of the course", "derived"),
         Parameter("highest", "Hz", "highest frequency of the course", "derived"),
     )
-    legend: ClassVar[tuple[str, ...]] = ("lowest", "highest", "rms")
-    physics: ClassVar[str] = (
+    legend = ("lowest", "highest", "rms")
+    physics = (
         "a machine whose speed changes slowly, such as a fan or a pump that warms up, or a mode of the structure whose"
         " stiffness follows the temperature"
     )
-    looks_like: ClassVar[str] = (
+    looks_like = (
         "a band with one steep side, wider than at any single time; a track in a spectrogram"
     )
-    check_by: ClassVar[str] = (
+    check_by = (
         "look at the spectrogram; multiples of a machine's speed drift in proportion, on all axes; record again when"
         " everything is warm: the band must stay"
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "a modulation whose frequency changes slowly, such as a fan or a regulator that follows the "
-                "temperature"
-            ),
-            "check_by": (
-                "look at the spectrogram; compare the track with the temperature; record again when everything is "
-                "warm: the band must stay"
-            ),
-        }
-    }
+    texts = texts_for_clocks(
+        physics=(
+            "a modulation whose frequency changes slowly, such as a fan or a regulator that follows the "
+            "temperature"
+        ),
+        check_by=(
+            "look at the spectrogram; compare the track with the temperature; record again when everything is "
+            "warm: the band must stay"
+        ),
+    )
 
     __repr__ = brief
 
@@ -100,9 +96,7 @@ class DriftingResonance(Moving):
         return cls(course=tuple(course), damping=band.damping, rms=band.rms)
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Empty tuple: a check tests for each resonance of a model whether it moves."""
         return ()
 
@@ -133,7 +127,7 @@ class DriftingResonance(Moving):
         """Number of parameters: one for each frequency of the course, one for damping and one for rms."""
         return len(self.course or ()) + 2
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of six dampings from 0.001 (a narrow line) to 0.35 (a broad band)."""
         return np.array([1e-3, 3e-3, 0.01, 0.03, 0.1, 0.35])
 

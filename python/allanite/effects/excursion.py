@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
 from allanite.effects._event import Away, Event, sines
 
 if TYPE_CHECKING:
@@ -32,30 +32,27 @@ class Excursion(Away):
     end: float | None = None
     height: float | None = None
 
-    kind: ClassVar[str] = "excursion"
-    short: ClassVar[str] = "EXC"
-    title: ClassVar[str] = "excursion"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "excursion"
+    short = "EXC"
+    title = "excursion"
+    parameters = (
         Parameter("start", "s", "start time, from the first sample", "shape", symbol="from"),
         Parameter("end", "s", "end time", "shape", symbol="to"),
         Parameter("height", 0.0, "change of the bias", low=-np.inf, aliases=("h",), symbol="h"),
     )
-    legend: ClassVar[tuple[str, ...]] = ("height", "start", "end")
-    physics: ClassVar[str] = (
-        "something acted for a while: someone leaned on the mount, a fan or a machine ran, the supply sagged, the sun shone"
+    legend = ("height", "start", "end")
+    physics = (
+        "something acted for a while: someone leaned on the mount, a fan or a machine ran, the supply "
+        "sagged, the sun shone"
     )
-    looks_like: ClassVar[str] = (
+    looks_like = (
         "the low-passed samples stay at another level for minutes, with two edges; a hump at long τ"
     )
-    check_by: ClassVar[str] = (
-        "look at the samples and at the laboratory's log at those times; exclude the segment; repeat the record"
+    check_by = "look at the samples and at the laboratory's log at those times; exclude the segment; repeat the record"
+    texts = texts_for_clocks(
+        physics="something acted for a while: a heater or the sun, a supply that sagged, or another reference",
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "something acted for a while: a heater or the sun, a supply that sagged, or another reference",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = (
+    rivals = (
         "excursions",
         "bias_step",
         "transient",
@@ -75,13 +72,11 @@ class Excursion(Away):
         return () if self.start is None else (Transient(time=self.start),)
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Empty tuple: a search for bias steps also searches excursions (`BiasStep.best_spans`)."""
         return ()
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of at most 1024 equally spaced times within the record, s.
 
         Starts lie before a known end, ends after a known start. If fewer than two times remain: 0 and the duration.
@@ -102,9 +97,7 @@ class Excursion(Away):
         density = variance * length * (duration - length) / duration
         return self._edge_error(density)
 
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array with 1 for start ≤ t < end and 0 outside, shape (n, 1)."""
         inside = (time >= (self.start or 0.0)) & (time < (self.end or 0.0))
         return inside.astype(float)[:, None]
@@ -112,7 +105,7 @@ class Excursion(Away):
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Array of √(2/n) (sin(πjl/n) − sin(πjk/n))/(2 sin(πj/2n)) for samples k … l − 1, shape (points, ordinates)."""
         edges = np.array([(p.start or 0.0, p.end or 0.0) for p in points])
         k = np.clip(np.ceil((edges - start) * rate - 1e-9), 0, n)

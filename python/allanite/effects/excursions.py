@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Columns, Parameter
 from allanite.effects._event import Away
 from allanite.effects.excursion import Excursion
 
@@ -44,31 +44,31 @@ class Excursions(Away):
     ends: tuple[float, ...] | None = None
     heights: tuple[float, ...] | None = None
 
-    kind: ClassVar[str] = "excursions"
-    short: ClassVar[str] = "EXCS"
-    title: ClassVar[str] = "several excursions"
-    further: ClassVar[str] = "further excursions"
-    single: ClassVar[bool] = True
-    unplanned: ClassVar[str] = "its evidence is that of the largest excursion: plan an excursion"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "excursions"
+    short = "EXCS"
+    title = "several excursions"
+    further = "further excursions"
+    single = True
+    unplanned = "its evidence is that of the largest excursion: plan an excursion"
+    parameters = (
         Parameter("starts", "s", "start times, from the first sample", "time"),
         Parameter("ends", "s", "end times", "time"),
         Parameter("heights", 0.0, "changes of the bias", "time", low=-np.inf),
         Parameter("count", "1", "number of excursions", "derived"),
         Parameter("largest", 0.0, "height of the largest", "derived", low=-np.inf, symbol="h"),
     )
-    legend: ClassVar[tuple[str, ...]] = ("count", "largest")
-    physics: ClassVar[str] = (
+    legend = ("count", "largest")
+    physics = (
         "something acts from time to time: people at the bench, a door, a machine, a heater, a supply that sags, "
         "charge that is trapped and released"
     )
-    looks_like: ClassVar[str] = (
+    looks_like = (
         "the low-passed samples stay at another level for a while, several times; a hump at long τ"
     )
-    check_by: ClassVar[str] = (
+    check_by = (
         "compare the times with the laboratory's log and with the other axes; exclude the segments"
     )
-    rivals: ClassVar[tuple[str, ...]] = ("burst_noise", "bias_step", "transient", "gauss_markov")
+    rivals = ("burst_noise", "bias_step", "transient", "gauss_markov")
 
     __repr__ = brief
 
@@ -85,9 +85,7 @@ class Excursions(Away):
             raise InputError(f"{self.kind}: each excursion must end after its start")
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Empty tuple: excursions are searched one by one and combined afterwards."""
         return ()
 
@@ -138,23 +136,19 @@ class Excursions(Away):
         """Tuple that is equal for effects with equal regressors (a cache key): class, starts and ends."""
         return type(self), self.starts, self.ends
 
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+    def with_amplitudes(self, amplitudes: Array) -> Self:
         """A copy with `heights` set to the `amplitudes`, shape (excursions,)."""
         return self.with_values(heights=tuple(amplitudes.tolist()))
 
-    def amplitudes(self) -> NDArray[np.float64]:
+    def amplitudes(self) -> Array:
         """Array of the heights, U, shape (excursions,); empty without any."""
         return np.array(self.heights or ())
 
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array with one column for each excursion: 1 inside and 0 outside, shape (n, excursions)."""
         return np.column_stack([e.regressors(time, covariates) for e in self.singly])
 
-    def signal(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
+    def signal(self, time: Array, covariates: Columns) -> Array:
         """Array of the sum of all excursions at each `time`, U, shape (n,); `time` must be sorted."""
         total = np.zeros(time.size)
         for one in self.singly:
@@ -167,7 +161,7 @@ class Excursions(Away):
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Array of the cosine transforms of all excursions of the first point, then of the second, and so on.
 
         Its shape is (excursions of all points, ordinates).

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from allanite.effects._base import Parameter, Stochastic
+from allanite.effects._base import Stochastic
+from allanite.effects._declared import Parameter
 from allanite.effects.terms import PowerLaw as PowerLawTerm
 from allanite.effects.terms import Term
 
@@ -27,27 +28,21 @@ class FlickerPhase(Stochastic):
 
     F: float | None = None
 
-    kind: ClassVar[str] = "flicker_phase"
-    short: ClassVar[str] = "F"
-    title: ClassVar[str] = "flicker phase noise"
+    kind = "flicker_phase"
+    short = "F"
+    title = "flicker phase noise"
     titles: ClassVar[dict[str, str]] = {"fractional frequency": "flicker PM"}
-    family: ClassVar[str] = "coefficient"
-    screened: ClassVar[str] = "none"
-    coefficient: ClassVar[str] = "F"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("F", 1.0, "root of the density of the phase at 2πf = 1/s"),
-    )
-    single: ClassVar[bool] = True
-    physics: ClassVar[str] = (
+    family = "coefficient"
+    screened = "none"
+    coefficient = "F"
+    parameters = (Parameter("F", 1.0, "root of the density of the phase at 2πf = 1/s"),)
+    single = True
+    physics = (
         "1/f noise of amplifiers, dividers and cables behind an oscillator, which shifts its phase"
     )
-    looks_like: ClassVar[str] = (
-        "a slope of −1 of the Allan deviation as of white PM, and of −1 of the modified one (white PM: −3/2)"
-    )
-    check_by: ClassVar[str] = (
-        "measure the same clock through another amplifier, or two outputs of one distribution against each other"
-    )
-    rivals: ClassVar[tuple[str, ...]] = ("quantization", "power_law")
+    looks_like = "a slope of −1 of the Allan deviation as of white PM, and of −1 of the modified one (white PM: −3/2)"
+    check_by = "measure the same clock through another amplifier, or two outputs of one distribution against each other"
+    rivals = ("quantization", "power_law")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Tuple with one term: a power law with exponent 1 and level² `rate`² per sample."""

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter, Stochastic
+from allanite.effects._base import Stochastic
+from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects.terms import Exponential, Term
 
 
@@ -32,12 +31,12 @@ class GaussMarkov(Stochastic):
     q_c: float | None = None
     correlation_time: float | None = None
 
-    kind: ClassVar[str] = "gauss_markov"
-    short: ClassVar[str] = "GM"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "Gauss-Markov process"
-    coefficient: ClassVar[str] = "q_c"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "gauss_markov"
+    short = "GM"
+    common = True
+    title = "Gauss-Markov process"
+    coefficient = "q_c"
+    parameters = (
         Parameter(
             "correlation_time",
             "s",
@@ -50,28 +49,24 @@ class GaussMarkov(Stochastic):
         Parameter("q_c", -0.5, "root of the driving white density"),
         Parameter("sigma", 0.0, "standard deviation of the process", "derived", symbol="σ"),
     )
-    wanders: ClassVar[bool] = True
-    legend: ClassVar[tuple[str, ...]] = ("sigma", "correlation_time")
-    physics: ClassVar[str] = (
-        "a lag with one time constant driven by white noise: a thermal mass, a bias filter, the bandwidth of a loop"
-    )
-    looks_like: ClassVar[str] = (
+    wanders = True
+    legend = ("sigma", "correlation_time")
+    physics = "a lag with one time constant driven by white noise: a thermal mass, a bias filter, the bandwidth of a loop"
+    looks_like = (
         "a hump of the Allan deviation at 1.89 T, 0.437 q_c √T high; a density that is flat below 1/(2πT) and falls "
         "as 1/f² above"
     )
-    check_by: ClassVar[str] = (
+    check_by = (
         "look for a part whose time constant is T (heater, fan, filter of the electronics); change it and repeat; "
         "log its temperature"
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "a lag with one time constant driven by white noise: a thermal mass, an oven, or the loop that "
-                "steers the clock"
-            ),
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = (
+    texts = texts_for_clocks(
+        physics=(
+            "a lag with one time constant driven by white noise: a thermal mass, an oven, or the loop that "
+            "steers the clock"
+        ),
+    )
+    rivals = (
         "bias_instability",
         "rate_random_walk",
         "power_law",
@@ -85,7 +80,7 @@ class GaussMarkov(Stochastic):
             return None
         return self.q_c * float(np.sqrt(self.correlation_time / 2.0))
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of correlation times, s, from four samples (a faster process is a filter) to half the record, 8 per decade.
 
         With a longer correlation time the process is a random walk.

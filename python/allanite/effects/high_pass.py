@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects._filter import Filter, Response
 
 if TYPE_CHECKING:
@@ -45,34 +44,35 @@ class HighPass(Filter):
     cutoff: float | None = None
     order: float | None = None
 
-    kind: ClassVar[str] = "high_pass"
-    short: ClassVar[str] = "HP"
-    title: ClassVar[str] = "high-pass"
-    family: ClassVar[str] = "filter"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "high_pass"
+    short = "HP"
+    title = "high-pass"
+    family = "filter"
+    parameters = (
         Parameter(
             "cutoff", "Hz", "−3 dB frequency", "shape", low=1e-12, aliases=("f", "fc"), symbol="f"
         ),
         Parameter("order", "1", "1 or 2", "choice", low=1, high=2),
     )
-    single: ClassVar[bool] = True
+    single = True
     blocks: ClassVar[bool] = True
-    physics: ClassVar[str] = (
-        "the signal is coupled by a capacitor, or a filter removes the drift: offset removal, washout, a leaky baseline"
+    physics = (
+        "the signal is coupled by a capacitor, or a filter removes the drift: offset removal, washout, a "
+        "leaky baseline"
     )
-    looks_like: ClassVar[str] = (
-        "a density that falls towards low frequencies; an Allan deviation that falls as 1/τ and faster, and never turns up"
+    looks_like = (
+        "a density that falls towards low frequencies; an Allan deviation that falls as 1/τ and faster, "
+        "and never turns up"
     )
-    check_by: ClassVar[str] = (
-        "turn the sensor at a constant rate, or tilt it: a step must decay with 1/(2πf); look for an offset-removal setting"
+    check_by = (
+        "turn the sensor at a constant rate, or tilt it: a step must decay with 1/(2πf); look for an "
+        "offset-removal setting"
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "a loop steers the clock to its reference and removes slow changes of the frequency",
-            "check_by": "let the clock run free, or change the time constant of the loop: the cutoff must move",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("quantization", "power_law", "gauss_markov")
+    texts = texts_for_clocks(
+        physics="a loop steers the clock to its reference and removes slow changes of the frequency",
+        check_by="let the clock run free, or change the time constant of the loop: the cutoff must move",
+    )
+    rivals = ("quantization", "power_law", "gauss_markov")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -83,7 +83,7 @@ class HighPass(Filter):
         """Tuple of filters of order 1 and 2, or only of the given order."""
         return tuple(self.with_values(order=float(o)) for o in ORDERS if self.order in (None, o))
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of cutoffs, Hz, eight per decade and at least six, up to a quarter of the rate.
 
         The lowest is 4/T, but at most a tenth of the rate.

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite._kernels import play
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
 from allanite.effects._follower import COLUMN, Proportional, by_run, followed_column
 
 if TYPE_CHECKING:
@@ -36,10 +34,10 @@ class Hysteresis(Proportional):
     #: Smallest and largest half play that a search tries; None if the column is unknown.
     reach: tuple[float, float] | None = field(default=None, compare=False, repr=False, kw_only=True)
 
-    kind: ClassVar[str] = "hysteresis"
-    short: ClassVar[str] = "HYS"
-    title: ClassVar[str] = "hysteresis"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "hysteresis"
+    short = "HYS"
+    title = "hysteresis"
+    parameters = (
         COLUMN,
         Parameter(
             "coefficient",
@@ -51,26 +49,23 @@ class Hysteresis(Proportional):
         Parameter("width", "unit", "half the play", "shape", low=1e-12, symbol="w"),
     )
     one_of: ClassVar[tuple[str, ...]] = ("hysteresis",)
-    legend: ClassVar[tuple[str, ...]] = ("coefficient", "width")
-    physics: ClassVar[str] = (
+    legend = ("coefficient", "width")
+    physics = (
         "stress that a package, a glue or a mounting relieves only by slipping: when the temperature falls again, the bias "
         "stays until the temperature has fallen by the play"
     )
-    looks_like: ClassVar[str] = (
-        "the low-passed samples over the column form a loop with parallel sides, equally wide in slow and fast cycles"
+    looks_like = (
+        "the low-passed samples over the column form a loop with parallel sides, equally wide in slow "
+        "and fast cycles"
     )
-    check_by: ClassVar[str] = (
-        "cycle the column at two speeds: the loop of a play keeps its width, the loop of a lag widens with the speed"
+    check_by = "cycle the column at two speeds: the loop of a play keeps its width, the loop of a lag widens with the speed"
+    texts = texts_for_clocks(
+        physics=(
+            "stress that a resonator relieves only by slipping: when the temperature falls again, the "
+            "frequency stays until the temperature has fallen by the play"
+        ),
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "stress that a resonator relieves only by slipping: when the temperature falls again, the "
-                "frequency stays until the temperature has fallen by the play"
-            ),
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = (
+    rivals = (
         "covariate",
         "two_lags",
         "rate_of_change",
@@ -78,12 +73,10 @@ class Hysteresis(Proportional):
         "warm_up",
         "rate_random_walk",
     )
-    refined: ClassVar[bool] = True
+    refined = True
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Tuple with one effect for each candidate column, with the range of plays that the column can show (`reach`).
 
         Columns whose 1 % and 99 % quantiles are equal are omitted.
@@ -96,7 +89,7 @@ class Hysteresis(Proportional):
                 out.append(replace(effect, reach=(span / 16.0, span / 2.2)))
         return tuple(out)
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of half plays within `reach` (W/16 to W/2.2 for a column's range W), 8 per decade; six decades if unknown.
 
         A smaller play is not visible.
@@ -104,9 +97,7 @@ class Hysteresis(Proportional):
         low, high = self.reach or (1e-3, 1e3)
         return np.geomspace(low, high, 1 + round(8.0 * np.log10(high / low)))
 
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of the value that the column drags along with the play, shape (n, 1)."""
         column = followed_column(self, covariates)
         column = column - column.mean()

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.memory import cleared_by_free_buffers
+from allanite.effects._declared import Array
 from allanite.effects._filter import Response
 from allanite.effects.terms import Exponential, Lags, Term, White
 
-Array = NDArray[np.float64]
 Poles = NDArray[np.complex128]
 Generators = list[tuple[str, list[float]]]
 

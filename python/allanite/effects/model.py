@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate, require_frequencies
 from allanite.effects._base import AsModel, Effect, Stochastic
+from allanite.effects._declared import Array
 from allanite.effects._filter import Filter
 from allanite.effects._known import Deterministic
 from allanite.effects._modifier import Modifier
@@ -228,7 +229,7 @@ class Model(AsModel):
             out += [t.scaled(value**2) for t in self.unit_terms(effect, rate, span)]
         return tuple(out)
 
-    def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
+    def psd(self, f: ArrayLike, rate: float | None = None) -> Array:
         """Array of the two-sided power spectral density of the stochastic effects.
 
         Parameters
@@ -252,7 +253,7 @@ class Model(AsModel):
             total += term.spectrum(w)
         return (total / fs).reshape(np.shape(f))
 
-    def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
+    def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> Array:
         """Array of the expected overlapping Allan variance of the model, exact at every averaging factor.
 
         Parameters

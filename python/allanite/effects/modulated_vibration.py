@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects.resonance import Resonance, oscillations
 
 if TYPE_CHECKING:
@@ -39,13 +38,13 @@ class ModulatedVibration(Resonance):
     modulation: float | None = None
     depth: float | None = None
 
-    kind: ClassVar[str] = "modulated_vibration"
-    short: ClassVar[str] = "MOD"
-    title: ClassVar[str] = "modulated vibration"
+    kind = "modulated_vibration"
+    short = "MOD"
+    title = "modulated vibration"
     titles: ClassVar[dict[str, str]] = {"fractional frequency": "modulated band"}
-    screened: ClassVar[str] = "none"
-    companions: ClassVar[tuple[str, ...]] = ("modulation", "depth")
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    screened = "none"
+    companions = ("modulation", "depth")
+    parameters = (
         *Resonance.parameters,
         Parameter(
             "modulation",
@@ -60,27 +59,25 @@ class ModulatedVibration(Resonance):
             "depth", "1", "depth of the modulation m", "shape", low=1e-6, high=5.0, aliases=("m",)
         ),
     )
-    legend: ClassVar[tuple[str, ...]] = ("frequency", "modulation", "rms")
-    physics: ClassVar[str] = (
+    legend = ("frequency", "modulation", "rms")
+    physics = (
         "a machine whose load or speed changes periodically: a pump, a fan or a gear, or two machines of nearly equal"
         " speed"
     )
-    looks_like: ClassVar[str] = (
+    looks_like = (
         "a narrow band of the spectrum with a weaker band at the same distance on both sides"
     )
-    check_by: ClassVar[str] = (
+    check_by = (
         "look for something that changes with the rate f_m; multiples of the band have sidebands at the same distance;"
         " switch it off"
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "a periodic disturbance whose strength changes periodically, such as two regulators of nearly "
-                "equal speed"
-            ),
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("resonance",)
+    texts = texts_for_clocks(
+        physics=(
+            "a periodic disturbance whose strength changes periodically, such as two regulators of nearly "
+            "equal speed"
+        ),
+    )
+    rivals = ("resonance",)
 
     @classmethod
     def modulating(cls, band: Effect, rate: float, depth: float) -> Self | None:
@@ -101,7 +98,7 @@ class ModulatedVibration(Resonance):
             limits=band.limits,
         )
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of values to try: one depth, six modulation rates (Hz), or the grid of a resonance."""
         if name == "depth":
             return np.array([0.5])

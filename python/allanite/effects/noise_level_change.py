@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from allanite.effects._declared import Array, Columns, texts_for_clocks
 from allanite.effects._level import INTERVAL, Level, interval_errors, interval_power
-
-if TYPE_CHECKING:
-    from allanite.effects._base import Parameter
 
 
 @dataclass(frozen=True)
@@ -33,27 +30,19 @@ class NoiseLevelChange(Level):
     end: float | None = None
     factor: float | None = None
 
-    kind: ClassVar[str] = "noise_level_change"
-    short: ClassVar[str] = "LEVEL"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "noise level change"
-    legend: ClassVar[tuple[str, ...]] = ("factor",)
-    parameters: ClassVar[tuple[Parameter, ...]] = INTERVAL
-    physics: ClassVar[str] = (
-        "for a while something shook, switched range or disturbed the supply; or the sensor lost its damping or lock"
+    kind = "noise_level_change"
+    short = "LEVEL"
+    common = True
+    title = "noise level change"
+    legend = ("factor",)
+    parameters = INTERVAL
+    physics = "for a while something shook, switched range or disturbed the supply; or the sensor lost its damping or lock"
+    looks_like = "nothing on the Allan curve; a louder or quieter segment of the samples"
+    check_by = "look at the laboratory's log for that interval; exclude it and fit again: everything else should stay"
+    texts = texts_for_clocks(
+        physics="for a while the link, the supply or the counter was noisier, or the clock lost its lock",
     )
-    looks_like: ClassVar[str] = (
-        "nothing on the Allan curve; a louder or quieter segment of the samples"
-    )
-    check_by: ClassVar[str] = (
-        "look at the laboratory's log for that interval; exclude it and fit again: everything else should stay"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "for a while the link, the supply or the counter was noisier, or the clock lost its lock",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("outliers", "noise_levels")
+    rivals = ("outliers", "noise_levels")
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self:
@@ -74,9 +63,7 @@ class NoiseLevelChange(Level):
         """Pair (start, end) of the interval, s; None without values."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
-    def gain(
-        self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
-    ) -> NDArray[np.float64]:
+    def gain(self, time: Array, columns: Columns | None = None) -> Array:
         """Array with `factor` for start ≤ time < end, otherwise 1, shape (n,)."""
         if self.when is None or self.factor is None:
             return np.ones(time.shape)
@@ -86,8 +73,8 @@ class NoiseLevelChange(Level):
         self,
         start: ArrayLike,
         end: ArrayLike,
-        columns: Mapping[str, NDArray[np.float64]] | None = None,
-    ) -> NDArray[np.float64]:
+        columns: Columns | None = None,
+    ) -> Array:
         """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times its fraction inside the interval."""
         return interval_power(start, end, self.when, self.factor)
 

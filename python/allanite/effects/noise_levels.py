@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
 from allanite.effects._level import Level
 
 
@@ -35,16 +34,14 @@ class NoiseLevels(Level):
     times: tuple[float, ...] | None = None
     factors: tuple[float, ...] | None = None
 
-    kind: ClassVar[str] = "noise_levels"
-    short: ClassVar[str] = "LEVELS"
-    title: ClassVar[str] = "several noise levels"
-    further: ClassVar[str] = "further noise levels"
-    single: ClassVar[bool] = True
-    unplanned: ClassVar[str] = (
-        "its evidence is that of the strongest interval: plan a noise level change"
-    )
-    legend: ClassVar[tuple[str, ...]] = ("changes", "quietest", "loudest")
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "noise_levels"
+    short = "LEVELS"
+    title = "several noise levels"
+    further = "further noise levels"
+    single = True
+    unplanned = "its evidence is that of the strongest interval: plan a noise level change"
+    legend = ("changes", "quietest", "loudest")
+    parameters = (
         Parameter("times", "s", "times of the level changes", "time"),
         Parameter(
             "factors", "1", "standard deviation after each change over that at the start", "time"
@@ -53,25 +50,19 @@ class NoiseLevels(Level):
         Parameter("quietest", "1", "smallest factor", "derived"),
         Parameter("loudest", "1", "largest factor", "derived"),
     )
-    physics: ClassVar[str] = (
+    physics = (
         "the sensor or something near it changes its state: a duty cycle, an automatic gain or range, a pump, a fan, "
         "people at the bench; or a coarse quantization step whose dither depends on the bias"
     )
-    looks_like: ClassVar[str] = (
-        "nothing on the Allan curve; segments of the samples that are louder or quieter"
+    looks_like = "nothing on the Allan curve; segments of the samples that are louder or quieter"
+    check_by = "compare the times with what was switched in the laboratory; fit the segments of one level alone"
+    texts = texts_for_clocks(
+        physics=(
+            "the clock, its link or something near them changes its state: the load of a network, a heater, a "
+            "fan, people at the bench"
+        ),
     )
-    check_by: ClassVar[str] = (
-        "compare the times with what was switched in the laboratory; fit the segments of one level alone"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "the clock, its link or something near them changes its state: the load of a network, a heater, a "
-                "fan, people at the bench"
-            ),
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "periodic_noise_level")
+    rivals = ("noise_level_change", "periodic_noise_level")
 
     __repr__ = brief
 
@@ -121,9 +112,7 @@ class NoiseLevels(Level):
         """Number of parameters: one for each time, and one for each different factor other than 1."""
         return len(self.times or ()) + len({*(self.factors or ())} - {1.0})
 
-    def gain(
-        self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
-    ) -> NDArray[np.float64]:
+    def gain(self, time: Array, columns: Columns | None = None) -> Array:
         """Array of the factor at each `time` (s), shape (n,); 1 before the first change."""
         if self.times is None or self.factors is None:
             return np.ones(time.shape)
@@ -134,8 +123,8 @@ class NoiseLevels(Level):
         self,
         start: ArrayLike,
         end: ArrayLike,
-        columns: Mapping[str, NDArray[np.float64]] | None = None,
-    ) -> NDArray[np.float64]:
+        columns: Columns | None = None,
+    ) -> Array:
         """Array of the mean squared factor from each `start` to each `end`, s.
 
         The factor is 1 before the first time; the last factor holds to the end. NaN for empty intervals.

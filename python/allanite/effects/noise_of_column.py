@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
 from allanite.effects._follower import COLUMN, followed_column
 from allanite.effects._level import Level
 from allanite.effects.terms import Term, White
@@ -39,14 +38,15 @@ class NoiseOfColumn(Level):
     coefficient: float | None = None
     reference: float | None = None
 
-    kind: ClassVar[str] = "noise_of_column"
-    short: ClassVar[str] = "NCOL"
-    title: ClassVar[str] = "noise that follows"
-    unplanned: ClassVar[str] = (
-        "its evidence is the power over time compared with the column: plan a noise level change between its extremes"
+    kind = "noise_of_column"
+    short = "NCOL"
+    title = "noise that follows"
+    unplanned = (
+        "its evidence is the power over time compared with the column: plan a noise level change between "
+        "its extremes"
     )
-    legend: ClassVar[tuple[str, ...]] = ("coefficient",)
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    legend = ("coefficient",)
+    parameters = (
         COLUMN,
         Parameter(
             "coefficient",
@@ -60,30 +60,24 @@ class NoiseOfColumn(Level):
             "reference", "unit", "value of the column at which the level is N", "time", low=-np.inf
         ),
     )
-    physics: ClassVar[str] = (
+    physics = (
         "the noise depends on another quantity: on the temperature (gain, thermal noise, a lamp or laser), on a supply "
         "voltage, or on the motion of something nearby"
     )
-    looks_like: ClassVar[str] = (
-        "nothing on the Allan curve; the power of the samples over time traces the column"
-    )
-    check_by: ClassVar[str] = (
+    looks_like = "nothing on the Allan curve; the power of the samples over time traces the column"
+    check_by = (
         "hold the column at two values and compare N; record again with changes at other times"
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "the noise depends on another quantity, such as the temperature, a supply voltage or the load of "
-                "a network"
-            ),
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "noise_levels")
+    texts = texts_for_clocks(
+        physics=(
+            "the noise depends on another quantity, such as the temperature, a supply voltage or the load of "
+            "a network"
+        ),
+    )
+    rivals = ("noise_level_change", "noise_levels")
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Tuple with one effect for each non-constant column that the noise does not follow yet.
 
         Empty without white noise.
@@ -105,7 +99,7 @@ class NoiseOfColumn(Level):
         """Number of parameters: always 1, since the reference only defines N."""
         return 1
 
-    def following(self, values: NDArray[np.float64], coefficient: float) -> Self:
+    def following(self, values: Array, coefficient: float) -> Self:
         """Copy with this `coefficient`, and with the reference at which N is the rms level for the column `values`."""
         power = 2.0 * coefficient * values
         top = float(np.max(power))
@@ -118,9 +112,7 @@ class NoiseOfColumn(Level):
         """Tuple with one term: white noise with unchanged variance, since N is the rms level of the record."""
         return (White(white),)
 
-    def gain(
-        self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
-    ) -> NDArray[np.float64]:
+    def gain(self, time: Array, columns: Columns | None = None) -> Array:
         """Array of e^{coefficient·(u − reference)} at each time, shape (n,), with u the column in `columns`.
 
         Raises
@@ -135,7 +127,7 @@ class NoiseOfColumn(Level):
         self,
         start: ArrayLike,
         end: ArrayLike,
-        columns: Mapping[str, NDArray[np.float64]] | None = None,
-    ) -> NDArray[np.float64]:
+        columns: Columns | None = None,
+    ) -> Array:
         """Array of the squared gain at the mean column value of each time segment, from `columns`."""
         return self.gain(np.asarray(start, dtype=float), columns) ** 2

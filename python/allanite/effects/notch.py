@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects._filter import Filter, Response
 
 if TYPE_CHECKING:
@@ -44,11 +43,11 @@ class Notch(Filter):
     quality: float | None = None
     left: float | None = None
 
-    kind: ClassVar[str] = "notch"
-    short: ClassVar[str] = "NOTCH"
-    title: ClassVar[str] = "notch"
-    family: ClassVar[str] = "filter"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "notch"
+    short = "NOTCH"
+    title = "notch"
+    family = "filter"
+    parameters = (
         Parameter(
             "frequency",
             "Hz",
@@ -72,25 +71,17 @@ class Notch(Filter):
             "left", "1", "amplitude left at the center", "shape", low=0.001, high=0.9, optional=True
         ),
     )
-    legend: ClassVar[tuple[str, ...]] = ("frequency", "quality")
-    physics: ClassVar[str] = (
-        "a notch filter in the driver or the flight controller removes a band with vibration"
+    legend = ("frequency", "quality")
+    physics = "a notch filter in the driver or the flight controller removes a band with vibration"
+    looks_like = "a gap of the spectrum down to zero at f; hardly anything in the Allan curve"
+    check_by = "look for a notch in the settings of driver and firmware; switch it off: the gap must disappear"
+    texts = texts_for_clocks(
+        physics="a filter of the counter, or of the loop that steers the clock, removes a band",
+        check_by="look for a filter in the settings of counter and loop; switch it off: the gap must disappear",
     )
-    looks_like: ClassVar[str] = (
-        "a gap of the spectrum down to zero at f; hardly anything in the Allan curve"
-    )
-    check_by: ClassVar[str] = (
-        "look for a notch in the settings of driver and firmware; switch it off: the gap must disappear"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "a filter of the counter, or of the loop that steers the clock, removes a band",
-            "check_by": "look for a filter in the settings of counter and loop; switch it off: the gap must disappear",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("resonance", "bandwidth")
+    rivals = ("resonance", "bandwidth")
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of values to try: frequencies, Hz, up to 0.48 of the rate; three qualities; or two amplitudes left.
 
         Frequencies are 10 % apart and start at 1/200 of the rate or 100/T, the larger of both.

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Columns, Parameter
 from allanite.effects._modifier import Modifier
 
 if TYPE_CHECKING:
@@ -33,39 +33,33 @@ class Outliers(Modifier):
     count: float | None = None
     times: tuple[float, ...] | None = None
 
-    kind: ClassVar[str] = "outliers"
-    short: ClassVar[str] = "OUT"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "outliers"
-    screened: ClassVar[str] = "outlier"
-    family: ClassVar[str] = "outlier"
-    single: ClassVar[bool] = True
-    removes: ClassVar[bool] = True
-    unplanned: ClassVar[str] = (
+    kind = "outliers"
+    short = "OUT"
+    common = True
+    title = "outliers"
+    screened = "outlier"
+    family = "outlier"
+    single = True
+    removes = True
+    unplanned = (
         "its evidence is the size of single samples: one beyond 6 standard deviations is detected"
     )
-    legend: ClassVar[tuple[str, ...]] = ("count",)
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    legend = ("count",)
+    parameters = (
         Parameter("count", "1", "number of outliers", "time", optional=True),
         Parameter("times", "s", "times of the outliers", "time"),
     )
-    physics: ClassVar[str] = (
-        "single wrong samples: transmission errors, resets, shocks, saturated conversions, mains switching"
-    )
-    looks_like: ClassVar[str] = (
+    physics = "single wrong samples: transmission errors, resets, shocks, saturated conversions, mains switching"
+    looks_like = (
         "spikes of the samples; a white density (and N) higher than the width of the histogram"
     )
-    check_by: ClassVar[str] = (
-        "look at the raw words and checksums at these times; count them against a bus or supply event"
-    )
-    rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "warm_up")
+    check_by = "look at the raw words and checksums at these times; count them against a bus or supply event"
+    rivals = ("noise_level_change", "warm_up")
 
     __repr__ = brief
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Tuple with one effect without values; empty if the model has outliers. White noise is not needed."""
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 

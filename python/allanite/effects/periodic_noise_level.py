@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Columns, Parameter
 from allanite.effects._level import Level
 
 
@@ -29,40 +28,37 @@ class PeriodicNoiseLevel(Level):
     share: float | None = None
     factor: float | None = None
 
-    kind: ClassVar[str] = "periodic_noise_level"
-    short: ClassVar[str] = "CYCLE"
-    title: ClassVar[str] = "periodic noise level"
-    single: ClassVar[bool] = True
-    unplanned: ClassVar[str] = (
-        "its evidence is the power over the phase of its period: plan a noise level change as long as all its intervals"
+    kind = "periodic_noise_level"
+    short = "CYCLE"
+    title = "periodic noise level"
+    single = True
+    unplanned = (
+        "its evidence is the power over the phase of its period: plan a noise level change as long as "
+        "all its intervals"
     )
-    legend: ClassVar[tuple[str, ...]] = ("period", "factor")
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    legend = ("period", "factor")
+    parameters = (
         Parameter("period", "s", "period of the level changes", "time", low=1e-12),
         Parameter("start", "s", "start of the first interval", "time", low=-np.inf),
         Parameter("share", "1", "length of the interval over the period", "time", high=1.0),
         Parameter("factor", "1", "standard deviation inside over outside", "time", low=1e-6),
     )
-    physics: ClassVar[str] = (
+    physics = (
         "something near the sensor works periodically: the controller of a heater or cooler, a pump, a fan, a radio "
         "transmitter, a duty cycle of the supply"
     )
-    looks_like: ClassVar[str] = (
-        "nothing on the Allan curve; the power of the samples over the phase of the period is a gate"
-    )
-    check_by: ClassVar[str] = (
+    looks_like = "nothing on the Allan curve; the power of the samples over the phase of the period is a gate"
+    check_by = (
         "find what runs with this period; stop it, or change its duty cycle, and record again"
     )
-    rivals: ClassVar[tuple[str, ...]] = ("noise_levels", "noise_level_change")
+    rivals = ("noise_levels", "noise_level_change")
 
     @classmethod
     def gated(cls, period: float, start: float, share: float, factor: float) -> Self:
         """New effect with these values; `period` and `start` in s."""
         return cls(period=period, start=start, share=share, factor=factor)
 
-    def gain(
-        self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
-    ) -> NDArray[np.float64]:
+    def gain(self, time: Array, columns: Columns | None = None) -> Array:
         """Array with `factor` within the intervals and 1 outside, shape (n,); ones without values."""
         if self.period is None or self.share is None or self.factor is None:
             return np.ones(time.shape)
@@ -73,8 +69,8 @@ class PeriodicNoiseLevel(Level):
         self,
         start: ArrayLike,
         end: ArrayLike,
-        columns: Mapping[str, NDArray[np.float64]] | None = None,
-    ) -> NDArray[np.float64]:
+        columns: Columns | None = None,
+    ) -> Array:
         """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times its fraction in the intervals.
 
         1 without all values.
@@ -85,7 +81,7 @@ class PeriodicNoiseLevel(Level):
         inside = self._time_inside_until(high) - self._time_inside_until(low)
         return np.asarray(1.0 + (self.factor**2 - 1.0) * inside / (high - low))
 
-    def _time_inside_until(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _time_inside_until(self, time: Array) -> Array:
         """Array of the total time inside the intervals from `start` to each time, s; negative before `start`."""
         assert self.period is not None
         assert self.share is not None

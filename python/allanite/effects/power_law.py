@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter, Stochastic
+from allanite.effects._base import Stochastic
+from allanite.effects._declared import Array, Parameter
 from allanite.effects.terms import PowerLaw as PowerLawTerm
 from allanite.effects.terms import Term
 
@@ -31,11 +30,11 @@ class PowerLaw(Stochastic):
     exponent: float | None = None
     level: float | None = None
 
-    kind: ClassVar[str] = "power_law"
-    short: ClassVar[str] = "PL"
-    title: ClassVar[str] = "power law"
-    coefficient: ClassVar[str] = "level"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "power_law"
+    short = "PL"
+    title = "power law"
+    coefficient = "level"
+    parameters = (
         Parameter(
             "exponent",
             "1",
@@ -48,21 +47,17 @@ class PowerLaw(Stochastic):
         ),
         Parameter("level", "U·s^(½+a/2)", "root of the density at 2πf = 1/s"),
     )
-    wanders: ClassVar[bool] = True
-    last_resort: ClassVar[bool] = True
-    legend: ClassVar[tuple[str, ...]] = ("exponent",)
-    physics: ClassVar[str] = (
+    wanders = True
+    last_resort = True
+    legend = ("exponent",)
+    physics = (
         "scale-free noise without a single physical time constant: a spread of traps or relaxations"
     )
-    looks_like: ClassVar[str] = (
-        "a straight line of the density with a slope other than the standard ones"
-    )
-    check_by: ClassVar[str] = (
-        "record for longer: a true power law keeps its slope, a sum of lags bends; vary the temperature"
-    )
-    rivals: ClassVar[tuple[str, ...]] = ("bias_instability", "rate_random_walk", "gauss_markov")
+    looks_like = "a straight line of the density with a slope other than the standard ones"
+    check_by = "record for longer: a true power law keeps its slope, a sum of lags bends; vary the temperature"
+    rivals = ("bias_instability", "rate_random_walk", "gauss_markov")
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of ten exponents between the standard ones (−2, −1, 0) and beyond."""
         return np.array([-2.6, -2.3, -1.7, -1.4, -1.2, -0.8, -0.6, -0.4, 0.4, 0.7])
 

@@ -7,7 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from allanite.effects._base import Parameter, Stochastic, StraightLine
+from allanite.effects._base import Stochastic
+from allanite.effects._declared import Parameter, StraightLine, texts_for_clocks
 from allanite.effects.terms import Blue, Term
 
 
@@ -27,14 +28,14 @@ class Quantization(Stochastic):
 
     Q: float | None = None
 
-    kind: ClassVar[str] = "quantization"
-    short: ClassVar[str] = "Q"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "quantization noise"
+    kind = "quantization"
+    short = "Q"
+    common = True
+    title = "quantization noise"
     titles: ClassVar[dict[str, str]] = {"fractional frequency": "white PM"}
-    family: ClassVar[str] = "coefficient"
-    coefficient: ClassVar[str] = "Q"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    family = "coefficient"
+    coefficient = "Q"
+    parameters = (
         Parameter(
             "Q",
             1.0,
@@ -43,28 +44,26 @@ class Quantization(Stochastic):
             figures={"quantization": ("quantisation",)},
         ),
     )
-    single: ClassVar[bool] = True
-    standard: ClassVar[StraightLine] = StraightLine("Q", -1.0, float(np.sqrt(3.0)), 1.0, "blue")
-    physics: ClassVar[str] = (
+    single = True
+    standard = StraightLine("Q", -1.0, float(np.sqrt(3.0)), 1.0, "blue")
+    physics = (
         "the sensor counts angle (velocity, phase) in steps S and outputs differences; "
         "the rounding error, Q = S/√12, is bounded and therefore averages out"
     )
-    looks_like: ClassVar[str] = "a slope of −1 at the shortest τ; a density that rises as f²"
-    check_by: ClassVar[str] = (
+    looks_like = "a slope of −1 at the shortest τ; a density that rises as f²"
+    check_by = (
         "compare √12·Q with the sensor's pulse weight; check whether increments are whole multiples of a step; "
         "dither the input and repeat"
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "white noise of the phase, which does not accumulate: resolution and noise of the counter or of "
-                "the time stamps"
-            ),
-            "looks_like": "a slope of −1 at the shortest τ (modified deviation: −3/2); a density that rises as f²",
-            "check_by": "compare √12·Q with the resolution of the counter; measure the clock with another counter",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("power_law",)
+    texts = texts_for_clocks(
+        physics=(
+            "white noise of the phase, which does not accumulate: resolution and noise of the counter or of "
+            "the time stamps"
+        ),
+        looks_like="a slope of −1 at the shortest τ (modified deviation: −3/2); a density that rises as f²",
+        check_by="compare √12·Q with the resolution of the counter; measure the clock with another counter",
+    )
+    rivals = ("power_law",)
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Tuple with one term: first differences of a white angle error of variance 1, divided by τ0."""

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects._follower import COLUMN, LaggedColumn, Proportional
 
 
@@ -29,10 +28,10 @@ class RateOfChange(Proportional):
 
     lag: float | None = None
 
-    kind: ClassVar[str] = "rate_of_change"
-    short: ClassVar[str] = "DOT"
-    title: ClassVar[str] = "rate of change"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "rate_of_change"
+    short = "DOT"
+    title = "rate of change"
+    parameters = (
         COLUMN,
         Parameter(
             "coefficient",
@@ -44,30 +43,24 @@ class RateOfChange(Proportional):
         Parameter("lag", "s", "time constant of the lag", "shape", low=1e-12, symbol="T"),
     )
     one_of: ClassVar[tuple[str, ...]] = ("rate_of_change",)
-    legend: ClassVar[tuple[str, ...]] = ("coefficient", "lag")
-    physics: ClassVar[str] = (
+    legend = ("coefficient", "lag")
+    physics = (
         "a gradient across the sensor: while the temperature changes, one side is ahead of the other, as in a fiber coil "
         "(Shupe effect) or a structure of two materials"
     )
-    looks_like: ClassVar[str] = (
-        "an offset while the column rises, the opposite offset while it falls, and none while it is constant"
+    looks_like = "an offset while the column rises, the opposite offset while it falls, and none while it is constant"
+    check_by = "hold the column at two values: the bias is the same at both; pass from one to the other at two speeds"
+    texts = texts_for_clocks(
+        physics=(
+            "a gradient across the resonator and its oven: while the temperature changes, one side is ahead "
+            "of the other"
+        ),
+        check_by=(
+            "hold the column at two values: the frequency is the same at both; pass from one to the other at "
+            "two speeds"
+        ),
     )
-    check_by: ClassVar[str] = (
-        "hold the column at two values: the bias is the same at both; pass from one to the other at two speeds"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "a gradient across the resonator and its oven: while the temperature changes, one side is ahead "
-                "of the other"
-            ),
-            "check_by": (
-                "hold the column at two values: the frequency is the same at both; pass from one to the other at "
-                "two speeds"
-            ),
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = (
+    rivals = (
         "covariate",
         "two_lags",
         "hysteresis",
@@ -75,9 +68,9 @@ class RateOfChange(Proportional):
         "warm_up",
         "rate_random_walk",
     )
-    refined: ClassVar[bool] = True
+    refined = True
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of 8 lags, s, from 1/1000 to 1/20 of the record.
 
         With a longer lag the effect resembles the column itself.

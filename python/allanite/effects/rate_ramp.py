@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter, StraightLine
+from allanite.effects._declared import Array, Columns, Parameter, StraightLine, texts_for_clocks
 from allanite.effects._known import Deterministic
 
 
@@ -29,15 +29,15 @@ class RateRamp(Deterministic):
 
     R: float | None = None
 
-    kind: ClassVar[str] = "rate_ramp"
-    short: ClassVar[str] = "R"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "rate ramp"
+    kind = "rate_ramp"
+    short = "R"
+    common = True
+    title = "rate ramp"
     titles: ClassVar[dict[str, str]] = {
         "acceleration": "acceleration ramp",
         "fractional frequency": "linear frequency drift",
     }
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    parameters = (
         Parameter(
             "R",
             -1.0,
@@ -47,38 +47,28 @@ class RateRamp(Deterministic):
             figures={"rate_ramp": ()},
         ),
     )
-    single: ClassVar[bool] = True
+    single = True
     # A ramp has no scatter of its own; the scatter of random-walk noise is the most conservative choice.
-    standard: ClassVar[StraightLine] = StraightLine(
-        "R", 1.0, float(np.sqrt(2.0)), 1.0, "random_walk"
+    standard = StraightLine("R", 1.0, float(np.sqrt(2.0)), 1.0, "random_walk")
+    physics = "a monotonic change of the bias: warming up, aging of a light source, outgassing"
+    looks_like = "a slope of +1 at the longest τ; the samples drift in one direction"
+    check_by = "repeat after the sensor has settled; plot the bias against its temperature"
+    texts = texts_for_clocks(
+        physics="a monotonic change of the frequency: aging of a crystal or a lamp, or warming up",
+        looks_like="a slope of +1 at the longest τ; the frequency drifts in one direction",
+        check_by="repeat after the clock has settled; plot the frequency against its temperature",
     )
-    physics: ClassVar[str] = (
-        "a monotonic change of the bias: warming up, aging of a light source, outgassing"
-    )
-    looks_like: ClassVar[str] = "a slope of +1 at the longest τ; the samples drift in one direction"
-    check_by: ClassVar[str] = (
-        "repeat after the sensor has settled; plot the bias against its temperature"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "a monotonic change of the frequency: aging of a crystal or a lamp, or warming up",
-            "looks_like": "a slope of +1 at the longest τ; the frequency drifts in one direction",
-            "check_by": "repeat after the clock has settled; plot the frequency against its temperature",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("rate_random_walk", "warm_up", "covariate", "gauss_markov")
+    rivals = ("rate_random_walk", "warm_up", "covariate", "gauss_markov")
 
     def regressors(
         self,
-        time: NDArray[np.float64],
-        covariates: Mapping[str, NDArray[np.float64]],
-    ) -> NDArray[np.float64]:
+        time: Array,
+        covariates: Columns,
+    ) -> Array:
         """Array of t − mean(t), s, shape (n, 1); the offset belongs to the bias, which models do not contain."""
         return (time - time.mean())[:, None]
 
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
+    def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
         """A function (first, last) → signal of samples first … last − 1, U, of a ramp that is 0 at mid-record."""
         slope, middle = self.R or 0.0, 0.5 * (n - 1) / rate
         return lambda first, last: slope * (np.arange(first, last) / rate - middle)
@@ -86,7 +76,7 @@ class RateRamp(Deterministic):
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Array of −√(2/n) cos(a)/(2 rate sin²(a)) at odd j and 0 at even j, a = πj/2n, shape (points, ordinates)."""
         a = np.pi * j / (2 * n)
         odd = np.where(
@@ -94,14 +84,14 @@ class RateRamp(Deterministic):
         )
         return np.tile(odd, (len(points), 1))
 
-    def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+    def own_allan_variance(self, m: Array, rate: float) -> Array:
         """Array of the Allan variance R²τ²/2 at averaging factors m of samples at `rate` Hz, U²."""
         return np.asarray((self.R or 0.0) ** 2 * (m / rate) ** 2 / 2.0)
 
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+    def with_amplitudes(self, amplitudes: Array) -> Self:
         """A copy with R set to the first of the `amplitudes`, shape (1,)."""
         return self.with_values(R=float(amplitudes[0]))
 
-    def amplitudes(self) -> NDArray[np.float64]:
+    def amplitudes(self) -> Array:
         """Array of shape (1,) with R; 0 if it is None."""
         return np.array([self.R or 0.0])

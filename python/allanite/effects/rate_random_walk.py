@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from allanite.effects._base import Parameter, Stochastic, StraightLine
+from allanite.effects._base import Stochastic
+from allanite.effects._declared import Parameter, StraightLine
 from allanite.effects.terms import RandomWalk, Term
 
 
@@ -25,17 +26,17 @@ class RateRandomWalk(Stochastic):
 
     K: float | None = None
 
-    kind: ClassVar[str] = "rate_random_walk"
-    short: ClassVar[str] = "K"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "rate random walk"
+    kind = "rate_random_walk"
+    short = "K"
+    common = True
+    title = "rate random walk"
     titles: ClassVar[dict[str, str]] = {
         "acceleration": "acceleration random walk",
         "fractional frequency": "random-walk FM",
     }
-    family: ClassVar[str] = "coefficient"
-    coefficient: ClassVar[str] = "K"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    family = "coefficient"
+    coefficient = "K"
+    parameters = (
         Parameter(
             "K",
             -0.5,
@@ -44,17 +45,15 @@ class RateRandomWalk(Stochastic):
             figures={"rate_random_walk": ("rrw",), "acceleration_random_walk": ()},
         ),
     )
-    single: ClassVar[bool] = True
-    wanders: ClassVar[bool] = True
-    standard: ClassVar[StraightLine] = StraightLine("K", 0.5, 3.0, 1.0, "random_walk")
-    physics: ClassVar[str] = (
-        "slow aging, or an unmodeled temperature, that wanders without a time constant"
-    )
-    looks_like: ClassVar[str] = "a slope of +½ at the longest τ; a density that falls as 1/f²"
-    check_by: ClassVar[str] = (
+    single = True
+    wanders = True
+    standard = StraightLine("K", 0.5, 3.0, 1.0, "random_walk")
+    physics = "slow aging, or an unmodeled temperature, that wanders without a time constant"
+    looks_like = "a slope of +½ at the longest τ; a density that falls as 1/f²"
+    check_by = (
         "log the temperature; record several times longer: a lag levels off, a random walk does not"
     )
-    rivals: ClassVar[tuple[str, ...]] = (
+    rivals = (
         "gauss_markov",
         "rate_ramp",
         "power_law",

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter, Stochastic
+from allanite.effects._base import Stochastic
+from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects.terms import Exponential, Term
 
 if TYPE_CHECKING:
@@ -45,12 +45,13 @@ class Resonance(Stochastic):
     damping: float | None = None
     rms: float | None = None
 
-    kind: ClassVar[str] = "resonance"
-    short: ClassVar[str] = "RES"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "resonance"
-    family: ClassVar[str] = "band"
-    coefficient: ClassVar[str] = "rms"
+    kind = "resonance"
+    short = "RES"
+    common = True
+    title = "resonance"
+    family = "band"
+    coefficient = "rms"
+    # Annotated, because a modulated vibration has more of each.
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             "frequency",
@@ -67,29 +68,25 @@ class Resonance(Stochastic):
         Parameter("rms", 0.0, "standard deviation of the process"),
     )
     legend: ClassVar[tuple[str, ...]] = ("frequency", "rms")
-    physics: ClassVar[str] = (
+    physics = (
         "a mode of the structure, mount, pendulum or proof mass, excited by ambient vibration; a very narrow band is"
         " a machine whose speed wanders"
     )
-    looks_like: ClassVar[str] = (
-        "a band of the spectrum of width 2ζf; damped lobes of the Allan deviation"
-    )
-    check_by: ClassVar[str] = (
+    looks_like = "a band of the spectrum of width 2ζf; damped lobes of the Allan deviation"
+    check_by = (
         "tap the mount and look for a ringing at f; add mass or damping: the band must move or widen; a machine has"
         " multiples of f, and can be switched off"
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "a band of frequency noise: the loop that locks or steers the clock peaks there, or the supply "
-                "modulates the clock"
-            ),
-            "check_by": "change the bandwidth of the loop, the supply or the place: the band must move or shrink",
-        }
-    }
+    texts = texts_for_clocks(
+        physics=(
+            "a band of frequency noise: the loop that locks or steers the clock peaks there, or the supply "
+            "modulates the clock"
+        ),
+        check_by="change the bandwidth of the loop, the supply or the place: the band must move or shrink",
+    )
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth", "quantization")
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of four dampings, or of frequencies, Hz, from 20/T to 0.48 of the rate.
 
         Frequencies are 10 % apart, or closer for a small known damping, so that no peak is missed. Dampings run from

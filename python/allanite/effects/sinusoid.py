@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects._known import Periodic
 
 
@@ -38,11 +37,11 @@ class Sinusoid(Periodic):
     phase: float | None = None
     overtones: tuple[float, ...] | None = None
 
-    kind: ClassVar[str] = "sinusoid"
-    short: ClassVar[str] = "SIN"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "sinusoid"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "sinusoid"
+    short = "SIN"
+    common = True
+    title = "sinusoid"
+    parameters = (
         Parameter(
             "frequency",
             "Hz",
@@ -62,30 +61,24 @@ class Sinusoid(Periodic):
         ),
         Parameter("overtones", "text", "multiple, amplitude and phase of each harmonic", "choice"),
     )
-    legend: ClassVar[tuple[str, ...]] = ("frequency", "amplitude")
-    physics: ClassVar[str] = (
-        "something turns, hums or swings: a fan, the mains, a building, a pump, a dither or a clock spur"
-    )
-    looks_like: ClassVar[str] = (
-        "a line of the spectrum; lobes of the Allan deviation with zeros at τ = k/f"
-    )
-    check_by: ClassVar[str] = (
+    legend = ("frequency", "amplitude")
+    physics = "something turns, hums or swings: a fan, the mains, a building, a pump, a dither or a clock spur"
+    looks_like = "a line of the spectrum; lobes of the Allan deviation with zeros at τ = k/f"
+    check_by = (
         "look for a machine that runs at f or for its aliases (sample at another rate: an alias moves); "
         "repeat with the mount isolated"
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "something modulates the frequency: day and night, an air conditioner, the mains, or a spur of "
-                "another clock"
-            ),
-            "check_by": (
-                "look for a cause with the period 1/f, such as the temperature of the room; sample at another "
-                "rate: an alias moves"
-            ),
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("resonance",)
+    texts = texts_for_clocks(
+        physics=(
+            "something modulates the frequency: day and night, an air conditioner, the mains, or a spur of "
+            "another clock"
+        ),
+        check_by=(
+            "look for a cause with the period 1/f, such as the temperature of the room; sample at another "
+            "rate: an alias moves"
+        ),
+    )
+    rivals = ("resonance",)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -123,7 +116,7 @@ class Sinusoid(Periodic):
         """Display name for a `kind` of sensor; for evenly spaced lines that are not harmonics "comb of n lines"."""
         return f"comb of {len(self.lines)} lines" if self.spaced else super().name_for(kind)
 
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+    def with_amplitudes(self, amplitudes: Array) -> Self:
         """A copy with the amplitude and phase of a·sin + b·cos for each line, from `amplitudes` (a₁, b₁, a₂, b₂ …)."""
         size = np.hypot(amplitudes[::2], amplitudes[1::2])
         phase = np.arctan2(amplitudes[1::2], amplitudes[::2])

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.effects._declared import Array
 from allanite.effects._lags import (
     allan_of_lags,
     exponential_allan,
@@ -32,8 +33,6 @@ from allanite.effects._lags import (
     power_law_ends,
     power_law_lags,
 )
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
 from allanite.effects._tone import Tone
 from allanite.effects._waves import waves
 
@@ -39,12 +36,12 @@ class ToneBurst(Tone):
     amplitude: float | None = None
     phase: float | None = None
 
-    kind: ClassVar[str] = "tone_burst"
-    short: ClassVar[str] = "TONE"
-    title: ClassVar[str] = "tone burst"
-    screened: ClassVar[str] = "passing line"
-    happens_once: ClassVar[bool] = True
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "tone_burst"
+    short = "TONE"
+    title = "tone burst"
+    screened = "passing line"
+    happens_once = True
+    parameters = (
         Parameter(
             "frequency", "Hz", "frequency", "shape", low=1e-12, aliases=("f", "f0"), symbol="f"
         ),
@@ -53,32 +50,22 @@ class ToneBurst(Tone):
         Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",), symbol="a"),
         Parameter("phase", "rad", "phase at the first sample", low=-np.inf, optional=True),
     )
-    legend: ClassVar[tuple[str, ...]] = ("frequency", "amplitude", "start", "end")
-    unplanned: ClassVar[str] = (
-        "it is detected like a line: plan SIN in a record as long as the burst"
+    legend = ("frequency", "amplitude", "start", "end")
+    unplanned = "it is detected like a line: plan SIN in a record as long as the burst"
+    physics = "something that turns or vibrates was switched on for a while: a fan, a pump, a motor, a drill next door"
+    looks_like = "a peak of the spectrum wider than 1/T and with side lobes; a segment of the samples with a ripple"
+    check_by = "compare the spectrum of the segment with that of the rest; find out what ran then; switch it off and repeat"
+    texts = texts_for_clocks(
+        physics="something periodic was switched on for a while: a fan, a compressor or a transmitter",
     )
-    physics: ClassVar[str] = (
-        "something that turns or vibrates was switched on for a while: a fan, a pump, a motor, a drill next door"
-    )
-    looks_like: ClassVar[str] = (
-        "a peak of the spectrum wider than 1/T and with side lobes; a segment of the samples with a ripple"
-    )
-    check_by: ClassVar[str] = (
-        "compare the spectrum of the segment with that of the rest; find out what ran then; switch it off and repeat"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "something periodic was switched on for a while: a fan, a compressor or a transmitter",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "drifting_line", "resonance")
+    rivals = ("sinusoid", "drifting_line", "resonance")
 
     @property
     def when(self) -> tuple[float, float] | None:
         """Pair (start, end), s; None without values."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of 1024 times for start or end, s (ends after a given start), or of frequencies as for all lines."""
         if name in {"start", "end"}:
             first = (self.start or 0.0) if name == "end" else 0.0
@@ -104,9 +91,7 @@ class ToneBurst(Tone):
         length = min(self.when[1] - self.when[0], duration)
         return EDGE_ERROR * 0.5 * variance * length / max((self.amplitude or 0.0) ** 2, 1e-300)
 
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of sine and cosine of 2πft inside the interval, 0 outside, shape (n, 2).
 
         Without times the interval is the whole record; without a frequency f is 0.

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
 from allanite.effects._event import Event, cosines, sines
 
 if TYPE_CHECKING:
@@ -32,11 +32,11 @@ class Transient(Event):
     time_constant: float | None = None
     height: float | None = None
 
-    kind: ClassVar[str] = "transient"
-    short: ClassVar[str] = "PULSE"
-    title: ClassVar[str] = "transient"
-    family: ClassVar[str] = "event"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "transient"
+    short = "PULSE"
+    title = "transient"
+    family = "event"
+    parameters = (
         Parameter("time", "s", "time, from the first sample", "shape", aliases=("t",), symbol="t"),
         Parameter(
             "time_constant",
@@ -51,22 +51,19 @@ class Transient(Event):
             "height", 0.0, "initial change of the bias", low=-np.inf, aliases=("h",), symbol="h"
         ),
     )
-    legend: ClassVar[tuple[str, ...]] = ("height", "time", "time_constant")
-    physics: ClassVar[str] = (
-        "a shock, a load or a breath of warm air, after which the sensor relaxes: a bond, a filter, or a thermal mass"
-    )
-    looks_like: ClassVar[str] = (
+    legend = ("height", "time", "time_constant")
+    physics = "a shock, a load or a breath of warm air, after which the sensor relaxes: a bond, a filter, or a thermal mass"
+    looks_like = (
         "one steep edge in the low-passed samples and an exponential return; a hump at long τ"
     )
-    check_by: ClassVar[str] = (
-        "look at the samples and at the laboratory's log at that time; exclude three time constants; knock and repeat"
+    check_by = (
+        "look at the samples and at the laboratory's log at that time; exclude three time constants; "
+        "knock and repeat"
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "a shock, a load or warm air, after which the clock relaxes: the resonator, its oven or a loop",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = ("bias_step", "excursion", "warm_up", "gauss_markov")
+    texts = texts_for_clocks(
+        physics="a shock, a load or warm air, after which the clock relaxes: the resonator, its oven or a loop",
+    )
+    rivals = ("bias_step", "excursion", "warm_up", "gauss_markov")
 
     @property
     def when(self) -> tuple[float, float] | None:
@@ -76,13 +73,11 @@ class Transient(Event):
         return self.time, self.time + 3.0 * self.time_constant
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Empty tuple: a search tries a transient where it finds a bias step or an excursion (`extended`)."""
         return ()
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of 1024 times within the record, or of 20 time constants from 1/3000 to 1/4 of it, s.
 
         Three of the shortest time constants are as long as the shortest excursion, 1/1000 of the record.
@@ -100,9 +95,7 @@ class Transient(Event):
         density = variance * min(0.5 * self.time_constant, duration)
         return self._edge_error(density)
 
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array with 0 before the jump, then the decay from 1, shape (n, 1).
 
         Without values the jump is at 0 and the time constant 1 s.
@@ -114,7 +107,7 @@ class Transient(Event):
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Array of the cosine transform √(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z), A the value at the first sample k.
 
         The shape is (points, ordinates); z = r e^{iθ}, r = e^{−1/(rate T)}, θ = πj/n, and e^{iθ/2}/(1 − z) is

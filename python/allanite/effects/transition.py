@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
 from allanite.effects._event import Event, cosines, sines
 
 if TYPE_CHECKING:
@@ -36,35 +36,30 @@ class Transition(Event):
     end: float | None = None
     height: float | None = None
 
-    kind: ClassVar[str] = "transition"
-    short: ClassVar[str] = "RISE"
-    title: ClassVar[str] = "transition"
-    family: ClassVar[str] = "transition"
-    lasting: ClassVar[bool] = True
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "transition"
+    short = "RISE"
+    title = "transition"
+    family = "transition"
+    lasting = True
+    parameters = (
         Parameter("begin", "s", "start time, from the first sample", "shape", symbol="from"),
         Parameter("end", "s", "end time", "shape", symbol="to"),
         Parameter("height", 0.0, "change of the bias", low=-np.inf, aliases=("h",), symbol="h"),
     )
-    legend: ClassVar[tuple[str, ...]] = ("height", "begin", "end")
-    physics: ClassVar[str] = (
-        "the surroundings changed from one state to another: a heater, a window, the sun, a slow relaxation of the mount"
+    legend = ("height", "begin", "end")
+    physics = (
+        "the surroundings changed from one state to another: a heater, a window, the sun, a slow "
+        "relaxation of the mount"
     )
-    looks_like: ClassVar[str] = (
-        "the low-passed samples stay at one level, change for a while, and stay at another level; a hump at long τ"
+    looks_like = "the low-passed samples stay at one level, change for a while, and stay at another level; a hump at long τ"
+    check_by = "look at the samples and at the laboratory's log between these times; log the temperature; repeat the record"
+    texts = texts_for_clocks(
+        physics=(
+            "the surroundings changed from one state to another: a heater, a window, the sun, or another "
+            "reference"
+        ),
     )
-    check_by: ClassVar[str] = (
-        "look at the samples and at the laboratory's log between these times; log the temperature; repeat the record"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "the surroundings changed from one state to another: a heater, a window, the sun, or another "
-                "reference"
-            ),
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = (
+    rivals = (
         "bias_step",
         "rate_random_walk",
         "rate_ramp",
@@ -79,13 +74,11 @@ class Transition(Event):
         return None if self.begin is None or self.end is None else (self.begin, self.end)
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Empty tuple: a search for bias steps also searches transitions (`BiasStep.best_spans`)."""
         return ()
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of at most 1024 equally spaced times within the record, s.
 
         Begins lie before a known end, ends after a known begin. If fewer than two times remain: 0 and the duration.
@@ -102,9 +95,7 @@ class Transition(Event):
         begin = self.begin or 0.0
         return begin, max(begin if self.end is None else self.end, begin)
 
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of the linear rise from 0 at `begin` to 1 at `end`, shape (n, 1); a step if both are equal."""
         begin, end = self._edges()
         if end == begin:
@@ -114,7 +105,7 @@ class Transition(Event):
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Array of the cosine transform (h(k) − h(l))/(l − k) of transitions from sample k to l at ordinates j.
 
         The shape is (points, ordinates). h(k) is the transform of max(i − k, 0); its kink k = rate·time may lie between

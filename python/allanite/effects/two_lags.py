@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects._follower import COLUMN, Follower, LaggedColumn
 
 
@@ -31,10 +30,10 @@ class TwoLags(Follower):
     fast_lag: float | None = None
     slow_lag: float | None = None
 
-    kind: ClassVar[str] = "two_lags"
-    short: ClassVar[str] = "LAGS"
-    title: ClassVar[str] = "two lags"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "two_lags"
+    short = "LAGS"
+    title = "two lags"
+    parameters = (
         COLUMN,
         Parameter("fast", "U/unit", "coefficient of the faster part", low=-np.inf, symbol="c₁"),
         Parameter("slow", "U/unit", "coefficient of the slower part", low=-np.inf, symbol="c₂"),
@@ -44,35 +43,34 @@ class TwoLags(Follower):
         ),
     )
     one_of: ClassVar[tuple[str, ...]] = ("covariate", "two_lags")
-    legend: ClassVar[tuple[str, ...]] = ("slow", "slow_lag", "fast", "fast_lag")
-    physics: ClassVar[str] = (
+    legend = ("slow", "slow_lag", "fast", "fast_lag")
+    physics = (
         "two thermal masses: the element warms with its package in seconds, the housing or the board in minutes, "
         "and both contribute to the bias"
     )
-    looks_like: ClassVar[str] = (
-        "the samples over the column form a loop, wider in fast cycles; after a step of the column they continue to creep"
+    looks_like = (
+        "the samples over the column form a loop, wider in fast cycles; after a step of the column they "
+        "continue to creep"
     )
-    check_by: ClassVar[str] = (
+    check_by = (
         "step the column and hold it: two exponentials mean two masses, an immediate stop means play; put a second "
         "thermometer on the housing"
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": (
-                "two thermal masses: the resonator warms in seconds, the housing or the board in minutes, and "
-                "both shift the frequency"
-            ),
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = (
+    texts = texts_for_clocks(
+        physics=(
+            "two thermal masses: the resonator warms in seconds, the housing or the board in minutes, and "
+            "both shift the frequency"
+        ),
+    )
+    rivals = (
         "covariate",
         "hysteresis",
         "rate_of_change",
         "rate_random_walk",
     )
-    refined: ClassVar[bool] = True
+    refined = True
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of lags, s: four short lags from 0 to 1/100 of the record, or six long lags from 1/80 to 1/5 of it."""
         if name == "fast_lag":
             return np.concatenate([[0.0], np.geomspace(max(1.0, n / 1600.0), n / 100.0, 3)]) / rate
@@ -82,11 +80,11 @@ class TwoLags(Follower):
         """Tuple of two one-term sums: the column after the short lag, and the column after the long lag."""
         return tuple(((1.0, self._lagged(lag)),) for lag in (self.fast_lag, self.slow_lag))
 
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+    def with_amplitudes(self, amplitudes: Array) -> Self:
         """A copy with the coefficients (fast, slow) set to the two `amplitudes`."""
         fast, slow = map(float, amplitudes)
         return self.with_values(fast=fast, slow=slow)
 
-    def amplitudes(self) -> NDArray[np.float64]:
+    def amplitudes(self) -> Array:
         """Array of the coefficients (fast, slow), shape (2,); 0 for None."""
         return np.array([self.fast or 0.0, self.slow or 0.0])

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.effects._base import Parameter, Stochastic
+from allanite.effects._base import Stochastic
+from allanite.effects._declared import Parameter, texts_for_clocks
 from allanite.effects.terms import Exponential, Term
 
 #: Damping ratio ζ of a band: its density exceeds half its maximum over 0.9 octaves, three times the distance of the bands.
@@ -45,30 +46,27 @@ class Unexplained(Stochastic):
     rms: float | None = None
     bands: tuple[float, ...] | None = None
 
-    kind: ClassVar[str] = "unexplained"
-    short: ClassVar[str] = "X"
-    title: ClassVar[str] = "unexplained shape"
-    screened: ClassVar[str] = "none"
-    coefficient: ClassVar[str] = "rms"
-    last_resort: ClassVar[bool] = True
-    nameless: ClassVar[bool] = True
-    unplanned: ClassVar[str] = "it has no fixed shape: plan the effects that may cause it"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "unexplained"
+    short = "X"
+    title = "unexplained shape"
+    screened = "none"
+    coefficient = "rms"
+    last_resort = True
+    nameless = True
+    unplanned = "it has no fixed shape: plan the effects that may cause it"
+    parameters = (
         Parameter("rms", 0.0, "standard deviation of the whole shape"),
         Parameter("bands", "text", "frequency and share of the variance of each band", "choice"),
     )
-    physics: ClassVar[str] = (
-        "unknown: no effect of the catalog explains it; it describes the remaining power so that other effects are right"
+    physics = (
+        "unknown: no effect of the catalog explains it; it describes the remaining power so that other "
+        "effects are right"
     )
-    looks_like: ClassVar[str] = "a smooth excess over some octaves of the spectrum"
-    check_by: ClassVar[str] = (
-        "change one thing at a time (mount, supply, filter, temperature) and see whether the shape moves"
+    looks_like = "a smooth excess over some octaves of the spectrum"
+    check_by = "change one thing at a time (mount, supply, filter, temperature) and see whether the shape moves"
+    texts = texts_for_clocks(
+        check_by="change one thing at a time (place, supply, counter, temperature) and see whether the shape moves",
     )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "check_by": "change one thing at a time (place, supply, counter, temperature) and see whether the shape moves",
-        }
-    }
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter
+from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
 from allanite.effects._known import Deterministic
 
 if TYPE_CHECKING:
@@ -30,11 +30,11 @@ class WarmUp(Deterministic):
     time_constant: float | None = None
     amplitude: float | None = None
 
-    kind: ClassVar[str] = "warm_up"
-    short: ClassVar[str] = "WARM"
-    common: ClassVar[bool] = True
-    title: ClassVar[str] = "warm-up"
-    parameters: ClassVar[tuple[Parameter, ...]] = (
+    kind = "warm_up"
+    short = "WARM"
+    common = True
+    title = "warm-up"
+    parameters = (
         Parameter(
             "time_constant",
             "s",
@@ -53,20 +53,14 @@ class WarmUp(Deterministic):
             symbol="a",
         ),
     )
-    legend: ClassVar[tuple[str, ...]] = ("amplitude", "time_constant")
-    physics: ClassVar[str] = (
-        "the sensor heats itself after power-on, through one thermal time constant"
+    legend = ("amplitude", "time_constant")
+    physics = "the sensor heats itself after power-on, through one thermal time constant"
+    looks_like = "the samples settle from the start of the record; a rise at long τ"
+    check_by = "exclude the first three time constants; repeat from cold and from warm"
+    texts = texts_for_clocks(
+        physics="the clock heats itself after power-on, through one thermal time constant",
     )
-    looks_like: ClassVar[str] = "the samples settle from the start of the record; a rise at long τ"
-    check_by: ClassVar[str] = (
-        "exclude the first three time constants; repeat from cold and from warm"
-    )
-    texts: ClassVar[dict[str, dict[str, str]]] = {
-        "fractional frequency": {
-            "physics": "the clock heats itself after power-on, through one thermal time constant",
-        }
-    }
-    rivals: ClassVar[tuple[str, ...]] = (
+    rivals = (
         "rate_ramp",
         "rate_random_walk",
         "covariate",
@@ -76,13 +70,11 @@ class WarmUp(Deterministic):
     )
 
     @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
+    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Tuple with one warm-up without values; empty if the model already has one."""
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+    def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of time constants, s, from two samples (a filter that started empty) to half the record.
 
         They are 12 per decade, at least four. A slower settling is a ramp.
@@ -92,22 +84,20 @@ class WarmUp(Deterministic):
 
     def regressors(
         self,
-        time: NDArray[np.float64],
-        covariates: Mapping[str, NDArray[np.float64]],
-    ) -> NDArray[np.float64]:
+        time: Array,
+        covariates: Columns,
+    ) -> Array:
         """Array of e^{−t/τ}, shape (n, 1)."""
         return np.exp(-time / (self.time_constant or 1.0))[:, None]
 
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
+    def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
         """Function (first, last) → decay at samples first … last − 1, U, which computes only these samples."""
         return self._pointwise(rate, covariates)
 
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Array of the cosine transform of the decay at ordinates j, shape (points, ordinates).
 
         It is √(2/n) e^{−start/τ} (1 − (−1)^j r^n)(1 − r) cos(a)/((1 − r)² + 4r sin²(a)) with r = e^{−1/(rate τ)}, a =
@@ -120,10 +110,10 @@ class WarmUp(Deterministic):
         shape = ends * less * np.cos(a) / (less**2 + 4.0 * r * np.sin(a) ** 2)
         return np.asarray(np.sqrt(2.0 / n) * np.exp(-start / tau) * shape)
 
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+    def with_amplitudes(self, amplitudes: Array) -> Self:
         """A copy with `amplitude` set to the first of the `amplitudes`, shape (1,)."""
         return self.with_values(amplitude=float(amplitudes[0]))
 
-    def amplitudes(self) -> NDArray[np.float64]:
+    def amplitudes(self) -> Array:
         """Array of shape (1,) with the amplitude, U; 0 if it is None."""
         return np.array([self.amplitude or 0.0])
