@@ -151,6 +151,8 @@ class Effect(AsModel):
     'a slope of −½; a flat density'
     >>> lag.parameter("q_c").unit, lag.grid("correlation_time", 10_000, 10.0).size
     (-0.5, 24)
+    >>> al.effects.Disturbance.from_values(start=1.0, end=2.0).when, al.GaussMarkov.from_values(start=1.0)
+    ((1.0, 2.0), None)
     >>> al.GaussMarkov.may_be(al.effects.BurstNoise), len(al.GaussMarkov.candidates(al.parse_model("N"), {}))
     (True, 1)
     >>> len(lag.variants()), lag.extended(), lag.equal_forms(), lag.shape_error("q_c", 1e-4, 1000.0)
@@ -183,6 +185,12 @@ class Effect(AsModel):
     common: ClassVar[bool] = False
     #: True if two instances cannot be told from one.
     single: ClassVar[bool] = False
+    #: Kinds of which a check adds only one, for each column if the effect follows a column.
+    one_of: ClassVar[tuple[str, ...]] = ()
+    #: Kind whose search also finds this effect; empty if a check tries the effect itself.
+    found_with: ClassVar[str] = ""
+    #: Names of the parameters with the first and the last time of an effect that acts once.
+    interval: ClassVar[tuple[str, ...]] = ()
     #: Label used when an effect of several items (levels, excursions) is extended by more; empty for other effects.
     further: ClassVar[str] = ""
     #: True if the effect only describes a spectrum; two standard effects that explain as much are preferred.
@@ -300,10 +308,23 @@ class Effect(AsModel):
     def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Tuple of effects of this kind that a check tries to add to a fitted `model`.
 
-        By default it contains one effect without values, and is empty if the effect is `single` and the model has it.
-        `columns` are the logged columns of the recording by name, shape (n,) each.
+        By default it contains one effect without values, or one for each non-constant column if the effect has a
+        `column`. Effects that `single`, `one_of` or `found_with` exclude are omitted. `columns` are the logged columns of
+        the recording.
         """
-        return () if cls.single and any(e.kind == cls.kind for e in model) else (cls(),)
+        if cls.found_with:
+            return ()
+        kinds = (cls.kind,) if cls.single else cls.one_of
+        used = {e.follows for e in model if e.kind in kinds}
+        if "column" not in names_of(cls):
+            return () if used else (cls(),)
+        varying = (name for name, values in columns.items() if float(np.ptp(values)) > 0.0)
+        return tuple(cls().with_values(column=name) for name in varying if name not in used)
+
+    @classmethod
+    def from_values(cls, **values: Any) -> Self | None:
+        """Effect of this kind with the `values` by JSON name; None if they are not exactly the parameters of the kind."""
+        return cls(**values) if values.keys() == {p.name for p, *_ in cls._given} else None
 
     def variants(self) -> tuple[Self, ...]:
         """Tuple of forms of this effect to try, e.g. filter designs, each with the values that are set.
@@ -417,13 +438,17 @@ class Effect(AsModel):
 
     @property
     def follows(self) -> str | None:
-        """Name of the logged column that the effect follows; by default None."""
-        return None
+        """Name of the logged column that the effect follows: its `column`, if it has one; otherwise None."""
+        return getattr(self, "column", None)
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Pair (first, last) time of a one-time event, s from the first sample; by default None."""
-        return None
+        """Pair (first, last) time of an effect that acts once, s from the first sample; None without values.
+
+        By default these are the parameters that `interval` names, and None without names.
+        """
+        times = [getattr(self, name) for name in self.interval]
+        return None if not times or None in times else (times[0], times[1])
 
     def with_values(self, **values: Any) -> Self:
         """Copy with some `values` changed, by JSON name; InputError for an invalid value, as in the constructor."""
@@ -496,7 +521,7 @@ class Stochastic(Effect):
     >>> print(al.effects.Resonance(rms=0.1).banded(9.9, 10.1), al.Quantization().banded(9.9, 10.1))
     RES(frequency=10, damping=0.01, rms=0.1) None
     >>> band = al.effects.Resonance(frequency=10.0, damping=0.01, rms=0.1)
-    >>> print(al.effects.ModulatedVibration.modulating(band, 2.0, 0.5), al.Quantization.modulating(band, 2.0, 0.5))
+    >>> print(al.effects.ModulatedVibration.like(band, modulation=2.0, depth=0.5), al.Quantization.like(band))
     MOD(frequency=10, damping=0.01, rms=0.106066, modulation=2, depth=0.5) None
     """
 
@@ -530,10 +555,10 @@ class Stochastic(Effect):
         return tuple(term.scaled(value**2) for term in self.unit_terms(rate))
 
     @classmethod
-    def like(cls, other: Effect) -> Self | None:
-        """Effect of this kind with the same spectrum as `other`, an effect with values.
+    def like(cls, other: Effect, **values: Any) -> Self | None:
+        """Effect of this kind that can replace `other`, with further `values` by JSON name; by default None.
 
-        None if this kind has no such spectrum.
+        None if this kind has no form of `other` with these values.
         """
         return None
 
@@ -556,14 +581,6 @@ class Stochastic(Effect):
 
     def banded(self, low: float, high: float) -> Self | None:
         """Copy with its band moved to `low` … `high` Hz; by default None: the effect has no movable band."""
-        return None
-
-    @classmethod
-    def modulating(cls, band: Effect, rate: float, depth: float) -> Self | None:
-        """Effect with a `band` and sidebands at ±`rate` Hz of relative power (depth/2)².
-
-        None if the kind cannot (default).
-        """
         return None
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:

@@ -143,6 +143,22 @@ def _value_text(value: Any) -> str:
     return repr(value)[:60]
 
 
+#: Name of the column that an effect follows.
+COLUMN = Parameter("column", "text", "name of the column", "choice")
+
+
+def frequency_parameter(description: str) -> Parameter:
+    """Declaration of the fitted frequency of a line, a band or a gap, Hz."""
+    return Parameter(
+        "frequency", "Hz", description, "shape", low=1e-12, aliases=("f", "f0"), symbol="f"
+    )
+
+
+def time_constant_parameter(name: str, description: str) -> Parameter:
+    """Declaration of a fitted time constant, s, with the symbol T."""
+    return Parameter(name, "s", description, "shape", low=1e-12, aliases=("T",), symbol="T")
+
+
 @dataclass(frozen=True, slots=True)
 class StraightLine:
     """Straight line from which IEEE 952-1997 reads a coefficient of the Allan deviation.

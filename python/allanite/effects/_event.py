@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._declared import Array, Columns
+from allanite.effects._declared import Array, Parameter
 from allanite.effects._known import Deterministic
 
 #: Number of ordinates per block in `_waves`: the square root of the 4096 ordinates of a search.
@@ -19,23 +19,38 @@ BLOCK_ORDINATES = 64
 MIN_BLOCKED_SINES = 2048
 
 
+#: Declaration of the height of an event.
+HEIGHT = Parameter("height", 0.0, "change of the bias", low=-np.inf, aliases=("h",), symbol="h")
+#: Declarations of the first and the last time of an event.
+START_AND_END = (
+    Parameter("start", "s", "start time, from the first sample", "shape", symbol="from"),
+    Parameter("end", "s", "end time", "shape", symbol="to"),
+)
+
+
 @dataclass(frozen=True)
 class Event(Deterministic):
     """Base class of one-time changes of the bias with one fitted `height`, U."""
 
     happens_once = True
+    memoryless = True
 
-    def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
-        """A function (first, last) → signal of samples first … last − 1, U, which computes only these samples."""
-        return self._pointwise(rate, covariates)
+    def grid(self, name: str, n: int, rate: float) -> Array:
+        """Array of at most 1024 equally spaced times within the record, s, for the times that `interval` names.
 
-    def with_amplitudes(self, amplitudes: Array) -> Self:
-        """A copy with `height` set to the first of the `amplitudes`, shape (1,)."""
-        return self.with_values(height=float(amplitudes[0]))
-
-    def amplitudes(self) -> Array:
-        """Array of shape (1,) with the height, U; 0 if the height is None."""
-        return np.array([self.values["height"] or 0.0])
+        Starts lie before a known end, ends after a known start. If fewer than two times remain: 0 and the duration.
+        Other shapes have the default grid.
+        """
+        if name not in self.interval:
+            return super().grid(name, n, rate)
+        first, last = self.interval
+        start, end = getattr(self, first), getattr(self, last)
+        times = np.linspace(0.0, n / rate, 1026)[1:-1]
+        if name != last and end is not None:
+            times = times[times < end]
+        if name != first and start is not None:
+            times = times[times > start]
+        return times if times.size > 1 else np.array([0.0, n / rate])
 
     def _edge_error(self, density: float) -> float:
         """Standard error of the time of an edge, s, in noise of two-sided density S (`density`, U²/Hz): 5.6 S/height².

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
@@ -13,11 +12,10 @@ from allanite.effects._base import Effect
 from allanite.effects._declared import Array, Columns, Parameter
 from allanite.effects._known import Deterministic
 
-if TYPE_CHECKING:
-    from allanite.effects.model import Model
 
-#: Declaration of the parameter with the name of the followed column.
-COLUMN = Parameter("column", "text", "name of the column", "choice")
+def coefficient_parameter(unit: str, description: str) -> Parameter:
+    """Declaration of the coefficient of a column."""
+    return Parameter("coefficient", unit, description, low=-np.inf, symbol="c")
 
 
 def followed_column(effect: Effect, columns: Columns | None) -> Array:
@@ -95,23 +93,6 @@ class Follower(Deterministic):
     starts: tuple[int, ...] = field(default=(), compare=False, repr=False, kw_only=True)
 
     family = "covariate"
-    #: Kinds of which a model may have only one for each column.
-    one_of: ClassVar[tuple[str, ...]]
-
-    @classmethod
-    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple with one effect for each non-constant column that no effect of the kinds `one_of` follows yet."""
-        used = {e.follows for e in model if e.kind in cls.one_of}
-        return tuple(
-            cls(column=name)
-            for name, values in columns.items()
-            if name not in used and float(np.ptp(values)) > 0.0
-        )
-
-    @property
-    def follows(self) -> str | None:
-        """Name of the followed column; None if not given."""
-        return self.column
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
         """Tuple with a weighted sum for each regressor, as pairs (weight, `LaggedColumn`).
@@ -138,21 +119,6 @@ class Follower(Deterministic):
     def _lagged(self, lag: float | None, power: int = 1) -> LaggedColumn:
         """`LaggedColumn` of the column of this effect after a `lag` (s; None is 0), raised to `power`."""
         return LaggedColumn(str(self.column), lag or 0.0, power, self.starts)
-
-
-@dataclass(frozen=True)
-class Proportional(Follower):
-    """Base class of functions of a column that are proportional to one coefficient."""
-
-    coefficient: float | None = None
-
-    def with_amplitudes(self, amplitudes: Array) -> Self:
-        """A copy with `coefficient` set to the first of the `amplitudes`, shape (1,)."""
-        return self.with_values(coefficient=float(amplitudes[0]))
-
-    def amplitudes(self) -> Array:
-        """Array of shape (1,) with the coefficient; 0 if it is None."""
-        return np.array([self.coefficient or 0.0])
 
 
 def by_run(values: Array, starts: tuple[int, ...], function: Callable[[Array], Array]) -> Array:

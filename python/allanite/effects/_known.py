@@ -46,6 +46,8 @@ class Deterministic(Effect):
     happens_once: ClassVar[bool] = False
     #: True if the bias stays at another level after a one-time event.
     lasting: ClassVar[bool] = False
+    #: True if a sample depends only on its own time; others need the whole record.
+    memoryless: ClassVar[bool] = False
     #: True if a simpler form of the dependence exists; the refined form is suggested only if the record requires it.
     refined: ClassVar[bool] = False
 
@@ -75,13 +77,18 @@ class Deterministic(Effect):
         """True if the user holds an amplitude of this effect. A fit then keeps all its amplitudes."""
         return any(p.role == "coefficient" and p.name in self.held for p in self.parameters)
 
+    def _fitted(self) -> list[str]:
+        """List of the names of the coefficients in the model; optional ones only if they have a value."""
+        coefficients = (p for p in self.parameters if p.role == "coefficient")
+        return [p.name for p in coefficients if not p.optional or getattr(self, p.name) is not None]
+
     def with_amplitudes(self, amplitudes: Array) -> Self:
-        """Copy with the k fitted `amplitudes`, shape (k,). Subclasses must define it."""
-        raise NotImplementedError
+        """Copy with the k fitted `amplitudes`, shape (k,). By default they are the coefficients in the model."""
+        return self.with_values(**dict(zip(self._fitted(), map(float, amplitudes), strict=True)))
 
     def amplitudes(self) -> Array:
-        """Array of the k amplitudes of the present values, shape (k,); 0 for None. Subclasses must define it."""
-        raise NotImplementedError
+        """Array of the k amplitudes of the present values, shape (k,); 0 for None. By default the coefficients."""
+        return np.array([getattr(self, name) or 0.0 for name in self._fitted()])
 
     def signal(self, time: Array, covariates: Columns) -> Array:
         """Signal that the effect adds to the samples at each `time`, U, shape (n,); `covariates`: see `regressors`."""
@@ -92,15 +99,12 @@ class Deterministic(Effect):
 
         `rate` is in Hz; `covariates` are the logged columns by name, shape (n,) each.
 
-        By default the signal of the whole record is computed once. Subclasses whose samples depend only on their own
-        time use `_pointwise` instead.
+        The signal of the whole record is computed once, or only these samples if the effect is `memoryless`.
         """
+        if self.memoryless:
+            return lambda first, last: self.signal(np.arange(first, last) / rate, covariates)
         whole = self.signal(np.arange(n) / rate, covariates)
         return lambda first, last: whole[first:last]
-
-    def _pointwise(self, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
-        """A function (first, last) → signal of samples first … last − 1, U, which computes only these samples."""
-        return lambda first, last: self.signal(np.arange(first, last) / rate, covariates)
 
     @classmethod
     def regressor_ordinates(
@@ -115,12 +119,7 @@ class Deterministic(Effect):
 
     @classmethod
     def best_spans(
-        cls,
-        residual: Array,
-        root: Array,
-        basis: Array,
-        n: int,
-        rate: float,
+        cls, residual: Array, root: Array, basis: Array, n: int, rate: float
     ) -> tuple[tuple[Deterministic, float], ...]:
         """Tuple of (effect, angle) for effects between two times, such as an excursion; by default empty.
 

@@ -53,11 +53,7 @@ def interval_errors(
     samples = max(1.0, (end - start) * rate)
     apart = max(0.5 * float(np.log((1.0 + ratio) / (2.0 * np.sqrt(ratio)))), 1e-12)
     boundary = (5.5 / (4.0 * apart) + 1.0) / 1.96 / max(rate, 1e-300)
-    return {
-        "start": boundary,
-        "end": boundary,
-        "factor": np.sqrt(2.034 * ratio / (2.0 * samples)),
-    }
+    return {"start": boundary, "end": boundary, "factor": np.sqrt(2.034 * ratio / (2.0 * samples))}
 
 
 @dataclass(frozen=True)
@@ -68,13 +64,11 @@ class Level(Modifier):
     --------
     How a check creates such effects:
 
-    >>> al.effects.NoiseLevels.switched((5.0, 9.0), (2.0, 1.0)).switching_at((5.5, 9.0), (2.0, 1.0)).switches
+    >>> al.effects.NoiseLevels(times=(5.0, 9.0), factors=(2.0, 1.0)).switching_at((5.5, 9.0), (2.0, 1.0)).switches
     ((5.5, 9.0), (2.0, 1.0))
-    >>> al.effects.PeriodicNoiseLevel.gated(60.0, 12.0, 0.25, 2.0).share
-    0.25
     >>> louder = al.effects.NoiseOfColumn(column="temp").following(np.linspace(10.0, 30.0, 5), 0.02)
-    >>> round(louder.reference, 2), al.effects.NoiseLevels.gated(60.0, 12.0, 0.25, 2.0)
-    (20.99, None)
+    >>> round(louder.reference, 2)
+    20.99
     """
 
     screened = "level"
@@ -89,22 +83,6 @@ class Level(Modifier):
         Without `span` the variance is unchanged.
         """
         return (White(white if span is None else white * _mean_power(self, span)),)
-
-    @classmethod
-    def switched(cls, times: tuple[float, ...], factors: tuple[float, ...]) -> Self | None:
-        """Effect with level changes at `times` (s) to `factors` times the level at the start.
-
-        None if the kind cannot (default).
-        """
-        return None
-
-    @classmethod
-    def gated(cls, period: float, start: float, share: float, factor: float) -> Self | None:
-        """Effect with a level times `factor` in the first `share` of each `period` (s) from `start` (s) on.
-
-        None if the kind cannot (default).
-        """
-        return None
 
     def following(self, values: Array, coefficient: float) -> Self | None:
         """Copy whose ln level is linear in a column's `values` with slope `coefficient`; by default None: it cannot.

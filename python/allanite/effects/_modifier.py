@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Self
 
@@ -28,11 +27,9 @@ class Modifier(Effect):
     (array([1., 2.]), 2.5)
     >>> louder.missing(2, 10.0), louder.generators(1.0, 10.0), louder.whole
     (array([False, False]), None, None)
-    >>> al.effects.NoiseLevelChange.during(50.0, 100.0, 2.0) == louder, al.effects.NoiseLevelChange.at([1.0])
-    (True, None)
-    >>> al.effects.Outliers.at([1.0, 7.0]).moments
+    >>> al.effects.Outliers(count=2, times=(1.0, 7.0)).moments
     (1.0, 7.0)
-    >>> fan = al.effects.BandLevelChange.changing((2.0, 4.0), (50.0, 100.0), 3.0)
+    >>> fan = al.effects.BandLevelChange(low=2.0, high=4.0, start=50.0, end=100.0, factor=3.0)
     >>> fan.band, fan.power_between(50.0, 100.0, (0.0, 100.0)), louder.band
     ((2.0, 4.0), array(1.8), None)
     >>> near, far = (al.effects.Resonance(frequency=f, damping=0.01) for f in (3.0, 5.0))
@@ -49,31 +46,10 @@ class Modifier(Effect):
 
     @classmethod
     def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple with one effect without values; empty if the `model` has no white noise, or a `single` effect exists."""
-        return super().candidates(model, columns) if model.white is not None else ()
-
-    @classmethod
-    def at(cls, times: Sequence[float]) -> Self | None:
-        """Effect that excludes the single samples at `times`, s; None if the kind cannot (default)."""
-        return None
-
-    @classmethod
-    def during(cls, start: float, end: float, factor: float) -> Self | None:
-        """Effect that multiplies the white-noise level by `factor` from `start` to `end` (s).
-
-        None if the kind cannot (default).
-        """
-        return None
-
-    @classmethod
-    def changing(
-        cls, band: tuple[float, float], when: tuple[float, float], factor: float
-    ) -> Self | None:
-        """Effect that multiplies the noise in a `band` (Hz) by `factor` in the interval `when` (s).
-
-        None if the kind cannot (default).
-        """
-        return None
+        """Tuple as for other effects; empty if the `model` has no white noise, unless the effect excludes samples."""
+        if model.white is None and not cls.removes:
+            return ()
+        return super().candidates(model, columns)
 
     @property
     def band(self) -> tuple[float, float] | None:
@@ -87,10 +63,7 @@ class Modifier(Effect):
         return self.band[0] <= 0.5 * sum(effect.occupies) <= self.band[1]
 
     def power_between(
-        self,
-        start: Array | float,
-        end: Array | float,
-        span: tuple[float, float],
+        self, start: Array | float, end: Array | float, span: tuple[float, float]
     ) -> Array:
         """Array of the mean power of the `band` from each `start` to each `end`, relative to that over `span`.
 
@@ -133,12 +106,7 @@ class Modifier(Effect):
         """
         return np.ones(time.shape)
 
-    def mean_power(
-        self,
-        start: ArrayLike,
-        end: ArrayLike,
-        columns: Columns | None = None,
-    ) -> Array:
+    def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
         """Array of the mean squared `gain` from each `start` to each `end`, s; by default ones.
 
         `columns` are the means of the logged columns in these segments.

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 
-from allanite.effects._base import Effect, Stochastic
+from allanite.effects._base import Stochastic
 from allanite.effects._declared import Array
 
 
@@ -18,10 +16,10 @@ class Moving(Stochastic):
 
     Examples
     --------
-    >>> fan = al.effects.DriftingResonance.along(al.effects.Resonance(frequency=10.0, damping=0.02, rms=0.1), (11.0, 10.0))
+    >>> fan = al.effects.DriftingResonance(course=(11.0, 10.0), damping=0.02, rms=0.1)
     >>> fan.middles
     (11.0, 10.0)
-    >>> print(fan.stretches[0], al.effects.DriftingResonance.along(al.GaussMarkov(), (11.0, 10.0)))
+    >>> print(fan.stretches[0], al.effects.DriftingResonance.like(al.GaussMarkov(), course=(11.0, 10.0)))
     RES(frequency=11, damping=0.02, rms=0.1) None
     """
 
@@ -40,14 +38,6 @@ class Moving(Stochastic):
         Subclasses must define it.
         """
         raise NotImplementedError
-
-    @classmethod
-    def along(cls, band: Effect, course: Sequence[float]) -> Self | None:
-        """Effect with a `band` whose center takes the frequencies `course` (Hz) in equal segments.
-
-        None if the kind cannot (default).
-        """
-        return None
 
 
 def weights(time: Array, span: tuple[float, float], parts: int) -> Array:

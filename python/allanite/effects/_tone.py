@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
-from allanite.effects._declared import Array, Columns
+from allanite.effects._declared import Array, Columns, Parameter
 from allanite.effects._known import Deterministic
+
+#: Declaration of the amplitude of a line.
+AMPLITUDE = Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",), symbol="a")
+#: Declaration of the phase of a line.
+PHASE = Parameter("phase", "rad", "phase at the first sample", low=-np.inf, optional=True)
 
 
 @dataclass(frozen=True)
@@ -21,6 +25,7 @@ class Tone(Deterministic):
 
     family = "line"
     low = False
+    memoryless = True
 
     @property
     def occupies(self) -> tuple[float, float] | None:
@@ -36,10 +41,6 @@ class Tone(Deterministic):
         """Array of sine and cosine of the angle, shape (n, 2)."""
         angle = self._angle(time)
         return np.column_stack([np.sin(angle), np.cos(angle)])
-
-    def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
-        """A function (first, last) → signal of samples first … last − 1, U, which computes only these samples."""
-        return self._pointwise(rate, covariates)
 
     def amplitudes(self) -> Array:
         """Array (A cos φ, A sin φ), U, shape (2,); 0 for values that are None."""

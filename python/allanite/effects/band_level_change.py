@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 
@@ -42,6 +41,7 @@ class BandLevelChange(Modifier):
     screened = "band level"
     family = "level"
     passing = True
+    interval = ("start", "end")
     unplanned = "its evidence is that of its band over time: plan a noise level change"
     legend = ("factor", "low", "high")
     parameters = (
@@ -59,7 +59,7 @@ class BandLevelChange(Modifier):
         "everything else stays"
     )
     texts = texts_for_clocks(
-        physics="a machine or a fan ran for a while, or faster; a loop or a filter changed its bandwidth",
+        physics="a machine or a fan ran for a while, or faster; a loop or a filter changed its bandwidth"
     )
     rivals = ("noise_level_change", "resonance", "tone_burst")
 
@@ -70,26 +70,13 @@ class BandLevelChange(Modifier):
             if a is not None and b is not None and b <= a:
                 raise InputError(f"{self.kind}: {last} = {b:g} is not above {first} = {a:g}")
 
-    @classmethod
-    def changing(cls, band: tuple[float, float], when: tuple[float, float], factor: float) -> Self:
-        """New effect: noise in a `band` (low, high; Hz) changes by `factor` during `when` (start, end; s)."""
-        return cls(low=band[0], high=band[1], start=when[0], end=when[1], factor=factor)
-
-    @property
-    def when(self) -> tuple[float, float] | None:
-        """Pair (start, end) of the interval, s; None without values."""
-        return None if self.start is None or self.end is None else (self.start, self.end)
-
     @property
     def band(self) -> tuple[float, float] | None:
         """Pair (low, high) of the band, Hz; None without values."""
         return None if self.low is None or self.high is None else (self.low, self.high)
 
     def power_between(
-        self,
-        start: Array | float,
-        end: Array | float,
-        span: tuple[float, float],
+        self, start: Array | float, end: Array | float, span: tuple[float, float]
     ) -> Array:
         """Array of the mean power of the band from each `start` to each `end`, relative to the mean over `span`.
 

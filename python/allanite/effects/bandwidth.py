@@ -242,10 +242,7 @@ class Bandwidth(Modifier):
         return LowPass(*self._design_values(1.0)) if self.acts_on == "all" else None
 
     def modify(
-        self,
-        white: float,
-        rate: float,
-        span: tuple[float, float] | None = None,
+        self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
         """Tuple of the terms of the filtered white noise and of the floor, with total density `white` at frequency zero."""
         after = (self.floor or 0.0) ** 2 * white

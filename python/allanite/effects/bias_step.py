@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
-from allanite.effects._event import Event, sines
+from allanite.effects._event import HEIGHT, Event, sines
 
 #: Minimum squared norm of the difference of two steps, relative to that of the largest step. Smaller differences are
 #: rounding errors.
@@ -42,15 +42,16 @@ class BiasStep(Event):
     title = "bias step"
     family = "step"
     lasting = True
+    interval = ("time", "time")
     parameters = (
         Parameter("time", "s", "time, from the first sample", "shape", aliases=("t",), symbol="t"),
-        Parameter("height", 0.0, "change of the bias", low=-np.inf, aliases=("h",), symbol="h"),
+        HEIGHT,
     )
     physics = "something was touched, switched or relaxed: a shock, a supply, a range change, a settling bond"
     looks_like = "two levels of the low-passed samples, one after the other; a hump at long τ"
     check_by = "look at the samples and at the laboratory's log at that time; repeat the record"
     texts = texts_for_clocks(
-        physics="the frequency jumped: a resonator relaxed, a supply was switched, or the reference changed",
+        physics="the frequency jumped: a resonator relaxed, a supply was switched, or the reference changed"
     )
     rivals = (
         "excursion",
@@ -63,11 +64,6 @@ class BiasStep(Event):
         "gauss_markov",
     )
 
-    @property
-    def when(self) -> tuple[float, float] | None:
-        """Pair with the time of the jump, s, as both ends; None without a time."""
-        return None if self.time is None else (self.time, self.time)
-
     def extended(self) -> tuple[Event, ...]:
         """Tuple with one transient, which jumps at the time of the step and then decays back; empty without a time."""
         from allanite.effects.transient import Transient
@@ -76,12 +72,7 @@ class BiasStep(Event):
 
     @classmethod
     def best_spans(
-        cls,
-        residual: Array,
-        root: Array,
-        basis: Array,
-        n: int,
-        rate: float,
+        cls, residual: Array, root: Array, basis: Array, n: int, rate: float
     ) -> tuple[tuple[Event, float], ...]:
         """Tuple of two (effect, angle): best excursion (two opposite steps) and best transition (a ramp to a new level).
 
@@ -92,10 +83,6 @@ class BiasStep(Event):
             best_transition(residual, root, basis, n, rate),
         )
 
-    def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of 1024 equally spaced times within the record, s."""
-        return np.linspace(0.0, n / rate, 1026)[1:-1]
-
     def shape_error(self, name: str, variance: float, duration: float) -> float:
         """Standard error of the time, s, from the variance S·T/(t(T−t)) of the height in noise of density S.
 
@@ -105,11 +92,7 @@ class BiasStep(Event):
         density = variance * t * (duration - t) / duration
         return self._edge_error(density)
 
-    def regressors(
-        self,
-        time: Array,
-        covariates: Columns,
-    ) -> Array:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array with 0 before the step and 1 from the step on, shape (n, 1)."""
         return (time >= (self.time or 0.0)).astype(float)[:, None]
 
@@ -126,11 +109,7 @@ class BiasStep(Event):
 
 
 def best_excursion(
-    residual: Array,
-    root: Array,
-    basis: Array,
-    n: int,
-    rate: float,
+    residual: Array, root: Array, basis: Array, n: int, rate: float
 ) -> tuple[Event, float]:
     """Pair: the excursion with the largest ½z² − ln(length), and the angle by which its direction turns as one edge moves.
 
@@ -173,11 +152,7 @@ def best_excursion(
 
 
 def best_transition(
-    residual: Array,
-    root: Array,
-    basis: Array,
-    n: int,
-    rate: float,
+    residual: Array, root: Array, basis: Array, n: int, rate: float
 ) -> tuple[Event, float]:
     """Pair: transition with the largest ½z² between two of 512 times, and the angle by which one kink turns its direction.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -57,17 +57,17 @@ class BurstNoise(Stochastic):
     looks_like = "as a Gauss-Markov process on every curve; two levels in the low-passed samples"
     check_by = "low-pass the samples and look at their histogram: two peaks; it depends steeply on temperature and supply"
     texts = texts_for_clocks(
-        physics="a single trapped charge or a contact switches the frequency between two levels",
+        physics="a single trapped charge or a contact switches the frequency between two levels"
     )
     rivals = ("gauss_markov",)
 
     @classmethod
-    def like(cls, other: Effect) -> Self | None:
+    def like(cls, other: Effect, **values: Any) -> Self | None:
         """Burst noise with the spectrum of a Gauss-Markov process: levels ±σ, mean dwell time 2T.
 
         None for other effects.
         """
-        if not isinstance(other, GaussMarkov):
+        if values or not isinstance(other, GaussMarkov):
             return None
         return cls(amplitude=other.sigma, dwell_time=2.0 * (other.correlation_time or 0.0))
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
-from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
-from allanite.effects._follower import COLUMN, Follower, LaggedColumn
+from allanite.effects._declared import COLUMN, Array, Columns, Parameter, texts_for_clocks
+from allanite.effects._follower import Follower, LaggedColumn, coefficient_parameter
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -47,13 +47,7 @@ class Covariate(Follower):
     title = "logged column"
     parameters = (
         COLUMN,
-        Parameter(
-            "coefficient",
-            "U/unit",
-            "change of the samples per unit of the column",
-            low=-np.inf,
-            symbol="c",
-        ),
+        coefficient_parameter("U/unit", "change of the samples per unit of the column"),
         Parameter("lag", "s", "time constant of the lag", "shape", optional=True),
         Parameter("quadratic", "U/unit²", "quadratic coefficient", low=-np.inf, optional=True),
         Parameter("cubic", "U/unit³", "cubic coefficient", low=-np.inf, optional=True),
@@ -70,7 +64,7 @@ class Covariate(Follower):
         physics=(
             "the frequency follows another quantity: a temperature, a supply voltage, the pressure or "
             "humidity of the air"
-        ),
+        )
     )
     rivals = (
         "rate_random_walk",
@@ -99,15 +93,3 @@ class Covariate(Follower):
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
         """Tuple of one-term sums: the lagged column, and its square and cube if they are in the model."""
         return tuple(((1.0, self._lagged(self.lag, _POWERS[name])),) for name in self._fitted())
-
-    def _fitted(self) -> tuple[str, ...]:
-        """Tuple of the names of the coefficients in the model: ``coefficient``, and others that have a value."""
-        return tuple(n for n in _POWERS if n == "coefficient" or self.values[n] is not None)
-
-    def with_amplitudes(self, amplitudes: Array) -> Self:
-        """A copy with the coefficients in the model set to the `amplitudes`, in order of the power."""
-        return self.with_values(**dict(zip(self._fitted(), map(float, amplitudes), strict=True)))
-
-    def amplitudes(self) -> Array:
-        """Array of the coefficients (c,), (c, d) or (c, d, e) in the model; 0 for None."""
-        return np.array([self.values[name] or 0.0 for name in self._fitted()])

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._declared import Columns, Parameter, texts_for_clocks
+from allanite.effects._declared import Parameter, texts_for_clocks
 from allanite.effects._modifier import Modifier
-
-if TYPE_CHECKING:
-    from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
@@ -40,6 +36,7 @@ class Disturbance(Modifier):
     screened = "stretch"
     family = "stretch"
     removes = True
+    interval = ("start", "end")
     unplanned = "its evidence is a band that is louder for a while: twice the noise is detected"
     parameters = (
         Parameter("start", "s", "first time of the segment", "time"),
@@ -56,21 +53,6 @@ class Disturbance(Modifier):
         check_by="look at the phase and at the laboratory's log for that time; record again without the disturbance",
     )
     rivals = ("noise_level_change", "outliers", "resonance")
-
-    @classmethod
-    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple with one disturbance without values; the model and the columns are not used."""
-        return (cls(),)
-
-    @classmethod
-    def during(cls, start: float, end: float, factor: float) -> Self:
-        """New disturbance from `start` to `end`, s; `factor` is not used."""
-        return cls(start=start, end=end)
-
-    @property
-    def when(self) -> tuple[float, float] | None:
-        """Pair (start, end) of the segment, s; None without values."""
-        return None if self.start is None or self.end is None else (self.start, self.end)
 
     @property
     def moments(self) -> tuple[float, ...]:

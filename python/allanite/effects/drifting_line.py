@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from allanite.effects._declared import Array, Parameter
-from allanite.effects._tone import Tone
+from allanite.effects._declared import Array, Parameter, frequency_parameter
+from allanite.effects._tone import AMPLITUDE, PHASE, Tone
 
 
 @dataclass(frozen=True)
@@ -33,18 +33,10 @@ class DriftingLine(Tone):
     title = "drifting line"
     screened = "drifting line"
     parameters = (
-        Parameter(
-            "frequency",
-            "Hz",
-            "frequency at the first sample",
-            "shape",
-            low=1e-12,
-            aliases=("f", "f0"),
-            symbol="f",
-        ),
+        frequency_parameter("frequency at the first sample"),
         Parameter("drift", "Hz/s", "rate of change of the frequency", "shape", low=-np.inf),
-        Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",), symbol="a"),
-        Parameter("phase", "rad", "phase at the first sample", low=-np.inf, optional=True),
+        AMPLITUDE,
+        PHASE,
     )
     legend = ("frequency", "drift", "amplitude")
     unplanned = "it is detected like a line: plan SIN at its middle frequency"

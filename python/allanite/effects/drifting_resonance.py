@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
 from allanite.effects._base import Effect
-from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
+from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects._moving import Moving
 from allanite.effects.resonance import Resonance, oscillations
 
 if TYPE_CHECKING:
-    from allanite.effects.model import Model
     from allanite.effects.terms import Term
 
 
@@ -46,6 +44,7 @@ class DriftingResonance(Moving):
     kind = "drifting_resonance"
     short = "DRES"
     title = "drifting resonance"
+    found_with = "resonance"
     coefficient = "rms"
     unplanned = "its evidence is the frequency of its band over time: plan a resonance as wide as its course"
     parameters = (
@@ -89,16 +88,11 @@ class DriftingResonance(Moving):
             raise InputError(f"{self.kind}: course must be at least two frequencies above 0, in Hz")
 
     @classmethod
-    def along(cls, band: Effect, course: Sequence[float]) -> Self | None:
-        """Drifting form of a resonance `band` with the frequencies `course`, Hz; None if `band` is another effect."""
-        if type(band) is not Resonance:
+    def like(cls, other: Effect, **values: Any) -> Self | None:
+        """Drifting form of the resonance `other` with the frequencies `course`, Hz; None for another effect or values."""
+        if type(other) is not Resonance or values.keys() != {"course"}:
             return None
-        return cls(course=tuple(course), damping=band.damping, rms=band.rms)
-
-    @classmethod
-    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Empty tuple: a check tests for each resonance of a model whether it moves."""
-        return ()
+        return cls(damping=other.damping, rms=other.rms, **values)
 
     @property
     def stretches(self) -> tuple[Resonance, ...]:

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
-from allanite.effects._event import Away, Event, sines
-
-if TYPE_CHECKING:
-    from allanite.effects.model import Model
+from allanite.effects._declared import Array, Columns, texts_for_clocks
+from allanite.effects._event import HEIGHT, START_AND_END, Away, Event, sines
 
 
 @dataclass(frozen=True)
@@ -35,11 +32,9 @@ class Excursion(Away):
     kind = "excursion"
     short = "EXC"
     title = "excursion"
-    parameters = (
-        Parameter("start", "s", "start time, from the first sample", "shape", symbol="from"),
-        Parameter("end", "s", "end time", "shape", symbol="to"),
-        Parameter("height", 0.0, "change of the bias", low=-np.inf, aliases=("h",), symbol="h"),
-    )
+    found_with = "bias_step"
+    interval = ("start", "end")
+    parameters = (*START_AND_END, HEIGHT)
     legend = ("height", "start", "end")
     physics = (
         "something acted for a while: someone leaned on the mount, a fan or a machine ran, the supply "
@@ -50,44 +45,15 @@ class Excursion(Away):
     )
     check_by = "look at the samples and at the laboratory's log at those times; exclude the segment; repeat the record"
     texts = texts_for_clocks(
-        physics="something acted for a while: a heater or the sun, a supply that sagged, or another reference",
+        physics="something acted for a while: a heater or the sun, a supply that sagged, or another reference"
     )
-    rivals = (
-        "excursions",
-        "bias_step",
-        "transient",
-        "burst_noise",
-        "gauss_markov",
-    )
-
-    @property
-    def when(self) -> tuple[float, float] | None:
-        """Pair (start, end), s; None without values."""
-        return None if self.start is None or self.end is None else (self.start, self.end)
+    rivals = ("excursions", "bias_step", "transient", "burst_noise", "gauss_markov")
 
     def extended(self) -> tuple[Event, ...]:
         """Tuple with one transient, which jumps where the excursion starts and then decays back; empty without a start."""
         from allanite.effects.transient import Transient
 
         return () if self.start is None else (Transient(time=self.start),)
-
-    @classmethod
-    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Empty tuple: a search for bias steps also searches excursions (`BiasStep.best_spans`)."""
-        return ()
-
-    def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of at most 1024 equally spaced times within the record, s.
-
-        Starts lie before a known end, ends after a known start. If fewer than two times remain: 0 and the duration.
-        """
-        whole = n / rate
-        times = np.linspace(0.0, whole, 1026)[1:-1]
-        if name == "start" and self.end is not None:
-            times = times[times < self.end]
-        if name == "end" and self.start is not None:
-            times = times[times > self.start]
-        return times if times.size > 1 else np.array([0.0, whole])
 
     def shape_error(self, name: str, variance: float, duration: float) -> float:
         """Standard error of start or end, s, from the variance of the height, as for the time of a bias step."""

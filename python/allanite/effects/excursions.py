@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,6 @@ from allanite.common.showing import brief
 from allanite.effects._declared import Array, Columns, Parameter
 from allanite.effects._event import Away
 from allanite.effects.excursion import Excursion
-
-if TYPE_CHECKING:
-    from allanite.effects.model import Model
 
 #: Minimum net height where excursions overlap, relative to the largest height of these excursions. With a smaller net
 #: height the bias counts as back at its level. Chosen by judgment; not measured.
@@ -49,6 +46,7 @@ class Excursions(Away):
     title = "several excursions"
     further = "further excursions"
     single = True
+    found_with = "excursion"
     unplanned = "its evidence is that of the largest excursion: plan an excursion"
     parameters = (
         Parameter("starts", "s", "start times, from the first sample", "time"),
@@ -83,11 +81,6 @@ class Excursions(Away):
             end <= start for start, end in zip(self.starts or (), self.ends or (), strict=False)
         ):
             raise InputError(f"{self.kind}: each excursion must end after its start")
-
-    @classmethod
-    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Empty tuple: excursions are searched one by one and combined afterwards."""
-        return ()
 
     @property
     def singly(self) -> tuple[Excursion, ...]:

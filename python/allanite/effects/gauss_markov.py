@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from allanite.effects._base import Stochastic
-from allanite.effects._declared import Array, Parameter, texts_for_clocks
+from allanite.effects._declared import Array, Parameter, texts_for_clocks, time_constant_parameter
 from allanite.effects.terms import Exponential, Term
 
 
@@ -37,15 +37,7 @@ class GaussMarkov(Stochastic):
     title = "Gauss-Markov process"
     coefficient = "q_c"
     parameters = (
-        Parameter(
-            "correlation_time",
-            "s",
-            "time constant of the lag",
-            "shape",
-            low=1e-12,
-            aliases=("T",),
-            symbol="T",
-        ),
+        time_constant_parameter("correlation_time", "time constant of the lag"),
         Parameter("q_c", -0.5, "root of the driving white density"),
         Parameter("sigma", 0.0, "standard deviation of the process", "derived", symbol="σ"),
     )
@@ -64,14 +56,9 @@ class GaussMarkov(Stochastic):
         physics=(
             "a lag with one time constant driven by white noise: a thermal mass, an oven, or the loop that "
             "steers the clock"
-        ),
+        )
     )
-    rivals = (
-        "bias_instability",
-        "rate_random_walk",
-        "power_law",
-        "burst_noise",
-    )
+    rivals = ("bias_instability", "rate_random_walk", "power_law", "burst_noise")
 
     @property
     def sigma(self) -> float | None:

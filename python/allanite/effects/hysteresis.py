@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 
 from allanite._kernels import play
-from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
-from allanite.effects._follower import COLUMN, Proportional, by_run, followed_column
+from allanite.effects._declared import COLUMN, Array, Columns, Parameter, texts_for_clocks
+from allanite.effects._follower import Follower, by_run, coefficient_parameter, followed_column
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
-class Hysteresis(Proportional):
+class Hysteresis(Follower):
     """x(t) = c·p(t) with p a value that the column drags along with a play of ±`width`; p rests while the column turns.
 
     Examples
@@ -29,6 +29,7 @@ class Hysteresis(Proportional):
     [0. 3. 7. 5. 1.]
     """
 
+    coefficient: float | None = None
     width: float | None = None
 
     #: Smallest and largest half play that a search tries; None if the column is unknown.
@@ -39,12 +40,8 @@ class Hysteresis(Proportional):
     title = "hysteresis"
     parameters = (
         COLUMN,
-        Parameter(
-            "coefficient",
-            "U/unit",
-            "change of the samples per unit of the column, between its turning points",
-            low=-np.inf,
-            symbol="c",
+        coefficient_parameter(
+            "U/unit", "change of the samples per unit of the column, between its turning points"
         ),
         Parameter("width", "unit", "half the play", "shape", low=1e-12, symbol="w"),
     )
@@ -63,16 +60,9 @@ class Hysteresis(Proportional):
         physics=(
             "stress that a resonator relieves only by slipping: when the temperature falls again, the "
             "frequency stays until the temperature has fallen by the play"
-        ),
+        )
     )
-    rivals = (
-        "covariate",
-        "two_lags",
-        "rate_of_change",
-        "bias_step",
-        "warm_up",
-        "rate_random_walk",
-    )
+    rivals = ("covariate", "two_lags", "rate_of_change", "bias_step", "warm_up", "rate_random_walk")
     refined = True
 
     @classmethod

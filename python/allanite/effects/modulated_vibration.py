@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -75,28 +75,24 @@ class ModulatedVibration(Resonance):
         physics=(
             "a periodic disturbance whose strength changes periodically, such as two regulators of nearly "
             "equal speed"
-        ),
+        )
     )
     rivals = ("resonance",)
 
     @classmethod
-    def modulating(cls, band: Effect, rate: float, depth: float) -> Self | None:
-        """Modulated form of a resonance `band`, with the same power of the carrier; None for other effects.
+    def like(cls, other: Effect, **values: Any) -> Self | None:
+        """Modulated form of the resonance `other`, with the same power of the carrier; None for other effects.
 
-        Held names and limits stay. None as well if the band is modulated already.
+        `values` are the modulation and the depth. Held names and limits stay. None as well if `other` is modulated already.
         """
-        if not isinstance(band, Resonance) or isinstance(band, cls):
+        if not isinstance(other, Resonance) or isinstance(other, cls):
             return None
-        rms = None if band.rms is None else band.rms * float(np.sqrt(1.0 + 0.5 * depth**2))
-        return cls(
-            frequency=band.frequency,
-            damping=band.damping,
-            rms=rms,
-            modulation=rate,
-            depth=depth,
-            hold=band.hold,
-            limits=band.limits,
-        )
+        if values.keys() != {*cls.companions}:
+            return None
+        more_power = 1.0 + 0.5 * values["depth"] ** 2
+        rms = None if other.rms is None else other.rms * float(np.sqrt(more_power))
+        kept = {"hold": other.hold, "limits": other.limits}
+        return cls(other.frequency, other.damping, rms, **values, **kept)
 
     def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of values to try: one depth, six modulation rates (Hz), or the grid of a resonance."""

@@ -36,18 +36,14 @@ class NoiseLevelChange(Level):
     title = "noise level change"
     legend = ("factor",)
     parameters = INTERVAL
+    interval = ("start", "end")
     physics = "for a while something shook, switched range or disturbed the supply; or the sensor lost its damping or lock"
     looks_like = "nothing on the Allan curve; a louder or quieter segment of the samples"
     check_by = "look at the laboratory's log for that interval; exclude it and fit again: everything else should stay"
     texts = texts_for_clocks(
-        physics="for a while the link, the supply or the counter was noisier, or the clock lost its lock",
+        physics="for a while the link, the supply or the counter was noisier, or the clock lost its lock"
     )
     rivals = ("outliers", "noise_levels")
-
-    @classmethod
-    def during(cls, start: float, end: float, factor: float) -> Self:
-        """New effect with these values; `start` and `end` in s."""
-        return cls(start=start, end=end, factor=factor)
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -58,23 +54,13 @@ class NoiseLevelChange(Level):
         """Copy whose interval lies between the first two `times`, s, with the first of the `factors`."""
         return self.with_values(start=times[0], end=times[1], factor=factors[0])
 
-    @property
-    def when(self) -> tuple[float, float] | None:
-        """Pair (start, end) of the interval, s; None without values."""
-        return None if self.start is None or self.end is None else (self.start, self.end)
-
     def gain(self, time: Array, columns: Columns | None = None) -> Array:
         """Array with `factor` for start ≤ time < end, otherwise 1, shape (n,)."""
         if self.when is None or self.factor is None:
             return np.ones(time.shape)
         return np.where((time >= self.when[0]) & (time < self.when[1]), self.factor, 1.0)
 
-    def mean_power(
-        self,
-        start: ArrayLike,
-        end: ArrayLike,
-        columns: Columns | None = None,
-    ) -> Array:
+    def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
         """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times its fraction inside the interval."""
         return interval_power(start, end, self.when, self.factor)
 

@@ -60,7 +60,7 @@ class NoiseLevels(Level):
         physics=(
             "the clock, its link or something near them changes its state: the load of a network, a heater, a "
             "fan, people at the bench"
-        ),
+        )
     )
     rivals = ("noise_level_change", "periodic_noise_level")
 
@@ -77,11 +77,6 @@ class NoiseLevels(Level):
             )
         if any(a >= b for a, b in pairwise(times)) or any(not f > 0.0 for f in factors):
             raise InputError(f"{self.kind}: times must increase, and factors must be above 0")
-
-    @classmethod
-    def switched(cls, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """New effect with level changes at `times`, s, to `factors` times the level at the start."""
-        return cls(times=times, factors=factors)
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -119,12 +114,7 @@ class NoiseLevels(Level):
         factors = np.array([1.0, *self.factors])
         return factors[np.searchsorted(np.array(self.times), time, side="right")]
 
-    def mean_power(
-        self,
-        start: ArrayLike,
-        end: ArrayLike,
-        columns: Columns | None = None,
-    ) -> Array:
+    def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
         """Array of the mean squared factor from each `start` to each `end`, s.
 
         The factor is 1 before the first time; the last factor holds to the end. NaN for empty intervals.

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
-from allanite.effects._follower import COLUMN, followed_column
+from allanite.effects._declared import COLUMN, Array, Columns, Parameter, texts_for_clocks
+from allanite.effects._follower import followed_column
 from allanite.effects._level import Level
 from allanite.effects.terms import Term, White
-
-if TYPE_CHECKING:
-    from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
@@ -41,6 +38,7 @@ class NoiseOfColumn(Level):
     kind = "noise_of_column"
     short = "NCOL"
     title = "noise that follows"
+    one_of = ("noise_of_column",)
     unplanned = (
         "its evidence is the power over time compared with the column: plan a noise level change between "
         "its extremes"
@@ -72,27 +70,9 @@ class NoiseOfColumn(Level):
         physics=(
             "the noise depends on another quantity, such as the temperature, a supply voltage or the load of "
             "a network"
-        ),
+        )
     )
     rivals = ("noise_level_change", "noise_levels")
-
-    @classmethod
-    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple with one effect for each non-constant column that the noise does not follow yet.
-
-        Empty without white noise.
-        """
-        used = {e.follows for e in model if e.kind == cls.kind}
-        return tuple(
-            cls(column=name)
-            for name, values in columns.items()
-            if model.white is not None and name not in used and float(np.ptp(values)) > 0.0
-        )
-
-    @property
-    def follows(self) -> str | None:
-        """Name of the followed column; None if not given."""
-        return self.column
 
     @property
     def numbers(self) -> int:
@@ -123,11 +103,6 @@ class NoiseOfColumn(Level):
         values = followed_column(self, columns) - (self.reference or 0.0)
         return np.asarray(np.exp(np.clip((self.coefficient or 0.0) * values, -50.0, 50.0)))
 
-    def mean_power(
-        self,
-        start: ArrayLike,
-        end: ArrayLike,
-        columns: Columns | None = None,
-    ) -> Array:
+    def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
         """Array of the squared gain at the mean column value of each time segment, from `columns`."""
         return self.gain(np.asarray(start, dtype=float), columns) ** 2

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects._declared import Array, Parameter, texts_for_clocks
+from allanite.effects._declared import Array, Parameter, frequency_parameter, texts_for_clocks
 from allanite.effects._filter import Filter, Response
 
 if TYPE_CHECKING:
@@ -48,15 +48,7 @@ class Notch(Filter):
     title = "notch"
     family = "filter"
     parameters = (
-        Parameter(
-            "frequency",
-            "Hz",
-            "center of the removed band",
-            "shape",
-            low=1e-12,
-            aliases=("f", "f0"),
-            symbol="f",
-        ),
+        frequency_parameter("center of the removed band"),
         Parameter(
             "quality",
             "1",

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.effects._declared import Columns, Parameter
+from allanite.effects._declared import Parameter
 from allanite.effects._modifier import Modifier
-
-if TYPE_CHECKING:
-    from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
@@ -57,16 +52,6 @@ class Outliers(Modifier):
     rivals = ("noise_level_change", "warm_up")
 
     __repr__ = brief
-
-    @classmethod
-    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple with one effect without values; empty if the model has outliers. White noise is not needed."""
-        return () if any(e.kind == cls.kind for e in model) else (cls(),)
-
-    @classmethod
-    def at(cls, times: Sequence[float]) -> Self:
-        """New effect with outliers at these `times`, s."""
-        return cls(count=float(len(times)), times=tuple(map(float, times)))
 
     @property
     def moments(self) -> tuple[float, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -53,11 +52,6 @@ class PeriodicNoiseLevel(Level):
     )
     rivals = ("noise_levels", "noise_level_change")
 
-    @classmethod
-    def gated(cls, period: float, start: float, share: float, factor: float) -> Self:
-        """New effect with these values; `period` and `start` in s."""
-        return cls(period=period, start=start, share=share, factor=factor)
-
     def gain(self, time: Array, columns: Columns | None = None) -> Array:
         """Array with `factor` within the intervals and 1 outside, shape (n,); ones without values."""
         if self.period is None or self.share is None or self.factor is None:
@@ -65,12 +59,7 @@ class PeriodicNoiseLevel(Level):
         phase = (time - (self.start or 0.0)) / self.period
         return np.where(phase - np.floor(phase) < self.share, self.factor, 1.0)
 
-    def mean_power(
-        self,
-        start: ArrayLike,
-        end: ArrayLike,
-        columns: Columns | None = None,
-    ) -> Array:
+    def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
         """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times its fraction in the intervals.
 
         1 without all values.

@@ -8,12 +8,12 @@ from typing import ClassVar
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.effects._declared import Array, Parameter, texts_for_clocks
-from allanite.effects._follower import COLUMN, LaggedColumn, Proportional
+from allanite.effects._declared import COLUMN, Array, Parameter, texts_for_clocks
+from allanite.effects._follower import Follower, LaggedColumn, coefficient_parameter
 
 
 @dataclass(frozen=True)
-class RateOfChange(Proportional):
+class RateOfChange(Follower):
     """x(t) = c·du/dt after a first-order lag: c·(u − lagged u)/lag, the lead of a column over a mass that follows it.
 
     Examples
@@ -26,6 +26,7 @@ class RateOfChange(Proportional):
     [0.17 0.27]
     """
 
+    coefficient: float | None = None
     lag: float | None = None
 
     kind = "rate_of_change"
@@ -33,13 +34,7 @@ class RateOfChange(Proportional):
     title = "rate of change"
     parameters = (
         COLUMN,
-        Parameter(
-            "coefficient",
-            "U·s/unit",
-            "change of the samples per rate of change of the column",
-            low=-np.inf,
-            symbol="c",
-        ),
+        coefficient_parameter("U·s/unit", "change of the samples per rate of change of the column"),
         Parameter("lag", "s", "time constant of the lag", "shape", low=1e-12, symbol="T"),
     )
     one_of: ClassVar[tuple[str, ...]] = ("rate_of_change",)
@@ -60,14 +55,7 @@ class RateOfChange(Proportional):
             "two speeds"
         ),
     )
-    rivals = (
-        "covariate",
-        "two_lags",
-        "hysteresis",
-        "bias_step",
-        "warm_up",
-        "rate_random_walk",
-    )
+    rivals = ("covariate", "two_lags", "hysteresis", "bias_step", "warm_up", "rate_random_walk")
     refined = True
 
     def grid(self, name: str, n: int, rate: float) -> Array:

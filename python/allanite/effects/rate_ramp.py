@@ -60,11 +60,7 @@ class RateRamp(Deterministic):
     )
     rivals = ("rate_random_walk", "warm_up", "covariate", "gauss_markov")
 
-    def regressors(
-        self,
-        time: Array,
-        covariates: Columns,
-    ) -> Array:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of t − mean(t), s, shape (n, 1); the offset belongs to the bias, which models do not contain."""
         return (time - time.mean())[:, None]
 
@@ -87,11 +83,3 @@ class RateRamp(Deterministic):
     def own_allan_variance(self, m: Array, rate: float) -> Array:
         """Array of the Allan variance R²τ²/2 at averaging factors m of samples at `rate` Hz, U²."""
         return np.asarray((self.R or 0.0) ** 2 * (m / rate) ** 2 / 2.0)
-
-    def with_amplitudes(self, amplitudes: Array) -> Self:
-        """A copy with R set to the first of the `amplitudes`, shape (1,)."""
-        return self.with_values(R=float(amplitudes[0]))
-
-    def amplitudes(self) -> Array:
-        """Array of shape (1,) with R; 0 if it is None."""
-        return np.array([self.R or 0.0])

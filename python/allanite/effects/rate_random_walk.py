@@ -53,14 +53,7 @@ class RateRandomWalk(Stochastic):
     check_by = (
         "log the temperature; record several times longer: a lag levels off, a random walk does not"
     )
-    rivals = (
-        "gauss_markov",
-        "rate_ramp",
-        "power_law",
-        "bias_instability",
-        "warm_up",
-        "covariate",
-    )
+    rivals = ("gauss_markov", "rate_ramp", "power_law", "bias_instability", "warm_up", "covariate")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Tuple with one term: a random walk with steps of variance τ0 = 1/`rate` per sample."""

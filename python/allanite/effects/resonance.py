@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from allanite.effects._base import Stochastic
-from allanite.effects._declared import Array, Parameter, texts_for_clocks
+from allanite.effects._declared import Array, Parameter, frequency_parameter, texts_for_clocks
 from allanite.effects.terms import Exponential, Term
 
 if TYPE_CHECKING:
@@ -53,15 +53,7 @@ class Resonance(Stochastic):
     coefficient = "rms"
     # Annotated, because a modulated vibration has more of each.
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(
-            "frequency",
-            "Hz",
-            "natural frequency",
-            "shape",
-            low=1e-12,
-            aliases=("f", "f0"),
-            symbol="f",
-        ),
+        frequency_parameter("natural frequency"),
         Parameter(
             "damping", "1", "damping ratio ζ", "shape", low=1e-9, high=0.7, aliases=("zeta",)
         ),

@@ -9,8 +9,9 @@ from typing import Self
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.effects._declared import Array, Parameter, texts_for_clocks
+from allanite.effects._declared import Array, Parameter, frequency_parameter, texts_for_clocks
 from allanite.effects._known import Periodic
+from allanite.effects._tone import AMPLITUDE
 
 
 @dataclass(frozen=True)
@@ -42,16 +43,8 @@ class Sinusoid(Periodic):
     common = True
     title = "sinusoid"
     parameters = (
-        Parameter(
-            "frequency",
-            "Hz",
-            "frequency of the line",
-            "shape",
-            low=1e-12,
-            aliases=("f", "f0"),
-            symbol="f",
-        ),
-        Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",), symbol="a"),
+        frequency_parameter("frequency of the line"),
+        AMPLITUDE,
         Parameter(
             "phase",
             "rad",

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
-from allanite.effects._tone import Tone
+from allanite.effects._declared import Array, Columns, frequency_parameter, texts_for_clocks
+from allanite.effects._event import START_AND_END
+from allanite.effects._tone import AMPLITUDE, PHASE, Tone
 from allanite.effects._waves import waves
 
 #: Half-width of the frequency range of a burst, in units of 1/length; it contains all but 2 % of the power.
@@ -41,29 +42,17 @@ class ToneBurst(Tone):
     title = "tone burst"
     screened = "passing line"
     happens_once = True
-    parameters = (
-        Parameter(
-            "frequency", "Hz", "frequency", "shape", low=1e-12, aliases=("f", "f0"), symbol="f"
-        ),
-        Parameter("start", "s", "start time, from the first sample", "shape", symbol="from"),
-        Parameter("end", "s", "end time", "shape", symbol="to"),
-        Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",), symbol="a"),
-        Parameter("phase", "rad", "phase at the first sample", low=-np.inf, optional=True),
-    )
+    interval = ("start", "end")
+    parameters = (frequency_parameter("frequency"), *START_AND_END, AMPLITUDE, PHASE)
     legend = ("frequency", "amplitude", "start", "end")
     unplanned = "it is detected like a line: plan SIN in a record as long as the burst"
     physics = "something that turns or vibrates was switched on for a while: a fan, a pump, a motor, a drill next door"
     looks_like = "a peak of the spectrum wider than 1/T and with side lobes; a segment of the samples with a ripple"
     check_by = "compare the spectrum of the segment with that of the rest; find out what ran then; switch it off and repeat"
     texts = texts_for_clocks(
-        physics="something periodic was switched on for a while: a fan, a compressor or a transmitter",
+        physics="something periodic was switched on for a while: a fan, a compressor or a transmitter"
     )
     rivals = ("sinusoid", "drifting_line", "resonance")
-
-    @property
-    def when(self) -> tuple[float, float] | None:
-        """Pair (start, end), s; None without values."""
-        return None if self.start is None or self.end is None else (self.start, self.end)
 
     def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of 1024 times for start or end, s (ends after a given start), or of frequencies as for all lines."""

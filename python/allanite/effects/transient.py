@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
+from allanite.effects._declared import (
+    Array,
+    Columns,
+    Parameter,
+    texts_for_clocks,
+    time_constant_parameter,
+)
 from allanite.effects._event import Event, cosines, sines
-
-if TYPE_CHECKING:
-    from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
@@ -36,17 +39,11 @@ class Transient(Event):
     short = "PULSE"
     title = "transient"
     family = "event"
+    found_with = "bias_step"
+    interval = ("time", "time")
     parameters = (
         Parameter("time", "s", "time, from the first sample", "shape", aliases=("t",), symbol="t"),
-        Parameter(
-            "time_constant",
-            "s",
-            "time constant of the decay",
-            "shape",
-            low=1e-12,
-            aliases=("T",),
-            symbol="T",
-        ),
+        time_constant_parameter("time_constant", "time constant of the decay"),
         Parameter(
             "height", 0.0, "initial change of the bias", low=-np.inf, aliases=("h",), symbol="h"
         ),
@@ -61,7 +58,7 @@ class Transient(Event):
         "knock and repeat"
     )
     texts = texts_for_clocks(
-        physics="a shock, a load or warm air, after which the clock relaxes: the resonator, its oven or a loop",
+        physics="a shock, a load or warm air, after which the clock relaxes: the resonator, its oven or a loop"
     )
     rivals = ("bias_step", "excursion", "warm_up", "gauss_markov")
 
@@ -72,18 +69,13 @@ class Transient(Event):
             return None
         return self.time, self.time + 3.0 * self.time_constant
 
-    @classmethod
-    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Empty tuple: a search tries a transient where it finds a bias step or an excursion (`extended`)."""
-        return ()
-
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of 1024 times within the record, or of 20 time constants from 1/3000 to 1/4 of it, s.
+        """Array of times within the record, or of 20 time constants from 1/3000 to 1/4 of it, s.
 
         Three of the shortest time constants are as long as the shortest excursion, 1/1000 of the record.
         """
         if name == "time":
-            return np.linspace(0.0, n / rate, 1026)[1:-1]
+            return super().grid(name, n, rate)
         return np.geomspace(n / 3000.0, n / 4.0, 20) / rate
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:

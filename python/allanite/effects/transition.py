@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
-from allanite.effects._event import Event, cosines, sines
-
-if TYPE_CHECKING:
-    from allanite.effects.model import Model
+from allanite.effects._event import HEIGHT, Event, cosines, sines
 
 #: Minimum duration of a transition, in samples, in the closed form of its ordinates; shorter transitions are computed with
 #: this duration, which acts as a step.
@@ -41,10 +38,12 @@ class Transition(Event):
     title = "transition"
     family = "transition"
     lasting = True
+    found_with = "bias_step"
+    interval = ("begin", "end")
     parameters = (
         Parameter("begin", "s", "start time, from the first sample", "shape", symbol="from"),
         Parameter("end", "s", "end time", "shape", symbol="to"),
-        Parameter("height", 0.0, "change of the bias", low=-np.inf, aliases=("h",), symbol="h"),
+        HEIGHT,
     )
     legend = ("height", "begin", "end")
     physics = (
@@ -57,38 +56,9 @@ class Transition(Event):
         physics=(
             "the surroundings changed from one state to another: a heater, a window, the sun, or another "
             "reference"
-        ),
+        )
     )
-    rivals = (
-        "bias_step",
-        "rate_random_walk",
-        "rate_ramp",
-        "warm_up",
-        "covariate",
-        "gauss_markov",
-    )
-
-    @property
-    def when(self) -> tuple[float, float] | None:
-        """Pair (begin, end), s; None without values."""
-        return None if self.begin is None or self.end is None else (self.begin, self.end)
-
-    @classmethod
-    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Empty tuple: a search for bias steps also searches transitions (`BiasStep.best_spans`)."""
-        return ()
-
-    def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of at most 1024 equally spaced times within the record, s.
-
-        Begins lie before a known end, ends after a known begin. If fewer than two times remain: 0 and the duration.
-        """
-        times = np.linspace(0.0, n / rate, 1026)[1:-1]
-        if name == "begin" and self.end is not None:
-            times = times[times < self.end]
-        if name == "end" and self.begin is not None:
-            times = times[times > self.begin]
-        return times if times.size > 1 else np.array([0.0, n / rate])
+    rivals = ("bias_step", "rate_random_walk", "rate_ramp", "warm_up", "covariate", "gauss_markov")
 
     def _edges(self) -> tuple[float, float]:
         """Pair (begin, end), s; a missing begin is 0, and a missing or earlier end equals the begin."""

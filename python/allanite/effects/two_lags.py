@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 
-from allanite.effects._declared import Array, Parameter, texts_for_clocks
-from allanite.effects._follower import COLUMN, Follower, LaggedColumn
+from allanite.effects._declared import COLUMN, Array, Parameter, texts_for_clocks
+from allanite.effects._follower import Follower, LaggedColumn
 
 
 @dataclass(frozen=True)
@@ -60,14 +60,9 @@ class TwoLags(Follower):
         physics=(
             "two thermal masses: the resonator warms in seconds, the housing or the board in minutes, and "
             "both shift the frequency"
-        ),
+        )
     )
-    rivals = (
-        "covariate",
-        "hysteresis",
-        "rate_of_change",
-        "rate_random_walk",
-    )
+    rivals = ("covariate", "hysteresis", "rate_of_change", "rate_random_walk")
     refined = True
 
     def grid(self, name: str, n: int, rate: float) -> Array:
@@ -79,12 +74,3 @@ class TwoLags(Follower):
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
         """Tuple of two one-term sums: the column after the short lag, and the column after the long lag."""
         return tuple(((1.0, self._lagged(lag)),) for lag in (self.fast_lag, self.slow_lag))
-
-    def with_amplitudes(self, amplitudes: Array) -> Self:
-        """A copy with the coefficients (fast, slow) set to the two `amplitudes`."""
-        fast, slow = map(float, amplitudes)
-        return self.with_values(fast=fast, slow=slow)
-
-    def amplitudes(self) -> Array:
-        """Array of the coefficients (fast, slow), shape (2,); 0 for None."""
-        return np.array([self.fast or 0.0, self.slow or 0.0])

@@ -65,7 +65,7 @@ class Unexplained(Stochastic):
     looks_like = "a smooth excess over some octaves of the spectrum"
     check_by = "change one thing at a time (mount, supply, filter, temperature) and see whether the shape moves"
     texts = texts_for_clocks(
-        check_by="change one thing at a time (place, supply, counter, temperature) and see whether the shape moves",
+        check_by="change one thing at a time (place, supply, counter, temperature) and see whether the shape moves"
     )
 
     def __post_init__(self) -> None:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
+from allanite.effects._declared import (
+    Array,
+    Columns,
+    Parameter,
+    texts_for_clocks,
+    time_constant_parameter,
+)
 from allanite.effects._known import Deterministic
-
-if TYPE_CHECKING:
-    from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
@@ -34,16 +37,10 @@ class WarmUp(Deterministic):
     short = "WARM"
     common = True
     title = "warm-up"
+    one_of = ("warm_up",)
+    memoryless = True
     parameters = (
-        Parameter(
-            "time_constant",
-            "s",
-            "time constant of the settling",
-            "shape",
-            low=1e-12,
-            aliases=("T",),
-            symbol="T",
-        ),
+        time_constant_parameter("time_constant", "time constant of the settling"),
         Parameter(
             "amplitude",
             0.0,
@@ -58,21 +55,9 @@ class WarmUp(Deterministic):
     looks_like = "the samples settle from the start of the record; a rise at long τ"
     check_by = "exclude the first three time constants; repeat from cold and from warm"
     texts = texts_for_clocks(
-        physics="the clock heats itself after power-on, through one thermal time constant",
+        physics="the clock heats itself after power-on, through one thermal time constant"
     )
-    rivals = (
-        "rate_ramp",
-        "rate_random_walk",
-        "covariate",
-        "bias_step",
-        "gauss_markov",
-        "outliers",
-    )
-
-    @classmethod
-    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple with one warm-up without values; empty if the model already has one."""
-        return () if any(e.kind == cls.kind for e in model) else (cls(),)
+    rivals = ("rate_ramp", "rate_random_walk", "covariate", "bias_step", "gauss_markov", "outliers")
 
     def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of time constants, s, from two samples (a filter that started empty) to half the record.
@@ -82,17 +67,9 @@ class WarmUp(Deterministic):
         low, high = 2.0, max(n / 2.0, 4.0)
         return np.geomspace(low, high, max(4, int(12 * np.log10(high / low)))) / rate
 
-    def regressors(
-        self,
-        time: Array,
-        covariates: Columns,
-    ) -> Array:
+    def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of e^{−t/τ}, shape (n, 1)."""
         return np.exp(-time / (self.time_constant or 1.0))[:, None]
-
-    def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
-        """Function (first, last) → decay at samples first … last − 1, U, which computes only these samples."""
-        return self._pointwise(rate, covariates)
 
     @classmethod
     def regressor_ordinates(
@@ -109,11 +86,3 @@ class WarmUp(Deterministic):
         ends = 1.0 - np.where(j % 2 == 1, -1.0, 1.0) * np.exp(-n / (rate * tau))
         shape = ends * less * np.cos(a) / (less**2 + 4.0 * r * np.sin(a) ** 2)
         return np.asarray(np.sqrt(2.0 / n) * np.exp(-start / tau) * shape)
-
-    def with_amplitudes(self, amplitudes: Array) -> Self:
-        """A copy with `amplitude` set to the first of the `amplitudes`, shape (1,)."""
-        return self.with_values(amplitude=float(amplitudes[0]))
-
-    def amplitudes(self) -> Array:
-        """Array of shape (1,) with the amplitude, U; 0 if it is None."""
-        return np.array([self.amplitude or 0.0])

@@ -31,9 +31,3 @@ class Ageing(Deterministic):
 
     def regressors(self, time, covariates):
         return np.log1p(time / (self.onset or 1.0))[:, None]
-
-    def with_amplitudes(self, amplitudes):
-        return self.with_values(amplitude=float(amplitudes[0]))
-
-    def amplitudes(self):
-        return np.array([self.amplitude or 0.0])

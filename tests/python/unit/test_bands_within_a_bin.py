@@ -130,7 +130,7 @@ def test_few_ordinates_tell_the_means_of_bins_that_have_many(half, depth, monkey
     bins, hertz = bins_of(n), RATE / (2.0 * n)
     band = al.effects.Resonance(frequency=7.3, damping=half * hertz / 7.3, rms=1.0)
     if depth is not None:
-        band = al.effects.ModulatedVibration.modulating(band, 0.9, depth)
+        band = al.effects.ModulatedVibration.like(band, modulation=0.9, depth=depth)
     terms = tuple(band.terms(RATE))
     found = []
     for singly in (n, 0):

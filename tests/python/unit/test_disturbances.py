@@ -251,10 +251,13 @@ def test_what_happened_in_a_stretch_that_is_taken_out_leaves():
     x = _noise(12) + np.where(shaken, np.random.default_rng(3).standard_normal(N), 0.0)
     inside = [
         al.effects.Excursion(start=702.0, end=705.0),
-        al.effects.Outliers.at([701.0, 730.0, 755.0]),
+        al.effects.Outliers(count=3, times=(701.0, 730.0, 755.0)),
         al.effects.Disturbance(start=710.0, end=712.0),
     ]
-    outside = [al.effects.BiasStep(time=300.0), al.effects.Outliers.at([10.0, 2000.0, 730.0])]
+    outside = [
+        al.effects.BiasStep(time=300.0),
+        al.effects.Outliers(count=3, times=(10.0, 2000.0, 730.0)),
+    ]
     for effect in (*inside, *outside):
         whole = al.effects.Disturbance(start=699.0, end=761.0)
         fit = al.fit_model(al.Recording(x, rate=RATE), al.parse_model(MODEL) + effect)

@@ -90,6 +90,6 @@ def _product_levels(changes: list[Level]) -> list[Level]:
     times = np.array(sorted({t for change in changes for t in change.switches[0]}))
     gains = np.prod([change.gain(times) for change in changes], axis=0)
     kept = np.flatnonzero(np.diff([1.0, *gains]))
-    many = tuple(times[kept].tolist()), tuple(gains[kept].tolist())
+    many = {"times": tuple(times[kept].tolist()), "factors": tuple(gains[kept].tolist())}
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Level)]
-    return [effect for cls in kinds if (effect := cls.switched(*many)) is not None]
+    return [effect for cls in kinds if (effect := cls.from_values(**many)) is not None]

@@ -127,7 +127,7 @@ def _modulated_effect(band: Effect, rate: float, depth: float) -> Stochastic | N
     None if no kind has it.
     """
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Stochastic))
-    made = (cls.modulating(band, rate, depth) for cls in kinds)
+    made = (cls.like(band, modulation=rate, depth=depth) for cls in kinds)
     return next((effect for effect in made if effect is not None), None)
 
 

@@ -106,10 +106,12 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
         return None  # this band has a change of level already
     if _largest_delta_logl(steady) > MAX_EXPLAINED_REMAINDER * gain:
         return None
-    effect = kinds[0].changing(
-        band,
-        (data.start + begin * data.duration, data.start + close * data.duration),
-        factor,
+    effect = kinds[0].from_values(
+        low=band[0],
+        high=band[1],
+        start=data.start + begin * data.duration,
+        end=data.start + close * data.duration,
+        factor=factor,
     )
     if effect is None or abs(factor - 1.0) < max(solution.discrepancy, known):
         return None

@@ -102,7 +102,7 @@ def _moving(band: Stochastic, course: tuple[float, ...]) -> Moving | None:
     None if there is none.
     """
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Moving))
-    return next((one for cls in kinds if (one := cls.along(band, course)) is not None), None)
+    return next((one for cls in kinds if (one := cls.like(band, course=course)) is not None), None)
 
 
 def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Candidate | None:

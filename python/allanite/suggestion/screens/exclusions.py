@@ -166,7 +166,8 @@ def screen_outliers(
     if gain <= 0.0:
         return None
     largest = float(np.log(2.0 * data.n) + log_ndtr(-float(z.max())))
-    effect = wanted[0].at((data.start + index / data.rate).tolist())
+    times = tuple((data.start + index / data.rate).tolist())
+    effect = wanted[0].from_values(count=float(len(times)), times=times)
     return partial(_exclusion_candidate, effect, solution, data, gain, 1, largest)
 
 
@@ -291,7 +292,7 @@ SCREEN = OwnScreen("stretch", screen_disturbance)
 def _segment_effect(start: float, end: float) -> Modifier | None:
     """Effect of the catalog that excludes the samples from `start` to `end`, s; None if no kind does."""
     kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "stretch"]
-    return kinds[0].during(start, end, MIN_DISTURBANCE_POWER_RATIO) if kinds else None
+    return kinds[0].from_values(start=start, end=end) if kinds else None
 
 
 def _stuck_value(solution: Solution, data: Data) -> Candidate | None:

@@ -254,8 +254,8 @@ def _with_refined_gate(
     ratio = float(power[inside].mean() / power[~inside].mean())
     factor = float(np.sqrt(max(1e-6, 1.0 + (ratio - 1.0) / _white_fraction(solution))))
     start = data.start + first / data.rate
-    gated = type(effect).gated(period / data.rate, start, share, factor)
-    return candidate if gated is None else replace(candidate, effect=gated)
+    gated = effect.with_values(period=period / data.rate, start=start, share=share, factor=factor)
+    return replace(candidate, effect=gated)
 
 
 def _white_fraction(solution: Solution) -> float:
@@ -318,7 +318,8 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     outside = np.delete(series.power, np.s_[start:end]).mean() if end - start < size else 1.0
     factor = float(np.sqrt(series.white(float(inside / outside))))
     changes = (
-        cls.during(series.time(start), series.time(end), factor) for cls in _screened("level")
+        cls.from_values(start=series.time(start), end=series.time(end), factor=factor)
+        for cls in _screened("level")
     )
     effect = next((change for change in changes if change is not None), None)
     # A change smaller than the discrepancy of the model, or than its standard error, is no effect.

@@ -119,7 +119,8 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
         factors = np.sqrt(white / white[0])
         times = tuple(series.time(p) for p in places)
         back = tuple(1.0 if own[k] == own[0] else float(f) for k, f in enumerate(factors))[1:]
-        effect = next((e for e in (cls.switched(times, back) for cls in kinds) if e), None)
+        made = (cls.from_values(times=times, factors=back) for cls in kinds)
+        effect = next((one for one in made if one is not None), None)
         if effect is None:
             return []
         one = turns and places.size == 2
@@ -309,13 +310,13 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
     level = cell_means(series.power, cells)
     inside = phase < last - first
     ratio_of = float(level[inside].mean() / level[~inside].mean())
-    values = (
-        period * step,
-        series.start + first / PHASES * period * step,
-        (last - first) / PHASES,
-        float(np.sqrt(series.white(ratio_of))),
-    )
-    effect = next((e for e in (cls.gated(*values) for cls in kinds) if e), None)
+    values = {
+        "period": period * step,
+        "start": series.start + first / PHASES * period * step,
+        "share": (last - first) / PHASES,
+        "factor": float(np.sqrt(series.white(ratio_of))),
+    }
+    effect = next((e for cls in kinds if (e := cls.from_values(**values)) is not None), None)
     if effect is None:
         return None
     # The p-value of the best gate over all gates of all periods.
