@@ -43,9 +43,9 @@ def common_form_sentences(sensor: Sensor) -> list[str]:
     if len(sensor.columns) < 2:
         return []
     if sensor.form is None:
-        out = ["no single model fits all axes"]
+        out = ["no noise model is common to all axes"]
     else:
-        out = [f"{sensor.form.model} fits all axes{_clause_on_single_axes(sensor.form)}"]
+        out = [f"{sensor.form.model} is common to all axes{_clause_on_single_axes(sensor.form)}"]
         agree = [_agreement_text(n, sensor) for n in sensor.form.numbers if n.pooled.agree]
         differing = [_difference_text(n, sensor) for n in sensor.form.numbers if not n.pooled.agree]
         if agree:

@@ -298,9 +298,8 @@ def _quantity(text: str) -> _Quantity:
         problem = str(error) or "its end"
     else:
         return result
-    raise InputError(
-        f"unknown unit {text!r}: {problem!r} is not understood; use one of {SAMPLE_UNITS} (1: no unit)"
-    )
+    part = "" if problem == text else f": {problem!r} is not understood"
+    raise InputError(f"unknown unit {text!r}{part}; use one of {SAMPLE_UNITS} (1: no unit)")
 
 
 def parse_unit(text: str) -> Unit:

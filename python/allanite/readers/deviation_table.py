@@ -114,5 +114,5 @@ def _refusal(span: str) -> InputError:
     return InputError(
         f"a table of deviations{span}, not a log of samples",
         missing="record_length",
-        remedy=": give the log from which it was computed, or fit the table with allanite export and {record_length}",
+        remedy=": give that log, or fit the table with allanite export, {unit} and {record_length}",
     )

@@ -88,13 +88,14 @@ def documents_of_table(
             " if this is a log, use allanite characterize"
         )
     names = header[1:] if header else [f"deviation {i + 1}" for i in range(deviations.shape[1])]
-    units = _units(unit, names, str(path))
     if record_length is None:
         raise InputError(
-            f"{path}: the length of the record is not known, because a table of deviations does not contain it",
+            f"{path}: a table of deviations does not state the length of the record"
+            + (" and the unit of its samples" if unit is None else ""),
             missing="record_length",
-            remedy=": give the length in seconds with {record_length}",
+            remedy=": give {record_length}" + (" and {unit}" if unit is None else ""),
         )
+    units = _units(unit, names, str(path))
     if record_length < 2.0 * tau[-1]:
         raise InputError(
             f"{path}: the record must be at least twice as long as the largest tau, {tau[-1]:g} s"
@@ -164,9 +165,9 @@ def _units(unit: str | None, names: list[str], source: str) -> list[str]:
     """
     if unit is None:
         raise InputError(
-            f"{source}: the unit of the samples behind the deviations is not known",
+            f"{source}: a table of deviations does not state the unit of the samples",
             missing="unit",
-            remedy=": give {unit}, either one unit for all columns or one for each",
+            remedy=": give {unit}, one for all columns or one for each",
         )
     given = [parse_unit(one.strip()).name for one in unit.split(",")]
     if len(given) == 1:

@@ -159,13 +159,14 @@ def test_days_and_years_of_a_station_are_the_time(data, tmp_path):
 @pytest.mark.data
 def test_a_table_of_deviations_is_refused_with_a_remedy(data, capsys):
     path = data("field/allan_table.csv")
-    for command in ("adev", "fit", "characterize"):
+    for command in ("inspect", "adev", "fit", "characterize"):
         with pytest.raises(SystemExit) as stop:
             main([command, str(path)])
         assert stop.value.code == 2
         said = capsys.readouterr()
         assert "a table of deviations (τ from 0.1 to 300 s), not a log of samples" in said.err
-        assert "--record-length SECONDS" in said.err
+        assert "allanite export, --unit UNIT and --record-length SECONDS" in said.err
+        assert said.out == ""
         assert said.err.count("\n") == 1
 
 

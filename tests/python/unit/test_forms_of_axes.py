@@ -75,7 +75,7 @@ def test_what_one_axis_alone_has_is_not_said_of_all():
     assert form.model == "N+K"
     assert form.besides == {"gyro_x": ("SIN",), "gyro_y": (), "gyro_z": ("RES",)}
     said = sentences(fits)
-    assert said[0] == "N+K fits all axes; gyro_x also has SIN, gyro_z also has RES"
+    assert said[0] == "N+K is common to all axes; gyro_x also has SIN, gyro_z also has RES"
     assert not any("RES." in text for text in said)
     # The line and the resonance leave N and K as they are.
     assert [n.pooled.name for n in form.numbers] == ["N", "K"]
@@ -123,15 +123,17 @@ def test_an_axis_that_is_not_explained_vouches_for_nothing():
     fits = fits_of([passed] * 3, ["N+BW", "N+BW", "N"])
     assert not fits["gyro_z"].adequate
     assert common_form(fits).model == "N"
+    # The form says what the axes share, not that their models fit.
+    assert sentences(fits)[0] == "N is common to all axes; gyro_x also has BW, gyro_y also has BW"
 
 
 def test_axes_of_different_noise_have_no_common_form():
     fits = fits_of(["N(N=0.01)", "K(K=0.01)", "N(N=0.01)"], ["N", "K", "N"], n=2000)
     assert common_form(fits) is None
-    assert sentences(fits)[0] == "no single model fits all axes"
+    assert sentences(fits)[0] == "no noise model is common to all axes"
 
 
 def test_what_an_axis_has_beside_the_common_form_is_said():
     form = Form("N", {"gx": (), "gy": ("SIN", "OUT")}, ())
     sensor = Sensor("gyroscope", ("gx", "gy"), form, ())
-    assert common_form_sentences(sensor)[0] == "N fits all axes; gy also has SIN+OUT"
+    assert common_form_sentences(sensor)[0] == "N is common to all axes; gy also has SIN+OUT"

@@ -145,6 +145,12 @@ def test_a_unit_is_a_number_and_read_at_once(text):
     assert time.process_time() - start < 1.0
 
 
+def test_an_unknown_unit_is_named_once():
+    with pytest.raises(InputError) as said:
+        parse_unit("furlong")
+    assert str(said.value).startswith("unknown unit 'furlong'; use one of rad/s")
+
+
 def test_one_sided_is_for_densities():
     with pytest.raises(InputError, match="density"):
         conversion("deg/s", "deg/h one-sided")
