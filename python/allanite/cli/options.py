@@ -202,7 +202,8 @@ _LOG_OPTIONS = (
         "--topic",
         multiple=True,
         metavar="NAME",
-        help="Topic of a ROS bag, ULog or ArduPilot log; repeatable. Default: the first topic of an inertial sensor.",
+        help="Topic of a ROS bag, ULog or ArduPilot log; repeatable. Default: the first topic of an inertial sensor. Or the"
+        " source to read from a log of chrony, ntpd or linuxptp.",
     ),
     click.option(
         "--output-unit",

@@ -65,7 +65,7 @@ HEAD = 8192
 MEMORY_PER_BYTE = 30.0
 #: Message if a topic is given for a log without topics.
 NO_TOPICS = (
-    "topics are for ROS bags, ULog, ArduPilot logs, rows of several sensors and archives (.zip):"
+    "topics are for ROS bags, ULog, ArduPilot logs, rows of several sensors or clocks, and archives (.zip):"
     " this log has no topics"
 )
 
@@ -106,7 +106,8 @@ def read(
     piece : int, optional
         Segment to read if time jumps split the log, counted from 1. Default: the longest.
     topic : str or sequence of str, optional
-        Topic of a ROS bag, ULog or ArduPilot log. Default: its first inertial topic.
+        Topic of a ROS bag, ULog or ArduPilot log. Default: its first inertial topic. In a log of several clocks
+        (chrony, ntpd, linuxptp), the name of one. Default: the one with most rows.
     scale : mapping of str to float, optional
         Factors on columns, by name. ``{"gx": 1 / 131}`` converts counts of a sensor with 131 LSB/(deg/s) to deg/s.
 

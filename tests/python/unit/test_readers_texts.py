@@ -165,6 +165,9 @@ def test_linuxptp_of_several_clocks_and_summaries(log):
     both = [*ptp_lines(), *ptp_lines("phc2sys[{t:.3f}]: ", "CLOCK_REALTIME phc", " delay {d}")][:-9]
     r = al.read(log(both))
     assert "clocks not read: phc2sys CLOCK_REALTIME phc" in said(r)
+    other = al.read(log(both), topic="phc2sys CLOCK_REALTIME phc")
+    assert "clocks not read: ptp4l" in said(other)
+    assert other.n < r.n
     rows = [
         f"ptp4l[{k}.123]: rms    6 max   14 freq -11576 +/-   8 delay   272 +/-   0"
         for k in range(N)
@@ -192,6 +195,23 @@ def test_chrony_tracking(log):
     np.testing.assert_allclose(r.samples, X[:, 0] * 1e-4, rtol=1e-3, atol=1e-12)
 
 
+def test_a_source_of_chrony_is_selected_by_name(log):
+    head = "   Date (UTC) Time     IP Address    Std dev'n Est offset  Offset sd  Diff freq   Est skew  Stress"
+    rows = [
+        f"2021-11-20 {16 * k // 3600:02d}:{16 * k // 60 % 60:02d}:{16 * k % 60:02d} {ip}  1e-6 {sign * X[k, 0]: .3e} 1e-6"
+        for k in range(N)
+        for ip, sign in (("192.0.2.7", 1), ("198.51.100.7", -1))
+    ]
+    path = log([BANNER, head, BANNER, *rows], "statistics.log")
+    assert "sources not read: 198.51.100.7" in said(al.read(path))
+    other = al.read(path, topic="198.51.100.7")
+    np.testing.assert_allclose(other.samples, -X[:, 0], rtol=1e-3, atol=1e-12)
+    with pytest.raises(
+        InputError, match=r"no source 192\.0\.2\.8 in this log, which holds 192\.0\.2\.7 "
+    ):
+        al.read(path, topic="192.0.2.8")
+
+
 def test_ntpd(log):
     rows = [
         f"5093{5 + k // 200} {(75440.031 + 64 * k) % 86400:.3f} {X[k, 0] * 1e-4:.9f} 13.778 0.0003 0.0133 6"
@@ -213,6 +233,13 @@ def test_ntpd(log):
     r = agree(log(peers, "peerstats"))
     assert r.n == N
     assert "peers not read: 2001:db8::1" in said(r)
+    assert al.read(log(peers, "peerstats"), topic="2001:db8::1").n == N - 1
+    for topic in ("192.0.2.1", ["127.127.4.1", "2001:db8::1"]):
+        with pytest.raises(
+            InputError,
+            match=r"holds 127\.127\.4\.1 \(\d+ rows\), 2001:db8::1 \(\d+ rows\): name one",
+        ):
+            al.read(log(peers, "peerstats"), topic=topic)
 
 
 # -- clocks ----------------------------------------------------------------------------------------------------------------

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.errors import InputError, about
+from allanite.common.plain import plain
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -38,6 +39,26 @@ def first_lines(head: bytes) -> list[str]:
     if len(lines) > 1 and not text.endswith(("\n", "\r")):
         lines.pop()  # cut off by the end of the bytes
     return [line.strip() for line in lines if line.strip()]
+
+
+def chosen_source(
+    counts: Mapping[str, int], topics: Sequence[str], what: str
+) -> tuple[str, list[str]]:
+    """Pair: name of the source to read from a log of several clocks, and list of notes that name the others.
+
+    It is the one with most rows (`counts`), or the one in `topics`. Raises `InputError` for several topics or an unknown
+    one; `what` is the noun of the message.
+    """
+    listed = ", ".join(f"{plain(name)} ({n} rows)" for name, n in counts.items())
+    if len(topics) > 1 or any(name not in counts for name in topics):
+        raise InputError(
+            f"no {what} {plain(' and '.join(topics))} in this log, which holds {listed}: name one"
+        )
+    chosen = topics[0] if topics else max(counts, key=lambda name: counts[name])
+    others = ", ".join(f"{plain(name)} ({n} rows)" for name, n in counts.items() if name != chosen)
+    return chosen, [
+        f"{what}s not read: {others}; to read another one, give its name as the topic"
+    ] if others else []
 
 
 def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:

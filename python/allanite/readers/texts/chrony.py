@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,9 +11,10 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table
-from allanite.readers.texts._lines import spacing_notes
+from allanite.readers.texts._lines import chosen_source, spacing_notes
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from allanite.readers._table import Picker
@@ -46,16 +46,16 @@ def recognizes(head: bytes) -> bool:
     return _kind(head) is not None
 
 
-def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` with the offset of the clock in s as its first column; further columns depend on the kind of log.
 
-    Of several sources, the one with most rows is read, and a note names the others. Rows of ``tracking`` are all read,
-    in order of time. Medians in ``refclocks`` are skipped.
+    Of several sources, the one in `topics` or the one with most rows is read, and a note names the others. Without
+    topics, all rows of ``tracking`` are read, in order of time. Medians in ``refclocks`` are skipped.
 
     Raises
     ------
     InputError
-        A row has too few fields or text instead of a number, or there is no row.
+        A row has too few fields or text instead of a number, there is no row, or no source in `topics`.
     """
     with path.open("rb") as stream:
         kind = _kind(stream.read(8192))
@@ -80,20 +80,17 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             rows.setdefault(cells[2], []).append((moment, values))
     if not rows:
         raise InputError(f"no row in this {kind}.log of chrony")
-    counts = Counter({source: len(found) for source, found in rows.items()})
-    if kind == "tracking":
+    if kind == "tracking" and not topics:
         # All rows are about the local clock, although its source may change.
         found = sorted((row for of in rows.values() for row in of), key=lambda row: row[0])
         notes = ["the offset is the phase of the local clock against its source"]
-        if len(counts) > 1:
-            notes.append(f"the source changes: {plain(', '.join(counts), 200)}")
+        if len(rows) > 1:
+            notes.append(f"the source changes: {plain(', '.join(rows), 200)}")
     else:
-        source = counts.most_common(1)[0][0]
+        counts = {source: len(found) for source, found in rows.items()}
+        source, others = chosen_source(counts, topics, "source")
         found = rows[source]
-        notes = [f"the offset against {plain(source)} is the phase"]
-        others = [f"{plain(name)} ({n} rows)" for name, n in counts.items() if name != source]
-        if others:
-            notes.append(f"sources not read: {', '.join(others)}; cut the file to read one")
+        notes = [f"the offset against {plain(source)} is the phase", *others]
     numbers = np.array([values for _, values in found])
     moments = np.array([row[0] for row in found])
     notes += spacing_notes((moments - moments[0]) / np.timedelta64(1, "s"))
@@ -110,5 +107,6 @@ FORMAT = LogFormat(
     "chrony: tracking, statistics, measurements and refclocks",
     read,
     recognizes=recognizes,
+    has_topics=True,
     reads="the offset as the phase of the clock",
 )

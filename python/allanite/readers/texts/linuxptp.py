@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,9 +11,10 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table
-from allanite.readers.texts._lines import date_times, first_lines, spacing_notes
+from allanite.readers.texts._lines import chosen_source, date_times, first_lines, spacing_notes
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from allanite.readers._table import Picker
@@ -44,18 +44,18 @@ def recognizes(head: bytes) -> bool:
     )
 
 
-def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the offset of a clock in s, its frequency in ppb and the path delay in s (NaN if not logged).
 
-    Of several clocks, the one with most lines is read. Samples before the servo first locks (state s2) are excluded,
-    because the servo steps the clock there. Notes report both.
+    Of several clocks, the one in `topics` or the one with most lines is read. Samples before the servo first locks (state
+    s2) are excluded, because the servo steps the clock there. Notes report both.
 
     Raises
     ------
     InputError
-        No line has an offset, lines have no time, or there are only summaries.
+        No line has an offset, lines have no time, there are only summaries, or no clock in `topics`.
     """
-    rows: dict[tuple[str, str], list[tuple[str, ...]]] = {}
+    rows: dict[str, list[tuple[str, ...]]] = {}
     summaries = 0
     with path.open(encoding="utf-8", errors="replace") as lines:
         for number, line in enumerate(lines, start=1):
@@ -76,7 +76,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             clock = " ".join(between.split())
             numbers = (found[k] for k in ("offset", "state", "freq", "delay"))
             sample = (seconds[1], *(n or "nan" for n in numbers))
-            rows.setdefault((program["program"], clock), []).append(sample)
+            rows.setdefault(f"{program['program']} {clock}".strip(), []).append(sample)
     if not rows and summaries:
         raise InputError(
             f"{summaries} lines with summaries (rms, max), but no offsets: set summary_interval to 0 in ptp4l, or use"
@@ -84,15 +84,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         )
     if not rows:
         raise InputError("no line with an offset in this log of linuxptp")
-    counts = Counter({key: len(samples) for key, samples in rows.items()})
-    chosen = counts.most_common(1)[0][0]
+    counts = {clock: len(samples) for clock, samples in rows.items()}
+    chosen, others = chosen_source(counts, topics, "clock")
     values = np.array(rows[chosen], dtype=np.float64)
-    notes = [f"the offset of {plain(' '.join(chosen).strip())} is the phase"]
-    others = [
-        f"{plain(' '.join(key).strip())} ({n} lines)" for key, n in counts.items() if key != chosen
-    ]
-    if others:
-        notes.append(f"clocks not read: {', '.join(others)}; cut the file to read one")
+    notes = [f"the offset of {plain(chosen)} is the phase", *others]
     locked = values[:, 2] >= LOCKED
     first = int(np.argmax(locked)) if locked.any() else 0
     if first:
@@ -115,5 +110,6 @@ FORMAT = LogFormat(
     "ptp4l, phc2sys, ts2phc",
     read,
     recognizes=recognizes,
+    has_topics=True,
     reads="the offset as the phase of the clock",
 )

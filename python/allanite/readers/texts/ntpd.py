@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,9 +11,16 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table
-from allanite.readers.texts._lines import MJD_OF_1970, date_times, first_lines, spacing_notes
+from allanite.readers.texts._lines import (
+    MJD_OF_1970,
+    chosen_source,
+    date_times,
+    first_lines,
+    spacing_notes,
+)
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from allanite.readers._table import Picker
@@ -40,16 +46,16 @@ def recognizes(head: bytes) -> bool:
     return bool(lines) and any(all(map(form.match, lines)) for form in (_LOOP, _PEER))
 
 
-def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the offset in s, and the frequency in ppm (loopstats) or delay in s (peerstats) of one peer.
 
-    The peer with most rows is read, the first one if equal; a note names the others. The first line decides between the
-    two forms.
+    The peer in `topics` is read, or the one with most rows (the first one if equal). A note names the others. The first
+    line decides between the two forms.
 
     Raises
     ------
     InputError
-        A row has another format.
+        A row has another format, or there is no peer in `topics`.
     """
     rows: dict[str, list[tuple[float, float, float]]] = {}
     with path.open(encoding="utf-8", errors="replace") as lines:
@@ -69,13 +75,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             second_value = float(found["frequency" if form is _LOOP else "delay"])
             peer = "" if form is _LOOP else found["peer"]
             rows.setdefault(peer, []).append((seconds, float(found["offset"]), second_value))
-    counts = Counter({peer: len(samples) for peer, samples in rows.items()})
-    chosen = counts.most_common(1)[0][0]
+    counts = {peer: len(samples) for peer, samples in rows.items()}
+    chosen, others = chosen_source(counts, topics, "peer")
     of = f" of {plain(chosen)}" if chosen else ""
-    notes = [f"the offset{of} is the phase"]
-    others = [f"{plain(peer)} ({n} rows)" for peer, n in counts.items() if peer != chosen]
-    if others:
-        notes.append(f"peers not read: {', '.join(others)}; cut the file to read one")
+    notes = [f"the offset{of} is the phase", *others]
     time, offset, second_values = np.array(rows[chosen]).T
     notes += spacing_notes(time)
     name, unit = ("frequency", "ppm") if form is _LOOP else ("delay", "s")
@@ -92,5 +95,6 @@ FORMAT = LogFormat(
     "ntpd: loopstats and peerstats",
     read,
     recognizes=recognizes,
+    has_topics=True,
     reads="the offset as the phase of the clock",
 )
