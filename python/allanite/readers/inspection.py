@@ -20,7 +20,6 @@ from allanite.readers.columns import (
     layout_from_roles,
     roles_of,
 )
-from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.plausibility import assumed_units, unit_doubts
 from allanite.readers.text import all_numbers
@@ -258,7 +257,7 @@ def inspect(path: Any, **options: Unpack[ReadOptions]) -> Inspection:
     Raises
     ------
     InputError
-        The file cannot be opened as a log at all, or is a table of deviations.
+        The file cannot be opened as a log at all.
 
     Examples
     --------
@@ -273,7 +272,6 @@ def inspect(path: Any, **options: Unpack[ReadOptions]) -> Inspection:
     request = request_of(**options)
     table, seen, damaged = _table_of_numbers(path, request)
     with about(None if is_frame(path) else path):
-        refuse_deviation_table(table)
         _ = request.kinds  # raises an error if the given unit is not valid
     # A log that is refused may still state its rate.
     stated = table.rate if request.rate is None else request.rate

@@ -377,8 +377,7 @@ def test_a_table_of_deviations_is_no_log(log, tau, header):
     rows = [f"{t:.6g},{a:.6g},{3 * a:.6g}" for t, a in zip(tau, sigma, strict=True)]
     with pytest.raises(InputError, match=r"a table of deviations .*, not a log of samples"):
         al.read(log([*([header] if header else []), *rows]))
-    with pytest.raises(InputError, match=r"a table of deviations .* allanite export, unit="):
-        al.inspect(log(rows))
+    assert "a table of deviations" in al.inspect(log(rows)).problem
 
 
 def test_a_log_that_decays_is_no_table_of_deviations(log):
