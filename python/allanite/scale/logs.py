@@ -137,7 +137,7 @@ def rows_of(
     from allanite.axes.turn_on import column_means
     from allanite.readers import read
     from allanite.readers.plausibility import checked
-    from allanite.study import improve
+    from allanite.scale.one_of_a_kind import study_of_kinds
 
     began = perf_counter()
     head = {"file": plain(path), "content": "", "column": "", "status": "done", "remarks": ""}
@@ -154,7 +154,7 @@ def rows_of(
         row |= {"rate_hz": column.rate, "duration_s": column.duration}
         row |= {"temperatures": json.dumps(column_means(column))}
         try:
-            numbers = _study_columns(improve(column, model))
+            numbers = _study_columns(study_of_kinds(column, model))
         except MemoryError:
             raise
         except Exception as error:
@@ -193,7 +193,7 @@ def _study_columns(study: Study) -> dict[str, Any]:
                 numbers[key] = [float(value), low, high, value.std_error]
     mean = float(np.nanmean(np.asarray(fit.recording.rate_samples(), dtype=np.float64)))
     numbers["mean"] = [mean, None, None, None]
-    effects = {}
+    effects: dict[str, float] = {}
     for rung in study.ladder[1:]:
         added = rung.added
         if added is None or added.kind not in {e.kind for e in fit.model}:
@@ -202,7 +202,8 @@ def _study_columns(study: Study) -> dict[str, Any]:
         p = max(rung.trials or MIN_TRIALS, MIN_TRIALS) * float(
             chdtrc(free, max(2.0 * (rung.risen or 0.0), 0.0))
         )
-        effects[added.kind] = min(1.0, p)
+        # Several effects of a kind, such as the lines of a comb, count as one: the clearest.
+        effects[added.kind] = min(1.0, p, effects.get(added.kind, 1.0))
     return {
         "model": fit.model.name,
         "verdict": study.verdict,

@@ -63,7 +63,12 @@ class Search:
     def run(self) -> str:
         """Add steps to `ladder` until the search ends; return the text of the reason, as in `Study.stopped_because`."""
         while True:
-            check = self._check_of_last_fit()
+            try:
+                # The first check has no limit, because a study needs one.
+                with with_deadline(self.deadline if self.check else None, self.clock):
+                    check = self._check_of_last_fit()
+            except TimeoutError:
+                return "time"
             stop = self._stop_reason(check)
             found = None
             try:

@@ -20,6 +20,7 @@ from allanite.scale import run_fleet
 from allanite.scale.bets import Bets, capital_share
 from allanite.scale.journal import JOURNAL
 from allanite.scale.logs import _study_columns
+from allanite.scale.one_of_a_kind import _SearchOfKinds, study_of_kinds
 from allanite.scale.power_bets import ClippedPower, PowerBets
 from allanite.scale.watch import DEFAULT_TOLERANCE, SEGMENT, Watch
 from allanite.study import Rung, Study
@@ -239,6 +240,35 @@ def test_an_effect_of_a_wide_search_must_be_as_much_clearer():
     )
     assert few < 1e-6
     assert many == pytest.approx(1e7 * few)
+
+
+def test_the_clearest_of_several_effects_of_a_kind_counts():
+    fit = al.parse_model("N").fit(
+        al.parse_model("N(N=1)").simulate(rate=10.0, duration=60.0, seed=1)
+    )
+    rungs = [Rung(fit, fit.model.effects[0], risen=risen) for risen in (40.0, 8.0)]
+
+    def effect(*steps):
+        """P-value of the effect in the row of a study."""
+        study = Study(fit.recording, (Rung(fit), *steps), fit.check(), "adequate")
+        return json.loads(_study_columns(study)["effects"])["angle_random_walk"]
+
+    assert effect(*rungs) == effect(rungs[0]) < 1e-9 < effect(rungs[1])
+
+
+def test_a_fleet_adds_the_lines_of_one_check():
+    lines = "SIN(f=1.3,A=0.03,phase=1)+SIN(f=3.1,A=0.03,phase=2)"
+    log = al.parse_model(f"N(N=0.01)+{lines}").simulate(rate=20.0, duration=400.0, seed=1)
+    study = study_of_kinds(log, "N")
+    assert [effect.short for effect in study.fit.model] == ["N", "SIN", "SIN"]
+    assert study.adequate
+    # A later check finds the second line; its kind is known.
+    search = _SearchOfKinds([Rung(al.fit_model(log, "N+SIN(f=1.3)"))], 8, None, np.inf)
+    check = search._check_of_last_fit()
+    assert check.significant == ()
+    assert [s.effect.short for s in search.check.significant] == ["SIN"]
+    assert search._stop_reason(check) is None
+    assert not search.study(search.run()).adequate
 
 
 def test_the_spread_of_records_is_not_that_of_units():
