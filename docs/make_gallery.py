@@ -101,7 +101,8 @@ def anchor(title: str) -> str:
 def section(record: Record, path: Path) -> str:
     """Everything about one recording."""
     recording = al.read(path, column=record.column).called(record.file)
-    study = al.improve(recording, record.model)
+    # The time limit would make results depend on the load of the machine.
+    study = al.improve(recording, record.model, time=3600.0)
     first = study.check if len(study.ladder) == 1 else study.ladder[0].fit.check()
     first_png, ladder_png = f"{record.name}-first.png", f"{record.name}-ladder.png"
     picture(plot_check(first), FOLDER / first_png)
@@ -173,11 +174,7 @@ def left(study: al.Study) -> str:
     if study.adequate:
         return "Nothing significant is left."
     sentences = study.check.left
-    why = {
-        "nothing helps": "no further effect of the catalog lowers the error",
-        "limit": "the search reached its limit of steps",
-    }.get(study.stopped_because, study.stopped_because)
-    text = f"Left unexplained ({why})"
+    text = f"Left unexplained ({study.ending})"
     if not sentences:
         return f"{text}: the model is improbable as a whole, yet no single range stands out."
     return f"{text}:\n\n{bullets([with_readable_numbers(s) for s in sentences])}"

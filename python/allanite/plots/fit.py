@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.common.numbers import number, p_text, time_scale
-from allanite.effects import Deterministic, Periodic
+from allanite.effects import Deterministic
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.plots.curves import (
     allan_panels,
@@ -97,7 +97,8 @@ def _cause_panels(check: Check) -> tuple[Panel, ...]:
     """
     fit, worst = check.fit, check.where.worst_time
     missing = (s.effect for s in check.significant)
-    slow = (e for e in missing if isinstance(e, Deterministic) and not isinstance(e, Periodic))
+    # A line with thousands of periods would fill the panel.
+    slow = (e for e in missing if isinstance(e, Deterministic) and e.occupies is None)
     effect = next(slow, None)
     if (effect is None and worst is None) or not has_all_ordinates(fit.data):
         return ()

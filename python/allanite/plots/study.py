@@ -204,10 +204,15 @@ def _density_panel(study: Study, column: int) -> Panel:
             at = multiple * (effect.frequency or 0.0)
             peak = 0.5 * amplitude**2 * last.data.duration
             marks.append(Line(np.array([at, at]), np.array([panel.y.low, peak]), "c1", "", 2.2))
-    # The measured ordinates are above the lines of the model, which would hide them.
+    # The measured ordinates are above the lines of the model, which would hide them. The points are those of the last
+    # model, without its known functions of time, and hollow with them.
     marks += [m for m in panel.find(Line) if m.label == SINGLE]
-    marks += [m for m in panel.find(Points) if m.color == "measured"]
-    return replace(panel, marks=tuple(marks), row=1, show_x=True)
+    marks += after.find(Points)
+    low, high = min(panel.y.low, after.y.low), max(panel.y.high, after.y.high)
+    y = replace(
+        log_axis(panel.y.label, np.array([low, high]), margin=1.0), quantity=panel.y.quantity
+    )
+    return replace(panel, y=y, marks=tuple(marks), row=1, show_x=True)
 
 
 def _ending(study: Any) -> str:

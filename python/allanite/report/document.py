@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -55,28 +55,23 @@ class Entry:
         ``adev`` is the document of ``adev --json``, ``check`` that of the first model, ``improve`` that of the stepwise
         model building, and ``fit`` that of the last model. ``left`` holds the findings of the last check.
         """
-        shown = self.to_shown_dict()
-        for name, check in (("check", self.first), ("left", self.study.check)):
-            shown[name] = {**shown[name], "suggestions": [s.to_dict() for s in check.suggestions]}
+        shown, last = self.to_shown_dict(), self.study.check
+        shown["check"] = _without_shared_fields(self.first.to_dict())
+        shown["fit"] = _without_shared_fields(self.study.fit.to_dict())
+        shown["left"]["suggestions"] = [s.to_dict() for s in last.suggestions]
         return shown
 
     def to_shown_dict(self) -> dict[str, Any]:
-        """Dict as from `to_dict`, without the suggestions, whose estimates take long to compute."""
+        """Dict as from `to_dict` without suggestions and alternatives of effects, which take long to compute."""
         last = self.study.check
-        check = replace(self.first, suggestions=()).to_dict()
-        verdict = self.first.verdict
         return {
             "schema": "allanite/report/1",
             "version": _kernels.version(),
             "recording": self.recording.describe(),
             "adev": self.deviation.to_dict(),
-            "check": {
-                **_without_shared_fields(check),
-                "adequate": verdict == "adequate",
-                "verdict": verdict,
-            },
+            "check": self.first.fit.body(searched=False),
             "improve": _without_shared_fields(self.study.to_dict()),
-            "fit": _without_shared_fields(self.study.fit.to_dict()),
+            "fit": self.study.fit.body(searched=False),
             "left": {
                 "adequate": last.verdict == "adequate",
                 "where": last.where.to_dict(),

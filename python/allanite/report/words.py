@@ -144,12 +144,10 @@ def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:
             return "good", f"{start} describes this record; {_why_nothing_was_added(study)}."
         if study.verdict == "within tolerance":
             return "good", f"{start} describes this record {study.ending}."
+        why = _early_end(study) or "no effect of the catalog improves the model"
         return (
             "bad",
-            (
-                f"{start} does not describe this record, and no effect of the catalog improves the model. "
-                "The unexplained misfit is listed below."
-            ),
+            f"{start} does not describe this record, and {why}. The unexplained misfit is listed below.",
         )
     # An effect may be missing although no averaging time, frequency or time stands out.
     fails = f"{start} does not describe this record"
@@ -162,7 +160,18 @@ def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:
         return "good", f"{words} No significant misfit remains."
     if study.verdict == "within tolerance":
         return "good", f"{words} The model is {study.ending}."
-    return "bad", f"{words} A misfit remains that no effect of the catalog explains."
+    why = _early_end(study)
+    remains = (
+        f"A misfit remains: {why}"
+        if why
+        else "A misfit remains that no effect of the catalog explains"
+    )
+    return "bad", f"{words} {remains}."
+
+
+def _early_end(study: Any) -> str:
+    """Clause that says why the search ended before all effects were examined; empty if it did not."""
+    return study.ending if study.stopped_because in ("limit", "time", "interrupted") else ""
 
 
 def _sentences_on(added: list[str]) -> str:

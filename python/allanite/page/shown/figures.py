@@ -12,7 +12,7 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import duration_text, number, p_text
 from allanite.common.units import parse_unit
 from allanite.comparison import limit_line
-from allanite.effects import Deterministic, Periodic
+from allanite.effects import Deterministic
 from allanite.effects.sheet_units import figure_unit, requested_units
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.page.edits import chosen_units
@@ -224,9 +224,7 @@ def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
     span, out = tab.work.part
     begin = 0.0 if span is None else span[0]
     shifted = [(a - begin, b - begin) for a, b in out]
-    known = (
-        [] if fit is None else [e for e in fit.model.deterministic if not isinstance(e, Periodic)]
-    )
+    known = [] if fit is None else [e for e in fit.model.deterministic if e.occupies is None]
     check = None if step is None or tab.preview is not None else step.check
     known += [
         s.effect
