@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.documents import fields_dict
 from allanite.deviation import oadev
 from allanite.recording import Recording
 from allanite.recording.axis_names import axis_letter
@@ -45,12 +46,7 @@ class Averaged:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: columns, weights, tau_s and gain."""
-        return {
-            "columns": list(self.columns),
-            "weights": list(self.weights),
-            "tau_s": list(self.tau),
-            "gain": list(self.gain),
-        }
+        return fields_dict(self, tau="tau_s")
 
     def __str__(self) -> str:
         weights = ", ".join(f"{w:.2f}" for w in self.weights)

@@ -15,6 +15,7 @@ from allanite.axes.lines import CommonEvent, CommonLine, common_events, common_l
 from allanite.axes.shared import SharedNoise, shared_noise
 from allanite.axes.triads import NAMES, columns_by_sensor
 from allanite.axes.twin import samples_of, twin
+from allanite.common.documents import fields_dict, plain_value
 from allanite.common.errors import CALL
 from allanite.common.files import whole_file
 from allanite.common.threads import results_or_raise, side_by_side
@@ -56,12 +57,7 @@ class Sensor:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: sensor, columns, form and cross_spectra."""
-        return {
-            "sensor": self.name,
-            "columns": list(self.columns),
-            "form": None if self.form is None else self.form.to_dict(),
-            "cross_spectra": [c.to_dict() for c in self.cross],
-        }
+        return fields_dict(self, name="sensor", cross="cross_spectra")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,13 +85,7 @@ class Common:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON (entry ``common``): sensors, lines, events, cross_spectra and shared_noise."""
-        return {
-            "sensors": [s.to_dict() for s in self.sensors],
-            "lines": [line.to_dict() for line in self.lines],
-            "events": [event.to_dict() for event in self.events],
-            "cross_spectra": [c.to_dict() for c in self.cross],
-            "shared_noise": [one.to_dict() for one in self.shared],
-        }
+        return fields_dict(self, cross="cross_spectra", shared="shared_noise")
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,18 +153,15 @@ class Characterization:
 
         The entries ``working``, ``turn_on`` and ``averages`` are only there if they have content.
         """
-        working = {name: state.to_dict() for name, state in self.working.items()}
-        turn_on = {name: bias.to_dict() for name, bias in self.turn_on.items()}
+        optional = {"working": self.working, "turn_on": self.turn_on, "averages": self.averages}
         return {
             "schema": "allanite/characterize/1",
             "version": _kernels.version(),
-            "columns": [study.to_dict() for study in self.studies.values()],
-            **({"working": working} if working else {}),
-            **({"turn_on": turn_on} if turn_on else {}),
+            "columns": plain_value(list(self.studies.values())),
             "samples": {name: samples_of(study) for name, study in self.studies.items()},
             "failed": dict(self.failed),
             "common": self.common.to_dict(),
-            **({"averages": [a.to_dict() for a in self.averages]} if self.averages else {}),
+            **{key: plain_value(value) for key, value in optional.items() if value},
         }
 
     def save(self, path: str | Path) -> None:

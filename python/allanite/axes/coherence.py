@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.documents import fields_dict
 from allanite.common.parameters import NORMAL
 from allanite.common.threads import results_or_raise, side_by_side
 from allanite.fit.likelihood.stop_band import is_mostly_empty
@@ -65,17 +66,7 @@ class CrossBand:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: low_hz, high_hz, coherence, chance, phase_rad, correlation, interval, p_value and significant."""
-        return {
-            "low_hz": self.low,
-            "high_hz": self.high,
-            "coherence": self.coherence,
-            "chance": self.chance,
-            "phase_rad": self.phase,
-            "correlation": self.correlation,
-            "interval": list(self.interval),
-            "p_value": self.p_value,
-            "significant": self.significant,
-        }
+        return fields_dict(self, low="low_hz", high="high_hz", phase="phase_rad")
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +83,7 @@ class CrossSpectrum:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: columns and bands."""
-        return {"columns": list(self.columns), "bands": [b.to_dict() for b in self.bands]}
+        return fields_dict(self)
 
 
 def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:

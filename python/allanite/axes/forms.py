@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.documents import plain_value
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import conversion
@@ -84,11 +85,8 @@ class Form:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: model, agree and parameters."""
-        return {
-            "model": self.model,
-            "agree": self.agree,
-            "parameters": [n.to_dict() for n in self.numbers],
-        }
+        form = {"model": self.model, "agree": self.agree}
+        return form | {"parameters": plain_value(self.numbers)}
 
 
 def common_form(fits: Mapping[str, Fit]) -> Form | None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.documents import fields_dict
 from allanite.common.parameters import Estimate
 from allanite.effects import Away, Deterministic, Modifier, Moving, Stochastic
 from allanite.fit.solution import Regressed
@@ -43,13 +44,7 @@ class CommonLine:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: frequency_hz, std_error_hz, columns, kinds and p_value."""
-        return {
-            "frequency_hz": self.frequency,
-            "std_error_hz": self.std_error,
-            "columns": list(self.columns),
-            "kinds": list(self.kinds),
-            "p_value": self.p_value,
-        }
+        return fields_dict(self, frequency="frequency_hz", std_error="std_error_hz")
 
     def __str__(self) -> str:
         what = " or ".join(dict.fromkeys(kind.replace("_", " ") for kind in self.kinds))
@@ -75,12 +70,7 @@ class CommonEvent:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: time_s, std_error_s, columns and kinds."""
-        return {
-            "time_s": self.time,
-            "std_error_s": self.std_error,
-            "columns": list(self.columns),
-            "kinds": list(self.kinds),
-        }
+        return fields_dict(self, time="time_s", std_error="std_error_s")
 
     def __str__(self) -> str:
         what = " or ".join(dict.fromkeys(kind.replace("_", " ") for kind in self.kinds))

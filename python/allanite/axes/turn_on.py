@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.documents import fields_dict
 from allanite.common.numbers import number
 from allanite.common.printing import printed
 
@@ -69,20 +70,10 @@ class TurnOn:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: logs, mean, sigma, interval, temperature (None without one) and unit."""
-        return {
-            "logs": self.logs,
-            "mean": self.mean,
-            "sigma": self.sigma,
-            "interval": list(self.interval),
-            "temperature": None
-            if not self.column
-            else {
-                "column": self.column,
-                "share": self.share,
-                "residual": self.residual,
-                "slope": self.slope,
-            },
-            "unit": self.unit,
+        names = ("column", "share", "residual", "slope")
+        temperature = {name: getattr(self, name) for name in names}
+        return fields_dict(self, **dict.fromkeys(names, "")) | {
+            "temperature": temperature if self.column else None
         }
 
 

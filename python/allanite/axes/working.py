@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import number
 from allanite.common.units import parse_unit
@@ -159,20 +160,14 @@ class Working:
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: source, N, level, broad_hz, lines, bands, motion, model, effects and notes."""
         return {
-            "source": self.source,
+            **fields_dict(self, broad="broad_hz", interval="", rate="", unit=""),
             "N": {"value": self.N, "interval": list(self.interval)},
-            "level": self.level,
-            "broad_hz": self.broad,
-            "lines": [
-                {"frequency_hz": one.frequency, "rms": one.rms, "multiple": one.multiple}
-                for one in self.lines
-            ],
+            "lines": [fields_dict(line, frequency="frequency_hz", base="") for line in self.lines],
             "bands": [{"low_hz": a, "high_hz": b, "rms": rms} for a, b, rms in self.bands],
-            "motion": None
-            if not self.motion[0]
-            else {"below_hz": self.motion[0], "rms": self.motion[1]},
+            "motion": {"below_hz": self.motion[0], "rms": self.motion[1]}
+            if self.motion[0]
+            else None,
             "model": self.model.name,
-            "effects": list(self.effects),
             "notes": [f"working state, from {self.source}:", *self.reasons],
         }
 

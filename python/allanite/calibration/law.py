@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.calibration.forms import law_of, with_near_best_evidence
+from allanite.common.documents import fields_dict, plain_value
 from allanite.common.numbers import number, value_and_interval_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
@@ -44,11 +45,7 @@ class NoiseLaw:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: percent_per_degree, interval and detected."""
-        return {
-            "percent_per_degree": self.percent,
-            "interval": list(self.interval),
-            "detected": self.detected,
-        }
+        return fields_dict(self, percent="percent_per_degree")
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,12 +74,8 @@ class Loop:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: value, interval, detected and range_celsius."""
-        return {
-            "value": self.value,
-            "interval": list(self.interval),
-            "detected": self.detected,
-            "range_celsius": [self.low, self.high],
-        }
+        limits = {"detected": self.detected, "range_celsius": [self.low, self.high]}
+        return fields_dict(self, low="", high="") | limits
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,11 +95,7 @@ class Remainder:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: lists tau_s, before and after."""
-        return {
-            "tau_s": self.tau.tolist(),
-            "before": self.before.tolist(),
-            "after": self.after.tolist(),
-        }
+        return fields_dict(self, tau="tau_s")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -287,15 +276,13 @@ class AxisLaw:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON with all results of the axis; ``noise_over_temperature`` and ``hysteresis`` may be None."""
-        curve, low_high = self.curve, self.range
-        temperature = self.runs.temperature
-        measured = _binned_means(self)
+        curve = self.curve
         return {
             "column": self.name,
             "unit": self.unit,
             "thermometer": self.runs.column,
             "thermometer_step_celsius": self.runs.step,
-            "range_celsius": list(low_high),
+            "range_celsius": list(self.range),
             "runs": len(self.offsets),
             "headline": self.headline,
             "law": {
@@ -305,21 +292,18 @@ class AxisLaw:
                 "detected": bool(law_of(self.fit)),
                 "reference_celsius": curve.reference,
                 "coefficients": curve.coefficients.tolist(),
-                "numbers": {k: v.to_dict() for k, v in self.numbers.items()},
+                "numbers": plain_value(self.numbers),
                 "offsets": list(self.offsets),
                 "alternatives": [form.name for form in self.alternatives],
                 "model": str(self.fit.model),
             },
-            "curve": {
-                "temperature_celsius": curve.temperature.tolist(),
-                "bias": curve.bias.tolist(),
-                "low": curve.low.tolist(),
-                "high": curve.high.tolist(),
-            },
-            "measured": measured,
-            "noise": {name: value.to_dict() for name, value in self.random.items()},
-            "noise_over_temperature": None if self.noise is None else self.noise.to_dict(),
-            "hysteresis": None if self.loop is None else self.loop.to_dict(),
+            "curve": fields_dict(
+                curve, temperature="temperature_celsius", reference="", coefficients="", loop=""
+            ),
+            "measured": _binned_means(self),
+            "noise": plain_value(self.random),
+            "noise_over_temperature": plain_value(self.noise),
+            "hysteresis": plain_value(self.loop),
             "tried": [
                 {
                     "name": one.form.name,
@@ -329,9 +313,9 @@ class AxisLaw:
                 for one in self.tried
             ],
             "remainder": self.remainder.to_dict(),
-            "growth_before": [g.to_dict() for g in self.growth_before],
-            "growth_after": [g.to_dict() for g in self.growth_after],
-            "mean_temperature_celsius": float(temperature.mean()),
+            "growth_before": plain_value(self.growth_before),
+            "growth_after": plain_value(self.growth_after),
+            "mean_temperature_celsius": float(self.runs.temperature.mean()),
         }
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.combination.correlation import allan_covariance, correlations
 from allanite.combination.deviating import MIN_UNITS, deviating_units
+from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.common.printing import printed
@@ -163,20 +164,11 @@ class Combination:
         return {
             "schema": "allanite/combine/1",
             "version": _kernels.version(),
-            "unit": self.unit,
-            "rate_hz": self.rate,
             "headline": self.headline,
-            "units": list(self.labels),
-            "weights": self.weights.tolist(),
-            "tau_s": self.tau.tolist(),
-            "single": self.single.tolist(),
-            "equal": self.equal.tolist(),
-            "combined": self.combined.tolist(),
-            "best": self.best.tolist(),
-            "best_weights": self.best_weights.tolist(),
+            "rate_hz": self.rate,
+            **fields_dict(self, labels="units", tau="tau_s", fits=""),
             "best_unit": self.labels[self.best_unit],
             "gain": self.gain.tolist(),
-            "measured": None if self.measured is None else self.measured.tolist(),
             "shared": [
                 {
                     "units": [self.labels[k] for k in one.pair],
@@ -185,14 +177,8 @@ class Combination:
                 }
                 for one in self.shared
             ],
-            "deviating": [one.to_dict() for one in self.deviating],
             "model": str(self.model),
-            "state_space": {
-                "F": space.F.tolist(),
-                "Q": space.Q.tolist(),
-                "H": np.atleast_2d(space.H).tolist(),
-                "R": np.atleast_2d(space.R).tolist(),
-            },
+            "state_space": {name: getattr(space, name).tolist() for name in "FQHR"},
         }
 
     def __str__(self) -> str:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.documents import fields_dict
 from allanite.fit.likelihood.expected import column
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ class DeviatingUnit:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON with the five attributes."""
-        return asdict(self)
+        return fields_dict(self)
 
 
 def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[DeviatingUnit, ...]:

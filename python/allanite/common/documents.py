@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.memory import bytes_text
@@ -91,6 +95,31 @@ def invalid_as_input_error(otherwise: str) -> Iterator[None]:
         ValueError,
     ) as error:
         raise InputError(f"{otherwise} ({type(error).__name__}: {plain(error, 120)})") from None
+
+
+def fields_dict(record: Any, **keys: str) -> dict[str, Any]:
+    """Dict for JSON of the fields of a dataclass, as `plain_value` converts them.
+
+    Parameters
+    ----------
+    record : dataclass
+        The result.
+    **keys : str
+        Key of a field in the dict, if it is not the name of the field; an empty key leaves the field out.
+    """
+    named = {keys.get(f.name, f.name): f.name for f in fields(record)}
+    return {key: plain_value(getattr(record, name)) for key, name in named.items() if key}
+
+
+def plain_value(value: Any) -> Any:
+    """Value for JSON: a result as its `to_dict`, an array or tuple as a list, a mapping as a dict; others unchanged."""
+    if hasattr(value, "to_dict"):
+        return value.to_dict()
+    if isinstance(value, Mapping):
+        return {key: plain_value(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain_value(item) for item in value]
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def jsonable(value: Any, figures: int | None = None) -> Any:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError
 from allanite.common.numbers import duration_text, number
 from allanite.common.printing import printed
@@ -120,23 +121,22 @@ class Power:
         """Dict for JSON, schema ``allanite/power/1``; an infinite standard error becomes None."""
         from allanite.effects.files import model_to_dict
 
+        def known(value: float, error: float) -> float | None:
+            """The value, or None if the standard error is not finite."""
+            return value if np.isfinite(error) else None
+
         return {
             "schema": "allanite/power/1",
             "version": _kernels.version(),
+            **fields_dict(self, duration="duration_s", rate="rate_hz", unit=""),
             "model": str(self.model),
             "effects": model_to_dict(self.model)["effects"],
             "effect": None if self.effect is None else self.effect.kind,
-            "duration_s": self.duration,
-            "rate_hz": self.rate,
-            "delta_log_likelihood": self.delta_log_likelihood,
-            "spread": self.spread,
-            "needed": self.needed,
-            "probability": self.probability,
             "standard_errors": {
                 name: {
                     "value": self.value(name),
-                    "std_error": error if np.isfinite(error) else None,
-                    "relative": self.relative(name) if np.isfinite(error) else None,
+                    "std_error": known(error, error),
+                    "relative": known(self.relative(name), error),
                 }
                 for name, error in self.standard_errors.items()
             },

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from allanite.common.documents import fields_dict
+
 #: Sources of a fact about a column, the most certain one first.
 SOURCES = ("header", "file", "option", "guess")
 
@@ -52,14 +54,4 @@ class LogColumn:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON with all attributes; `source` has the key ``from``."""
-        return {
-            "name": self.name,
-            "role": self.role,
-            "used": self.used,
-            "unit": self.unit,
-            "scale": self.scale,
-            "rate": self.rate,
-            "from": self.source,
-            "sources": dict(self.sources),
-            "reason": self.reason,
-        }
+        return fields_dict(self) | {"from": self.source}

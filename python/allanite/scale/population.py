@@ -6,7 +6,7 @@ import io
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.axes.turn_on import TurnOn, turn_on_bias
-from allanite.common.documents import MAX_DOCUMENT_BYTES, invalid_as_input_error, text_of
+from allanite.common.documents import (
+    MAX_DOCUMENT_BYTES,
+    fields_dict,
+    invalid_as_input_error,
+    text_of,
+)
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.isolation import call_isolated
 from allanite.common.showing import brief
@@ -68,7 +73,7 @@ class Population:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: all attributes by name."""
-        return asdict(self)
+        return fields_dict(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +99,7 @@ class Deviating:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: all attributes by name."""
-        return asdict(self)
+        return fields_dict(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,15 +167,7 @@ class Fleet:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/fleet/1``: files, axes, population, deviating, failed and turn_on."""
-        return {
-            "schema": "allanite/fleet/1",
-            "files": self.files,
-            "axes": self.axes,
-            "population": [one.to_dict() for one in self.population],
-            "deviating": [one.to_dict() for one in self.deviating],
-            "failed": self.failed,
-            "turn_on": {name: bias.to_dict() for name, bias in self.biases.items()},
-        }
+        return {"schema": "allanite/fleet/1"} | fields_dict(self, biases="turn_on")
 
     def __str__(self) -> str:
         lines = [f"{self.files} logs, {self.axes} axes, {len(self.failed)} failed", ""]

@@ -11,14 +11,14 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.documents import invalid_as_input_error, json_of
+from allanite.common.documents import fields_dict, invalid_as_input_error, json_of
 from allanite.common.errors import InputError, about
 from allanite.common.files import whole_file
 from allanite.common.validation import positive_rate
@@ -73,7 +73,7 @@ class Alarm:
 
     def to_dict(self) -> dict[str, float]:
         """Dict for JSON: all attributes by name."""
-        return asdict(self)
+        return fields_dict(self)
 
     def __str__(self) -> str:
         return (

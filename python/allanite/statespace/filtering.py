@@ -146,6 +146,8 @@ class Innovations:
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/innovations/1``."""
         by_tau = self.by_tau
+        columns = (x.tolist() for x in (by_tau.tau, by_tau.nis, by_tau.low, by_tau.high))
+        keys = ("tau_s", "nis", "low", "high")
         return {
             "schema": "allanite/innovations/1",
             "recording": self.recording.describe(),
@@ -155,13 +157,7 @@ class Innovations:
             "mean_nis": self.mean_nis,
             "coverage_95": self.coverage,
             "whiteness_p_value": self.whiteness,
-            "nis": [
-                {"tau_s": t, "nis": v, "low": lo, "high": hi}
-                for t, v, lo, hi in zip(
-                    *(x.tolist() for x in (by_tau.tau, by_tau.nis, by_tau.low, by_tau.high)),
-                    strict=True,
-                )
-            ],
+            "nis": [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)],
         }
 
     def __str__(self) -> str:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import number
 from allanite.common.units import parse_unit
@@ -135,15 +136,7 @@ class Growth:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: quantity, unit, aided_s, tau_s, sigma, budget by effect, and left_out."""
-        return {
-            "quantity": self.quantity,
-            "unit": self.unit,
-            "aided_s": self.aided,
-            "tau_s": self.tau.tolist(),
-            "sigma": self.total.tolist(),
-            "budget": {k: v.tolist() for k, v in self.budget.items()},
-            "left_out": list(self.left_out),
-        }
+        return fields_dict(self, aided="aided_s", tau="tau_s", total="sigma", following="")
 
 
 @dataclass(frozen=True, eq=False)

@@ -180,16 +180,14 @@ class StateSpace:
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/state_space/1``: the matrices by rows, and the effect of each state."""
         cost = self.cost
+        matrices = {
+            name: getattr(self, name).tolist() for name in ("F", "Q", "H", "R", "P0", "diffuse")
+        }
         return {
             "schema": "allanite/state_space/1",
             "rate_hz": self.rate,
             "states": list(self.labels),
-            "F": self.F.tolist(),
-            "Q": self.Q.tolist(),
-            "H": self.H.tolist(),
-            "R": self.R.tolist(),
-            "P0": self.P0.tolist(),
-            "diffuse": self.diffuse.tolist(),
+            **matrices,
             "known": [e.kind for e in self.known],
             "cost": {
                 "allan_error_percent": 100.0 * cost.allan_error,

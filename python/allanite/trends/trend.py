@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite import _kernels
+from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import YEAR, duration_text
 from allanite.common.parameters import Estimate
@@ -184,41 +185,18 @@ class Trend:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON with the results of this column: rate, offset, steps, waves, noise, residual and more."""
-        return {
-            "column": self.column,
-            "unit": self.unit,
-            "per": self.per,
-            "n": self.n,
-            "missing": self.missing,
-            "duration_s": self.duration,
-            "uneven": self.uneven,
-            "epoch_s": self.epoch,
-            "rate": self.rate.to_dict(),
-            "offset": self.offset.to_dict(),
-            "steps": [
-                {"time_s": s.time, "date": s.date, "found": s.found, "height": s.height.to_dict()}
-                for s in self.steps
-            ],
-            "waves": [
-                {
-                    "period_s": w.period,
-                    "amplitude": w.amplitude.to_dict(),
-                    "cosine": w.cosine.to_dict(),
-                    "sine": w.sine.to_dict(),
-                }
-                for w in self.waves
-            ],
-            "origin": self.origin,
+        hidden = dict.fromkeys(("_series", "_fitted", "_functions", "parts", "candidates"), "")
+        keys = ("name", "size", "unit")
+        return fields_dict(self, duration="duration_s", epoch="epoch_s", **hidden) | {
+            "steps": [fields_dict(step, time="time_s") for step in self.steps],
+            "waves": [fields_dict(wave, period="period_s") for wave in self.waves],
             "noise": {
                 "model": str(self.noise),
-                "parts": [
-                    {"name": name, "size": size, "unit": unit} for name, size, unit in self.parts
-                ],
+                "parts": [dict(zip(keys, part, strict=True)) for part in self.parts],
                 "candidates": [
                     {"model": name, "log_evidence": value} for name, value in self.candidates
                 ],
             },
-            "residual": self.residual,
             "longer": [
                 {"duration_s": duration, "std_error": error} for duration, error in self.longer
             ],
