@@ -1,21 +1,22 @@
-"""Read MATLAB files: up to version 7.2 with `_mat5`, version 7.3 (HDF5) with h5py."""
+"""Read MATLAB files: up to version 7.2 with SciPy, version 7.3 (HDF5) with h5py."""
 
 from __future__ import annotations
 
-import struct
+import math
+import warnings
 from collections import Counter
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.memory import bytes_text, require_memory
+from allanite.common.memory import require_memory
 from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._table import Table, columns_of
 from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
-from allanite.readers.arrays._mat5 import arrays
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -36,6 +37,10 @@ RATES = (
     "f_s",
     "sampling_frequency",
 )
+#: Bytes of a number of each class of MATLAB.
+_BYTES = {"double": 8, "single": 4, "logical": 1} | {
+    f"{sign}int{bits}": bits // 8 for sign in ("", "u") for bits in (8, 16, 32, 64)
+}
 
 
 def read(path: Path, pick: Picker) -> Table:
@@ -53,7 +58,7 @@ def read(path: Path, pick: Picker) -> Table:
         begin = stream.read(1024)
     if begin.lstrip()[:1].isdigit() or begin.lstrip()[:1] in (b"-", b"+"):
         return text.read(path, pick)  # written by save -ascii
-    return read_v73(path, pick) if _is_hdf5(path) else assemble(dict(_arrays_up_to_v72(path)))
+    return read_v73(path, pick) if _is_hdf5(path) else read_up_to_v72(path, pick)
 
 
 def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> Table:
@@ -117,27 +122,43 @@ def _is_hdf5(path: Path) -> bool:
     return head.startswith(b"\x89HDF") or head[512:516] == b"\x89HDF"
 
 
-def _arrays_up_to_v72(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Yield (name, array) for each numeric array in a file up to version 7.2 whose name does not begin with ``__``.
+@isolated("the MATLAB reader of SciPy", SECONDS_PER_MEGABYTE, ["scipy.io"])
+def read_up_to_v72(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+    """`Table` of the arrays in a file of version 4 to 7.2, also in structures, as `assemble` makes it.
 
-    Raises `InputError` if the file is damaged or needs more memory than the budget.
+    Complex and sparse arrays, texts, cells and arrays of structures are left out. Raises `InputError` for a damaged file.
     """
-    size = path.stat().st_size
-    require_memory(2.0 * size, f"a file of {bytes_text(size)}")
-    try:
-        # A file that became shorter in the meantime counts as damaged.
-        found, unpacked = [], 0
-        for name, a in arrays(path.read_bytes()):
-            unpacked += a.nbytes
-            # `arrays` checks each array before it is unpacked; here all arrays together are checked.
-            require_memory(size + unpacked, "the unpacked file")
-            if not name.startswith("__"):
-                found.append((name, a))
-    except (ValueError, struct.error) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"damaged or not a MATLAB file ({error})") from None
-    yield from found
+    from scipy.io import loadmat, whosmat
+
+    with refused_as("a MATLAB file"):
+        sizes = [math.prod(shape) * _BYTES.get(kind, 0) for _, shape, kind in whosmat(path)]
+        require_memory(sum(sizes), "the unpacked file")
+        load = partial(loadmat, path, squeeze_me=True, struct_as_record=False)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", np.exceptions.ComplexWarning)
+                content = load(mat_dtype=True)
+        except np.exceptions.ComplexWarning:
+            # With MATLAB's types, SciPy makes complex arrays real; without them, doubles may be stored as integers.
+            content = load(mat_dtype=False)
+        found = {
+            name: array
+            for key, value in content.items()
+            if not key.startswith("__")
+            for name, array in _numeric_arrays(key, value)
+        }
+    return assemble(found)
+
+
+def _numeric_arrays(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield (name, array) of a real numeric array, or of each one in a structure, as ``structure.field``."""
+    from scipy.io.matlab import mat_struct
+
+    if isinstance(value, mat_struct):
+        for field in value._fieldnames:
+            yield from _numeric_arrays(f"{name}.{field}", getattr(value, field))
+    elif isinstance(value, np.ndarray | int | float) and np.asarray(value).dtype.kind in "iufb":
+        yield name, np.asarray(value)
 
 
 @isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])
