@@ -15,11 +15,14 @@ from allanite.common.documents import invalid_as_input_error
 from allanite.common.errors import InputError, about
 from allanite.common.files import whole_file
 from allanite.common.memory import require_memory
+from allanite.common.transfer import with_arrays, without_arrays
 from allanite.common.validation import positive_rate
 from allanite.recording.findings import Finding
 from allanite.summary.stream_segment import StreamSegment
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from allanite.summary.summary import Summary
 
 #: Schema of the header.
@@ -32,7 +35,13 @@ def save(summary: Summary, path: str | Path) -> None:
     An existing file is replaced only after the new file is complete.
     """
     with whole_file(path) as draft:
-        arrays: list[np.ndarray[Any, Any]] = []
+        arrays: dict[str, Any] = {}
+
+        def put(array: NDArray[Any]) -> int:
+            """Add an array to `arrays` under its index; returns the index."""
+            arrays[f"a{len(arrays)}"] = array
+            return len(arrays) - 1
+
         header = {
             "schema": SCHEMA,
             "rate": summary.rate,
@@ -42,12 +51,11 @@ def save(summary: Summary, path: str | Path) -> None:
             "covariate_units": summary.covariate_units,
             "path": summary.path,
             "told": [asdict(finding) for finding in summary.told],
-            "stretches": [_without_arrays(one.state(), arrays) for one in summary.stretches],
+            "stretches": [without_arrays(one.state(), put) for one in summary.stretches],
         }
         text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
         with draft.open("wb") as file:
-            named: dict[str, Any] = {f"a{i}": array for i, array in enumerate(arrays)}
-            np.savez(file, header=text, **named)
+            np.savez(file, header=text, **arrays)
 
 
 def load(cls: type[Summary], path: str | Path) -> Summary:
@@ -68,7 +76,8 @@ def load(cls: type[Summary], path: str | Path) -> Summary:
                 if header["schema"] != SCHEMA:
                     raise InputError(f"{header['schema']} is not {SCHEMA}")
                 stretches = tuple(
-                    StreamSegment.restored(_with_arrays(one, file)) for one in header["stretches"]
+                    StreamSegment.restored(with_arrays(one, lambda at: file[f"a{at}"]))
+                    for one in header["stretches"]
                 )
         except FileNotFoundError:
             raise InputError("no such file") from None
@@ -86,32 +95,3 @@ def load(cls: type[Summary], path: str | Path) -> Summary:
             stretches,
             tuple(Finding(**finding) for finding in header["told"]),
         )
-
-
-def _without_arrays(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
-    """Copy of a nested `value` in which ``{"array": i}`` replaces each array. Side effect: appends the arrays to `arrays`.
-
-    i is the index of the array in `arrays`.
-    """
-    if isinstance(value, np.ndarray):
-        arrays.append(value)
-        return {"array": len(arrays) - 1}
-    if isinstance(value, dict):
-        return {key: _without_arrays(inside, arrays) for key, inside in value.items()}
-    if isinstance(value, list) and value and isinstance(value[0], dict):
-        return [_without_arrays(inside, arrays) for inside in value]
-    return value
-
-
-def _with_arrays(value: Any, arrays: Any) -> Any:
-    """Copy of a nested `value` in which the array ``ai`` of the file replaces each ``{"array": i}``.
-
-    It is the inverse of `_without_arrays`.
-    """
-    if isinstance(value, dict):
-        if set(value) == {"array"}:
-            return arrays[f"a{value['array']}"]
-        return {key: _with_arrays(inside, arrays) for key, inside in value.items()}
-    if isinstance(value, list) and value and isinstance(value[0], dict):
-        return [_with_arrays(inside, arrays) for inside in value]
-    return value
