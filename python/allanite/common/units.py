@@ -344,12 +344,17 @@ def parse_unit(text: str) -> Unit:
     return Unit(normalized(text), kind, quantity.scale)
 
 
-def is_frequency(text: str | None) -> bool:
-    """True for the unit of a fractional frequency: ``1``, ``ppb``, ``Hz/10MHz``; False for any other text and for None."""
+def unit_kind(text: str | None) -> str | None:
+    """Kind of a unit, such as `ACCELERATION`; None for an unknown unit and for None."""
     try:
-        return text is not None and parse_unit(text).kind == FREQUENCY
+        return None if text is None else parse_unit(text).kind
     except InputError:
-        return False
+        return None
+
+
+def is_frequency(text: str | None) -> bool:
+    """True if a unit is that of a fractional frequency, such as ``1`` or ``ppm``; False for an unknown unit."""
+    return unit_kind(text) == FREQUENCY
 
 
 def rate_unit(text: str, quantity: str) -> Unit:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.units import ACCELERATION, FREQUENCY, parse_unit
+from allanite.common.units import ACCELERATION, is_frequency, parse_unit, unit_kind
 from allanite.readers.sensor_names import sensor_kind
 from allanite.readers.unit_names import usual_units
 from allanite.recording.at_rest import motion_error
@@ -18,8 +18,6 @@ from allanite.recording.gravity import is_gravity, mean_acceleration, unit_by_gr
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    from numpy.typing import NDArray
 
     from allanite.readers._table import Table
     from allanite.recording import Recording
@@ -78,15 +76,11 @@ def assumed_units(recording: Recording) -> dict[str, str]:
     return {
         name: usual_units([name])
         for name, column in zip(recording.columns, recording, strict=True)
-        if parse_unit(column.unit).kind == FREQUENCY
+        if is_frequency(column.unit)
         and sensor_kind(name) is not None
-        and not _are_whole_or_nan(column.samples)
+        # Whole numbers are raw counts.
+        and not np.all((column.samples == np.round(column.samples)) | np.isnan(column.samples))
     }
-
-
-def _are_whole_or_nan(samples: NDArray[Any]) -> bool:
-    """True if all samples are whole numbers, infinite or NaN."""
-    return bool(np.all((samples == np.round(samples)) | np.isnan(samples)))
 
 
 def _error_for_assumed_units(refusal: InputError, assumed: Mapping[str, str]) -> InputError:
@@ -129,23 +123,18 @@ def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
         at
         for at, (name, unit) in enumerate(zip(recording.columns, recording.units, strict=True))
         if parse_unit(unit).kind == ACCELERATION
-        or (unitless and _is_accelerometer_without_unit(name, unit))
+        or (unitless and is_frequency(unit) and sensor_kind(name) == ACCELERATION)
     ]
     found = []
     for axes in axis_triples([recording.columns[at] for at in places]):
         own = tuple(places[at] for at in axes)
         unit = recording.units[own[0]]
-        stated = None if parse_unit(unit).kind == FREQUENCY else unit
+        stated = None if is_frequency(unit) else unit
         mean = mean_acceleration([recording.samples[:, at] for at in own])
         likely = _other_unit_by_gravity(mean, stated)
         if likely is not None:
             found.append(_Doubt(own, stated, mean, likely))
     return found
-
-
-def _is_accelerometer_without_unit(name: str, unit: str) -> bool:
-    """True for a column that is named like an accelerometer and has a dimensionless unit."""
-    return parse_unit(unit).kind == FREQUENCY and sensor_kind(name) == ACCELERATION
 
 
 def _other_unit_by_gravity(mean: float, stated: str | None) -> str | None:
@@ -167,7 +156,7 @@ def _finding(recording: Recording, doubt: _Doubt) -> Finding:
         bare = [
             name
             for name, unit in zip(recording.columns, recording.units, strict=True)
-            if parse_unit(unit).kind == FREQUENCY and sensor_kind(name) not in (None, ACCELERATION)
+            if is_frequency(unit) and sensor_kind(name) not in (None, ACCELERATION)
         ]
         give = ",".join(filter(None, (usual_units(bare) if bare else "", doubt.likely)))
         found = (
@@ -205,7 +194,7 @@ def without_wrong_units(
     accels = [
         at
         for at, unit in enumerate(units)
-        if unit is not None and table.columns[at] is not None and _is_acceleration(unit)
+        if unit_kind(unit) == ACCELERATION and table.columns[at] is not None
     ]
     remarks = []
     for axes in axis_triples([table.names[at] for at in accels]):
@@ -224,11 +213,3 @@ def without_wrong_units(
             for at in own:
                 units[at] = None
     return units, remarks
-
-
-def _is_acceleration(unit: str) -> bool:
-    """True if a text is a unit of acceleration; False if it is no known unit."""
-    try:
-        return parse_unit(unit).kind == ACCELERATION
-    except InputError:
-        return False

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import re
 
-from allanite.common.errors import InputError
-from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, MAGNETIC_FIELD, parse_unit
+from allanite.common.units import (
+    ACCELERATION,
+    ANGULAR_RATE,
+    FREQUENCY,
+    MAGNETIC_FIELD,
+    parse_unit,
+    unit_kind,
+)
 from allanite.readers.unit_kinds import INTEGRAL, PHASE, RATE, TIME_ONLY, kind_of_unit
 
 Role = str  # "sensor", "time", "temperature", "other"
@@ -177,8 +183,7 @@ def kind_of_sensor(name: str, unit: str) -> str:
     One of ``"angular rate"``, ``"acceleration"``, ``"magnetic field"`` and ``"fractional frequency"``. It is the last
     one if the name states no sensor, or the unit is unknown.
     """
-    try:
-        kind = parse_unit(unit).kind
-    except InputError:
+    kind = unit_kind(unit)
+    if kind is None:
         return FREQUENCY
     return (sensor_kind(name) or kind) if kind == FREQUENCY else kind

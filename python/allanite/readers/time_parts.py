@@ -135,7 +135,11 @@ def find_time_parts(
         return found
 
     date = next(
-        (i for i in sorted(dates) if columns[i] is not None and _are_whole_days(first_rows_of(i))),
+        (
+            i
+            for i in sorted(dates)
+            if columns[i] is not None and _are_whole(x := first_rows_of(i) / DAY) and x.any()
+        ),
         None,
     )
     clock = next(
@@ -211,7 +215,7 @@ def _calendar(
         calendar == 2
         and len(taken) == 2
         and _are_whole(first_rows_of(day))
-        and not _rises(first_rows_of(day))
+        and not np.any(np.diff(first_rows_of(day)) > 0)
     ):
         return None
 
@@ -275,16 +279,6 @@ def _are_whole(x: NDArray[Any]) -> bool:
     return bool(x.size and np.isfinite(x).all() and np.all(x == np.rint(x)))
 
 
-def _are_whole_days(x: NDArray[Any]) -> bool:
-    """True if all values, in seconds, are whole days, and at least one is not 0."""
-    return _are_whole(x) and bool(np.all(x % DAY == 0) and np.abs(x).max() >= DAY)
-
-
 def _are_between_0_and(x: NDArray[Any], limit: float) -> bool:
     """True if all values are finite, at least 0 and below `limit`; False if there are none."""
     return bool(x.size and np.isfinite(x).all() and x.min() >= 0 and x.max() < limit)
-
-
-def _rises(x: NDArray[Any]) -> bool:
-    """True if a value is larger than the one before it, at least once."""
-    return bool(np.any(np.diff(x) > 0))

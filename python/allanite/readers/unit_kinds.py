@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from allanite.common.errors import InputError
-from allanite.common.units import conversion, parse_unit, rate_unit
+from allanite.common.units import conversion, rate_unit, unit_kind
 
 #: An angular rate, an acceleration, a magnetic field or a fractional frequency.
 RATE = "rate"
@@ -55,11 +55,7 @@ def kind_of_unit(unit: str | None) -> str | None:
         return PHASE if time in _PHASE_UNITS else TIME_ONLY
     if re.fullmatch(r"\s*[\d.]+\s*", unit) and unit.strip() != "1":
         return FOREIGN
-    try:
-        parse_unit(unit)
-    except InputError:
-        pass
-    else:
+    if unit_kind(unit) is not None:
         return RATE
     try:
         rate_unit(unit, "angle")

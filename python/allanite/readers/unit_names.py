@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from allanite.common.errors import InputError
-from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit, unit_kind
 from allanite.readers.sensor_names import sensor_kind, words_in
 from allanite.recording.findings import Finding, names_text
 
@@ -40,11 +39,8 @@ def unit_in_name(name: str) -> str | None:
     """
     stated = _WITH_SLASH.match(name.strip())
     if stated is not None:
-        try:
-            unit = parse_unit(stated["unit"])
-        except InputError:
-            return None
-        return stated["unit"] if unit.kind == sensor_kind(stated["name"]) else None
+        kind = unit_kind(stated["unit"])
+        return stated["unit"] if kind and kind == sensor_kind(stated["name"]) else None
     kind = sensor_kind(name)
     if kind is None and (phase := _PHASE.search(words_in(name))) is not None:
         return phase["unit"]

@@ -10,6 +10,7 @@ from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
 from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
 from allanite.readers.arrays.matlab import RATES, assemble
+from allanite.readers.unit_kinds import time_unit
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -17,13 +18,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.readers._table import Picker, Table
-
-#: First word of a netCDF time unit, such as "milliseconds since 2026-01-01" → short name of the unit.
-_SINCE = {
-    "d": "d", "day": "d", "days": "d", "h": "h", "hour": "h", "hours": "h", "min": "min", "minutes": "min",
-    "s": "s", "sec": "s", "second": "s", "seconds": "s", "ms": "ms", "msec": "ms", "milliseconds": "ms",
-    "us": "us", "microseconds": "us", "ns": "ns", "nanoseconds": "ns",
-}  # fmt: skip
 
 
 @isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])
@@ -51,7 +45,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             unit = unit.decode("utf-8", "replace")
         if isinstance(unit, str) and unit.strip() and name in found:
             word, _, since = unit.strip().partition(" since ")
-            units[name] = _SINCE.get(word.lower(), unit) if since else unit.strip()
+            # "milliseconds since 2026-01-01"
+            units[name] = (time_unit(word) or unit) if since else unit.strip()
         for key in ("scale_factor", "add_offset"):
             if key in own and name in found:
                 value = float(np.asarray(own[key]).reshape(-1)[0])

@@ -58,7 +58,9 @@ def read(path: Path, pick: Picker) -> Table:
         begin = stream.read(1024)
     if begin.lstrip()[:1].isdigit() or begin.lstrip()[:1] in (b"-", b"+"):
         return text.read(path, pick)  # written by save -ascii
-    return read_v73(path, pick) if _is_hdf5(path) else read_up_to_v72(path, pick)
+    # The signature of HDF5 is at the start, or after MATLAB's header of 512 bytes.
+    is_hdf5 = b"\x89HDF" in (begin[:4], begin[512:516])
+    return read_v73(path, pick) if is_hdf5 else read_up_to_v72(path, pick)
 
 
 def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> Table:
@@ -113,13 +115,6 @@ def _tall(array: NDArray[Any]) -> NDArray[Any]:
     """Array of shape (n, columns) with one sample per row: transposed if it has more columns than rows."""
     a = array.reshape(-1, 1) if array.ndim < 2 else array
     return a.T if a.shape[0] < a.shape[1] else a
-
-
-def _is_hdf5(path: Path) -> bool:
-    """True if a file has the signature of HDF5 at its start or after MATLAB's header of 512 bytes."""
-    with path.open("rb") as stream:
-        head = stream.read(520)
-    return head.startswith(b"\x89HDF") or head[512:516] == b"\x89HDF"
 
 
 @isolated("the MATLAB reader of SciPy", SECONDS_PER_MEGABYTE, ["scipy.io"])

@@ -71,33 +71,12 @@ def _wanted_columns(schema: Any) -> list[int]:
         is_number = any(is_a(kind) for is_a in number)
         numbers += is_number
         is_time = any(is_a(kind) for is_a in moment)
-        if is_number or is_time or (_is_text(kind) and role_of(*split_unit(field.name)) == "time"):
+        is_text = types.is_string(kind) or types.is_large_string(kind)
+        if is_number or is_time or (is_text and role_of(*split_unit(field.name)) == "time"):
             found.append(place)
     if not numbers:
         raise InputError(f"no column of numbers among {', '.join(schema.names) or 'none at all'}")
     return found
-
-
-def _is_text(kind: Any) -> bool:
-    """True if an Arrow type is ``string`` or ``large_string``."""
-    import pyarrow as pa
-
-    return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
-
-
-def _require_memory_for(schema: Any, rows: int) -> None:
-    """Raise `InputError` if `rows` rows of the columns of a schema need more memory than the budget."""
-    require_memory(
-        rows * sum(_bytes_per_value(field.type) for field in schema), "the unpacked file"
-    )
-
-
-def _bytes_per_value(kind: Any) -> float:
-    """Bytes per value of an Arrow type of fixed width; 4 for any other type, the size of an offset."""
-    try:
-        return float(kind.bit_width) / 8.0
-    except ValueError:
-        return 4.0
 
 
 def _parquet_table(path: Path) -> Any:
@@ -113,9 +92,11 @@ def _parquet_table(path: Path) -> Any:
         names = [schema.names[place] for place in _wanted_columns(schema)]
         if len(set(schema.names)) < len(schema.names):
             raise InputError("two of its columns have the same name: rename one of them")
-        _require_memory_for(
-            pa.schema([schema.field(name) for name in names]), file.metadata.num_rows
-        )
+        kinds = [schema.field(name).type for name in names]
+        # A text has an offset of 32 bits; its length is not known.
+        is_text = (pa.types.is_string, pa.types.is_large_string)
+        bits = sum(32 if any(is_a(k) for is_a in is_text) else k.bit_width for k in kinds)
+        require_memory(file.metadata.num_rows * bits / 8.0, "the unpacked file")
         # A name with a dot would otherwise be taken for the path of a nested column.
         leaves = [file.schema.column(k) for k in range(len(file.schema))]
         return file.read(

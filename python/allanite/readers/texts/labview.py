@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 # both ended by ***End_of_Header***; then a line of names, and the rows.
 _FIRST = b"LabVIEW Measurement"
 _END = "***End_of_Header***"
+_NUMBER = re.compile(r"\d+\.?\d*(?:[eE][-+]?\d+)?")
 #: Number of first lines in which both headers must end.
 HEAD_LINES = 200
 
@@ -73,15 +74,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
         if unit and kind_of_unit(unit) != FOREIGN:
             units[i] = plain(unit)
     shown = ["time" if name == "X_Value" and is_time else name for name in names]
-    steps = {float(cell) for cell in keys.get("Delta_X", []) if _is_positive(cell)}
+    steps = {float(cell) for cell in keys.get("Delta_X", []) if _NUMBER.fullmatch(cell)} - {0.0}
     if "X_Value" not in names and is_time and len(steps) == 1:
         table = replace(table, rate=1.0 / steps.pop())
     return replace(table, names=tuple(shown), units=tuple(units), named=True)
-
-
-def _is_positive(cell: str) -> bool:
-    """True if a cell holds a decimal number above 0."""
-    return re.fullmatch(r"\d+\.?\d*(?:[eE][-+]?\d+)?", cell) is not None and float(cell) > 0
 
 
 def _parsed_header(path: Path) -> tuple[str, bool, dict[str, list[str]], list[str], int]:
