@@ -150,8 +150,8 @@ def _numeric_arrays(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]
     from scipy.io.matlab import mat_struct
 
     if isinstance(value, mat_struct):
-        for field in value._fieldnames:
-            yield from _numeric_arrays(f"{name}.{field}", getattr(value, field))
+        for field, inner in vars(value).items():
+            yield from _numeric_arrays(f"{name}.{field}", inner)
     elif isinstance(value, np.ndarray | int | float) and np.asarray(value).dtype.kind in "iufb":
         yield name, np.asarray(value)
 
