@@ -343,27 +343,35 @@ def _end_with_parent() -> None:
 
 
 def _set_limits(order: dict[str, Any]) -> None:
-    """Set the limits of an order on this process: wall time, processor time, memory, size of files.
-
-    Lower limits of the system are kept. On Windows, nothing is set.
-    """
+    """Limit wall time, processor time, memory and the size of the result file of this process, as an order states them."""
     if order["wall"] is not None and hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_REAL, order["wall"])
-    try:
+    with suppress(ModuleNotFoundError):  # on Windows, only the deadline of the parent applies
         import resource
-    except ModuleNotFoundError:  # on Windows, only the deadline of the parent applies
-        return
-    _lower_limit(resource.RLIMIT_CORE, 0)
-    if order["cpu"] is not None:
-        _lower_limit(resource.RLIMIT_CPU, math.ceil(time.process_time() + order["cpu"]))
-    if order["memory"] is not None:
-        # The result file cannot be larger than the memory that held the result.
-        _lower_limit(resource.RLIMIT_FSIZE, int(order["memory"] + OVERHEAD))
-        with suppress(OSError, ValueError, IndexError):
-            pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
-            taken = pages * resource.getpagesize()
-            _lower_limit(resource.RLIMIT_AS, int(taken + order["memory"] + OVERHEAD))
+
+        if order["cpu"] is not None:
+            _lower_limit(resource.RLIMIT_CPU, math.ceil(time.process_time() + order["cpu"]))
+        if order["memory"] is not None:
+            # The result file cannot be larger than the memory that held the result.
+            _lower_limit(resource.RLIMIT_FSIZE, int(order["memory"] + OVERHEAD))
+        limit_memory(order["memory"])
+
+
+def limit_memory(most: float | None) -> None:
+    """Limit the memory of this process, bytes, in addition to what it has taken; it writes no core files.
+
+    None sets no limit. Only Linux knows what a process has taken; on Windows nothing happens.
+    """
+    with suppress(ModuleNotFoundError):
+        import resource
+
+        _lower_limit(resource.RLIMIT_CORE, 0)
+        if most is not None:
+            with suppress(OSError, ValueError, IndexError):
+                pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
+                taken = pages * resource.getpagesize()
+                _lower_limit(resource.RLIMIT_AS, int(taken + most + OVERHEAD))
 
 
 def _lower_limit(which: int, most: int) -> None:

@@ -11,7 +11,6 @@ from allanite.planning import expected as _expected
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
-    from allanite.planning.expected import Columns
 
 
 def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
@@ -51,7 +50,7 @@ def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, M
     return base, Model((*base.effects[:place], *base.effects[place + 1 :], other))
 
 
-def log_odds(truth: Model, other: Model, data: Data, columns: Columns | None = None) -> float:
+def log_odds(truth: Model, other: Model, data: Data, grid: Data) -> float:
     """Expected log odds of `truth`, nats: loss of logL if the model `other` is fitted to a record of `truth`.
 
     Positive or 0. Known functions of `truth` whose kind is also in `other` cost nothing.
@@ -62,11 +61,10 @@ def log_odds(truth: Model, other: Model, data: Data, columns: Columns | None = N
         See `models_to_distinguish`.
     data : Data
         Length and rate of the record (`expected.blank`).
-    columns : mapping of str to callable, optional
-        Expected course of each column.
+    grid : Data
+        The same record at a lower rate, with the expected course of each column (`expected.coarse`).
     """
     power = _expected.expected_power(truth, data)
-    grid = _expected.coarse(data, columns)
     for effect in truth.deterministic:
         if effect.kind not in {e.kind for e in other}:
             power = power + _expected.signal_power(effect, data, grid) / data.bins.count

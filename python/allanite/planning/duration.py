@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from allanite.effects import Effect, Model
+    from allanite.fit.likelihood.data import Data
     from allanite.planning.expected import Columns
 
 #: Maximum duration of a planned record, s: ten years.
@@ -163,15 +164,28 @@ def plan(
     _expected.require_values(base if effect is None else base + effect)
     if tell is not None:
         question = f"to tell {tell[0]} from {tell[1]} at {MIN_ODDS:g} : 1"
-        enough = _distinction_criterion(base, tell, covariates)
+        truth, other = models_to_distinguish(base, tell)
+
+        def enough(data: Data, grid: Data) -> bool:
+            """True if the odds of the model against the other one reach `MIN_ODDS`."""
+            return log_odds(truth, other, data, grid) >= np.log(MIN_ODDS)
     elif know is not None:
         question = f"to know {know} to {100 * to:g} %"
-        enough = _accuracy_criterion(base, know, to, covariates)
+        value = detection_power(base, duration=1e4, rate=1.0, covariates=covariates).value(know)
+
+        def enough(data: Data, grid: Data) -> bool:
+            """True if the standard error of the parameter is small enough."""
+            return standard_errors(base, data, grid)[know] <= to * abs(value)
     else:
         assert effect is not None
         question = f"to find {effect} with probability {power:g}"
-        enough = _detection_criterion(base, effect, power, covariates)
-    tried = tuple((r, _shortest_duration(enough, r)) for r in (RATES if rate is None else (rate,)))
+
+        def enough(data: Data, grid: Data) -> bool:
+            """True if the effect is found with the wanted probability."""
+            return detection_of(base, effect, data, grid).probability >= power
+
+    rates = RATES if rate is None else (rate,)
+    tried = tuple((r, _shortest_duration(enough, r, covariates)) for r in rates)
     possible = [(d, r) for r, d in tried if d is not None]
     if not possible:
         why = "it cannot be distinguished from the rest of the model"
@@ -191,59 +205,24 @@ def plan(
     )
 
 
-def _detection_criterion(
-    base: Model, effect: Effect, wanted: float, covariates: Columns | None
-) -> Callable[[float, float], bool]:
-    """Function of duration (s) and rate (Hz): True if `check` finds the effect with at least the probability `wanted`."""
+def _shortest_duration(
+    enough: Callable[[Data, Data], bool], rate: float, covariates: Columns | None
+) -> float | None:
+    """Shortest duration, s, at which `enough` is True, to 2 %; None if ten years do not suffice."""
 
-    def enough(duration: float, rate: float) -> bool:
-        """True if `check` finds the effect in a record (duration in s, rate in Hz) with at least the wanted probability."""
+    def suffices(duration: float) -> bool:
+        """True if a record of this duration, s, is long enough."""
         data = _expected.blank(round(duration * rate), rate)
-        found = detection_of(base, effect, data, _expected.coarse(data, covariates))
-        return found.probability >= wanted
+        return enough(data, _expected.coarse(data, covariates))
 
-    return enough
-
-
-def _distinction_criterion(
-    base: Model, names: tuple[str, str], covariates: Columns | None
-) -> Callable[[float, float], bool]:
-    """Function of duration (s) and rate (Hz): True if the expected odds between the two effects reach `MIN_ODDS`."""
-    truth, other = models_to_distinguish(base, names)
-
-    def enough(duration: float, rate: float) -> bool:
-        """True if a record (duration in s, rate in Hz) gives expected odds of `MIN_ODDS` between the two effects."""
-        data = _expected.blank(round(duration * rate), rate)
-        return log_odds(truth, other, data, covariates) >= np.log(MIN_ODDS)
-
-    return enough
-
-
-def _accuracy_criterion(
-    base: Model, name: str, wanted: float, covariates: Columns | None
-) -> Callable[[float, float], bool]:
-    """Function of duration (s) and rate (Hz): True if the parameter's relative standard error is at most `wanted`."""
-    value = detection_power(base, duration=1e4, rate=1.0, covariates=covariates).value(name)
-
-    def enough(duration: float, rate: float) -> bool:
-        """True if a record (duration in s, rate in Hz) gives the parameter the wanted relative standard error, or less."""
-        data = _expected.blank(round(duration * rate), rate)
-        found = standard_errors(base, data, _expected.coarse(data, covariates))
-        return found[name] <= wanted * abs(value)
-
-    return enough
-
-
-def _shortest_duration(enough: Callable[[float, float], bool], rate: float) -> float | None:
-    """Shortest duration in s for which `enough(duration, rate)` is True; None if ten years do not suffice."""
     low = high = 64.0 / rate
-    while not enough(high, rate):
+    while not suffices(high):
         if high >= MAX_DURATION:
             return None
         low, high = high, min(4.0 * high, MAX_DURATION)
     while high > DURATION_RATIO * low:
         middle = float(np.sqrt(low * high))
-        if enough(middle, rate):
+        if suffices(middle):
             high = middle
         else:
             low = middle

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from allanite.common.child_process import child_environment, python_command
 from allanite.common.errors import InputError
-from allanite.common.isolation import ONE_THREAD, OVERHEAD
+from allanite.common.isolation import ONE_THREAD, limit_memory
 from allanite.common.memory import VARIABLE
 from allanite.common.plain import plain
 
@@ -382,29 +382,8 @@ def _warm_up(memory: int) -> None:
     assert readers
     assert study
     _kernels.own_process()
-    _limit_memory(memory)
+    limit_memory(memory)
     _state["warm"] = True
-
-
-def _limit_memory(memory: int) -> None:
-    """Limit the address space to the present use, `OVERHEAD` and `memory` bytes (Linux); disable core files (POSIX).
-
-    A lower hard limit stays. On Windows, nothing happens.
-    """
-    try:
-        import resource
-    except ModuleNotFoundError:  # not on Windows
-        return
-    resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
-    try:
-        pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
-    except OSError:  # not Linux
-        return
-    most = pages * resource.getpagesize() + memory + int(OVERHEAD)
-    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-    if hard != resource.RLIM_INFINITY:
-        most = min(most, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
 
 
 def _set_time_limit(seconds: float) -> None:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError
-from allanite.common.files import check_target, whole_file
+from allanite.common.files import check_target, is_file, whole_file
 from allanite.common.memory import VARIABLE, budget
 from allanite.common.parameters import Estimate
 from allanite.common.plain import plain
@@ -104,21 +104,13 @@ def _logs_in_list(path: Path) -> list[Path]:
                     return []
                 if line.strip():
                     named.append(path.parent / line.strip())
-                if len(named) == FIRST_PATHS and not any(map(_is_file, named)):
+                if len(named) == FIRST_PATHS and not any(map(is_file, named)):
                     return []
     except UnicodeDecodeError:
         return []
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    return named if any(map(_is_file, named[:FIRST_PATHS])) else []
-
-
-def _is_file(path: Path) -> bool:
-    """True if the path is a file that can be accessed; False for a path that is too long or invalid."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
+    return named if any(map(is_file, named[:FIRST_PATHS])) else []
 
 
 def rows_of(

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import InputError
+from allanite.common.errors import InputError, about
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, parse_unit
 from allanite.effects import CATALOGUE, Stochastic
 from allanite.fit.classical.gls import fit_gls
+from allanite.readers import text
 from allanite.readers.sensor_names import sensor_kind
 from allanite.sources.documents import model_document
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from allanite.readers._table import Table
+
 #: Points per decade of τ that are fitted. Neighboring points of an overlapping estimate are nearly equal, so that more
 #: points add no information. Chosen by judgment; not measured.
 POINTS_PER_DECADE = 8
@@ -30,8 +33,6 @@ POINTS_PER_DECADE = 8
 NAMES = ("Q", "N", "B", "K")
 #: Minimum number of rows of a table: one more than coefficients.
 MIN_ROWS = len(NAMES) + 1
-#: Maximum number of rows of a table; a longer file is a log. Chosen by judgment; not measured.
-MAX_ROWS = 100_000
 
 
 def is_deviation_table(path: Path) -> bool:
@@ -42,7 +43,7 @@ def is_deviation_table(path: Path) -> bool:
     differ by less than 30 % in the median.
     """
     try:
-        header, numbers = _read(path)
+        header, numbers = _header_and_numbers(text.first_rows_of(path)[0])
     except InputError:
         return False
     tau, values = numbers[:, 0], numbers[:, 1:]
@@ -186,46 +187,21 @@ def _units(unit: str | None, names: list[str], source: str) -> list[str]:
 
 
 def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
-    """Tuple (list of the names of all columns; numbers of a table, shape (points, columns)).
+    """Tuple (header, numbers) of a table: names of the columns (empty without any), and an array of shape (rows, columns).
 
-    The list is empty unless a header has a name for each column. Raises `InputError` for a row that does not fit, with
-    its number, and unless the table has at least two columns and `MIN_ROWS` to `MAX_ROWS` rows.
+    Raises `InputError` for a file that is no text, for a row that is not one of numbers, and for a table that is too
+    small.
     """
-    header: list[str] = []
-    rows: list[list[float]] = []
-    with path.open(encoding="utf-8", errors="replace") as file:
-        for number, line in enumerate(file, start=1):
-            if number > MAX_ROWS:
-                raise InputError(
-                    f"{path}: more than {MAX_ROWS} rows: this is a log, not a table of deviations"
-                )
-            words = [w for w in re.split(r"[,;\s]+", line.strip().lstrip("#").strip()) if w]
-            if not words:
-                continue
-            try:
-                row = [float(word) for word in words]
-            except ValueError:
-                if rows:
-                    raise InputError(
-                        f"{path}, row {number}: {line.strip()[:60]!r} is not a number"
-                    ) from None
-                header = _names(line)
-                continue
-            if rows and len(row) != len(rows[0]):
-                raise InputError(
-                    f"{path}, row {number}: {len(row)} columns, but the rows above have {len(rows[0])}"
-                )
-            rows.append(row)
-    if len(rows) < MIN_ROWS or len(rows[0]) < 2:
+    with about(path):
+        return _header_and_numbers(text.read(path, text.all_numbers))
+
+
+def _header_and_numbers(table: Table) -> tuple[list[str], NDArray[np.float64]]:
+    """Tuple (header, numbers) of the columns of numbers of a table. Raises `InputError` if the table is too small."""
+    columns = text.all_numbers(table)
+    if table.n < MIN_ROWS or len(columns) < 2:
         raise InputError(
-            f"{path}: a table of tau and deviations needs two columns and at least {MIN_ROWS} rows"
+            f"a table of tau and deviations needs two columns and at least {MIN_ROWS} rows"
         )
-    numbers = np.array(rows, dtype=np.float64)
-    return (header if len(header) == numbers.shape[1] else []), numbers
-
-
-def _names(line: str) -> list[str]:
-    """List of texts: names in a header line, separated by commas, semicolons or tabs, or else by blanks."""
-    line = line.strip().lstrip("#").strip()
-    split = re.split(r"[,;\t]", line) if re.search(r"[,;\t]", line) else line.split()
-    return [name.strip() for name in split if name.strip()]
+    header = [table.names[i] for i in columns] if table.named else []
+    return header, np.column_stack([table[i] for i in columns])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -168,14 +168,7 @@ class StateSpace:
             return self
         one = np.ones((1, 1))
         constant = Section(one, 0.0 * one, np.ones(1), 0.0 * one, (), diffuse=True)
-        return StateSpace(
-            (*self.sections, constant),
-            (*self.owners, "level"),
-            self.rate,
-            self.samples,
-            self.known,
-            self.exact,
-        )
+        return replace(self, sections=(*self.sections, constant), owners=(*self.owners, "level"))
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/state_space/1``: the matrices by rows, and the effect of each state."""

@@ -17,7 +17,7 @@ An AR(1) process is white noise behind a first-order low-pass filter (Gauss-Mark
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -272,15 +272,9 @@ def _power_law(exponent: float, level: float, n: int) -> list[Section]:
 
 def resized(section: Section, factor: float) -> Section:
     """Copy of the section whose variances are multiplied by `factor`."""
-    return Section(
-        section.F,
-        factor * section.Q,
-        section.H,
-        factor * section.P0,
-        tuple(t.scaled(factor) for t in section.terms),
-        factor * section.R,
-        section.diffuse,
-    )
+    terms = tuple(t.scaled(factor) for t in section.terms)
+    scaled = {name: factor * getattr(section, name) for name in ("Q", "P0", "R")}
+    return replace(section, **scaled, terms=terms)
 
 
 def is_line(term: Term) -> bool:
