@@ -332,11 +332,12 @@ def _time_and_unit(table: Table, layout: Layout, request: Request) -> tuple[Any,
     A time in several columns is joined to one array in seconds. Without a time column, the stamps are those of the
     file; None if time is ignored.
     """
-    if layout.parts is not None:
-        return layout.parts.joined([table[i] for i in layout.parts.columns]), "s"
-    if layout.time is None:
+    time, parts = layout.time, layout.parts
+    if parts is not None:
+        return parts.joined([table[i] for i in parts.columns]), "s"
+    if time is None:
         return None if request.ignores_time else table.time, None
-    return table[layout.time], layout.time_unit
+    return table[time], layout.time_unit
 
 
 @one_line()

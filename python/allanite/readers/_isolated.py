@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
     Reader = Callable[..., Table]
 
+#: Attributes of a `Table` that a reader in a child process sets.
+TRANSFERRED = ("names", "columns", "units", "rate", "time", "named", "notes", "others")
 #: Allowed processor time for a log of any size, s. A damaged log of a few kilobytes may need that long.
 CPU_SECONDS = 5.0
 #: Allowed processor time divided by the measured processor time. An old single-board computer is about five times slower
@@ -68,16 +70,7 @@ def isolated(
                 worker=worker,
                 libraries=libraries,
             )
-            return Table(
-                tuple(found["names"]),
-                tuple(found["columns"]),
-                tuple(found["units"]),
-                found["rate"],
-                found["time"],
-                found["named"],
-                tuple(found["notes"]),
-                others=tuple(found["others"]),
-            )
+            return Table(**{k: tuple(v) if isinstance(v, list) else v for k, v in found.items()})
 
         return in_child
 
@@ -99,16 +92,7 @@ def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
     read = getattr(import_module(module), attribute).__wrapped__
     with one_line():
         table = read(Path(path), _all_columns, *([topics] if topics else []))
-    return {
-        "names": table.names,
-        "columns": table.columns,
-        "units": table.units,
-        "rate": None if table.rate is None else float(table.rate),
-        "time": table.time,
-        "named": table.named,
-        "notes": table.notes,
-        "others": table.others,
-    }
+    return {name: getattr(table, name) for name in TRANSFERRED}
 
 
 def _all_columns(first_rows: Table) -> list[int]:

@@ -122,14 +122,14 @@ def summary_of_log(
 
 def _stamps_of(rows: _Rows, layout: Layout, request: Request) -> Stamps | None:
     """`Stamps` of the time columns of a log, or None without a time column."""
-    if layout.time is None:
+    roles, unit = layout, layout.time_unit
+    if roles.time is None:
         return None
-    chunks = rows(layout.time_columns)
-    unit = layout.time_unit
-    if layout.parts is None:
+    chunks = rows(roles.time_columns)
+    if roles.parts is None:
         times: Iterable[NDArray[Any]] = (chunk[:, 0] for chunk in chunks)
     else:
-        times, unit = _joined(chunks, layout.parts), "s"
+        times, unit = _joined(chunks, roles.parts), "s"
     return read_stamps_in_chunks(times, unit, request.rate, request.piece)
 
 
