@@ -6,13 +6,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from allanite.axes.rows import Row, convention, legend, rows
-from allanite.axes.words import (
-    common_form_sentences,
-    remarks,
-    shared_effect_sentences,
-    turn_on_sentences,
-    working_sentences,
-)
+from allanite.axes.words import common_form_sentences, remarks, shared_effect_sentences
 from allanite.axes.words import title as heading
 from allanite.common.errors import CALL
 from allanite.common.numbers import with_readable_numbers
@@ -48,21 +42,24 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
     compared = convention(study.fit for study in found.studies.values())
     if compared:
         lines += ["", *wrap(compared, width)]
-    sections = {
-        "at work": working_sentences(found),
-        "bias at switch-on": turn_on_sentences(found),
-        "seen by several axes": shared_effect_sentences(found.common),
-        "averaging sensors of one axis": [
-            with_readable_numbers(str(one)) for one in found.averages
-        ],
-        "remarks": remarks(found, words),
-    }
-    for head, sentences in sections.items():
+    for head, sentences in _sections(found, words).items():
         if sentences:
             lines += ["", head]
             for sentence in sentences:
                 lines += _wrapped_lines(sentence, width)
     return "\n".join(lines)
+
+
+def _sections(found: Characterization, words: Mapping[str, str] = CALL) -> dict[str, list[str]]:
+    """Dict from the head of each section below the table to its sentences."""
+    sections = {
+        "at work": [f"{name}: {'; '.join(w.reasons)}" for name, w in found.working.items()],
+        "bias at switch-on": [f"{name}: {bias}" for name, bias in found.turn_on.items()],
+        "seen by several axes": shared_effect_sentences(found.common),
+        "averaging sensors of one axis": list(map(str, found.averages)),
+        "remarks": remarks(found, words),
+    }
+    return {head: list(map(with_readable_numbers, of)) for head, of in sections.items()}
 
 
 def _wrapped_lines(text: str, width: int) -> list[str]:
@@ -108,14 +105,5 @@ def html(found: Characterization) -> str:
         body = [(row.label, *row.cells) for row in rows(studies)]
         out.append(html_table(sensor.name, ("", *sensor.columns), body))
         out.append(html_list([legend(studies), *common_form_sentences(sensor)]))
-    out.append(
-        html_list(
-            [
-                *working_sentences(found),
-                *turn_on_sentences(found),
-                *shared_effect_sentences(found.common),
-                *remarks(found),
-            ]
-        )
-    )
+    out.append(html_list([text for texts in _sections(found).values() for text in texts]))
     return "".join(out)

@@ -65,19 +65,6 @@ def shared_effect_sentences(common: Common) -> list[str]:
     return [with_readable_numbers(str(one)) for one in (*lines, *common.events, *without_line)]
 
 
-def working_sentences(found: Characterization) -> list[str]:
-    """List of texts: one sentence per column on what the working log adds to its noise; empty without a working log."""
-    return [
-        with_readable_numbers(f"{name}: {'; '.join(w.reasons)}")
-        for name, w in found.working.items()
-    ]
-
-
-def turn_on_sentences(found: Characterization) -> list[str]:
-    """List of texts: one sentence per column on its bias at switch-on."""
-    return [with_readable_numbers(f"{name}: {bias}") for name, bias in found.turn_on.items()]
-
-
 def _clause_on_single_axes(form: Form) -> str:
     """Clause on the effects of single axes: ``; acc_x also has SIN``; empty without any."""
     own = [f"{name} also has {'+'.join(shorts)}" for name, shorts in form.besides.items() if shorts]

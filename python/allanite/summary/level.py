@@ -207,35 +207,22 @@ class Level:
 
         Without ``sections`` (older files), empty ones.
         """
-        power, tiles = state["power"], state["tiles"]
-        # Files of older versions have no fine map.
-        sections = state.get("sections")
-        return cls(
-            state["depth"],
-            state["start"],
-            state["stop"],
-            state["spectral"],
-            [state["head"]],
-            [state["tail"]],
-            None if tiles is None else (tiles[0], tiles[1]),
-            Sum(power["high"].copy(), power["low"].copy()),
-            state["frames"],
-            Blocks.restored(state["blocks"], BLOCKS),
-            Blocks.empty(FINE, SECTIONS)
-            if sections is None
-            else Blocks.restored(sections, SECTIONS),
-            None if state["deeper"] is None else cls.restored(state["deeper"]),
+        sections = (
+            # Files of older versions have no fine map.
+            Blocks.restored(state["sections"], SECTIONS)
+            if "sections" in state
+            else Blocks.empty(FINE, SECTIONS)
         )
-
-    def copy(self) -> Level:
-        """Independent copy of this level and of all deeper levels.
-
-        Arrays of samples, which are never changed, are shared.
-        """
-        out = self.restored({**self.state(), "deeper": None})
-        if self.deeper is not None:
-            out.deeper = self.deeper.copy()
-        return out
+        objects = {
+            "head": [state["head"]],
+            "tail": [state["tail"]],
+            "tiles": state["tiles"] and tuple(state["tiles"]),
+            "power": Sum(**state["power"]),
+            "blocks": Blocks.restored(state["blocks"], BLOCKS),
+            "sections": sections,
+            "deeper": state["deeper"] and cls.restored(state["deeper"]),
+        }
+        return cls(**{**state, **objects})
 
 
 def join_levels(left: Level, right: Level) -> Level:

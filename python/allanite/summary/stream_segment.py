@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -113,17 +114,8 @@ class Extremes:
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Extremes:
         """`Extremes` from the dict that `state()` returned, with copies of its arrays."""
-        steps, ends = state["steps"], state["ends"]
-        count, missing, gaps = state["numbers"]
-        return cls(
-            count,
-            missing,
-            gaps,
-            (state["low"][0], state["low"][1]),
-            (state["high"][0], state["high"][1]),
-            Sum(steps["high"].copy(), steps["low"].copy()),
-            None if ends is None else (ends[0], ends[1]),
-        )
+        low, high, ends = (state[name] and tuple(state[name]) for name in ("low", "high", "ends"))
+        return cls(*state["numbers"], low, high, Sum(**state["steps"]), ends)
 
 
 @dataclass(slots=True, eq=False)
@@ -206,13 +198,7 @@ class StreamSegment:
 
     def copy(self) -> StreamSegment:
         """Copy of the segment: later changes of one do not affect the other."""
-        return StreamSegment(
-            self.start,
-            self.stop,
-            [level.copy() for level in self.levels],
-            [curve.__copy__() for curve in self.curves],
-            [Extremes.restored(one.state()) for one in self.extremes],
-        )
+        return deepcopy(self)
 
     def state(self) -> dict[str, Any]:
         """Dict of plain values and arrays from which `restored` makes the same segment."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -120,7 +121,7 @@ class Summary(Record):
     @property
     def extremes(self) -> Extremes:
         """New `Extremes` of the first column over all segments; later changes of it do not affect the summary."""
-        out = self.stretches[0].copy().extremes[0]
+        out = deepcopy(self.stretches[0].extremes[0])
         for one in self.stretches[1:]:
             out.merge(one.extremes[0])
         return out

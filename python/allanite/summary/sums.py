@@ -77,8 +77,8 @@ class Blocks:
     @classmethod
     def restored(cls, state: dict[str, Any], most: int) -> Blocks:
         """`Blocks` from the dict that `state()` returned, with at most `most` blocks."""
-        sums = Sum(state["high"].copy(), state["low"].copy())
-        return cls(state["size"], state["first"], sums, state["frames"].copy(), most)
+        sums = Sum(state["high"], state["low"])
+        return cls(state["size"], state["first"], sums, state["frames"], most)
 
     def add(self, tile: int, power: Array, frames: float) -> None:
         """Add the band powers of consecutive tiles from index `tile` on, shape (tiles, bands), in place.
