@@ -18,6 +18,7 @@ from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import Formats, LogFormat
 from allanite.readers._isolated import one_line
+from allanite.readers._lines import head_of
 from allanite.readers._table import Picker, Table
 from allanite.readers.columns import Layout, ReadOptions, Request, layout_of
 from allanite.readers.deviation_table import refuse_deviation_table
@@ -59,8 +60,6 @@ FORMATS = Formats(
     "allanite.readers.topics",
 )
 
-#: Number of first bytes of a text log from which its format is recognized.
-HEAD = 8192
 #: Bytes of memory per byte of a text log with a special format (measured: 6 for JSON lines, 25 for a serial plotter).
 MEMORY_PER_BYTE = 30.0
 #: Message if a topic is given for a log without topics.
@@ -390,7 +389,7 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
         require_memory(MEMORY_PER_BYTE * size, f"a log of {bytes_text(size)}")
         with rewritten(path, utf16_lines(path)) as inner:
             return read_table(inner, pick, topics)
-    if log_format is None and (log_format := FORMATS.of_head(_head_of_text(path))) is not None:
+    if log_format is None and (log_format := FORMATS.of_head(head_of(path))) is not None:
         require_memory(MEMORY_PER_BYTE * size, f"a log of {bytes_text(size)}")
     if not topics:
         table = (text.read if log_format is None else log_format.read)(path, pick)
@@ -401,13 +400,6 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     if table.n == 0 and any(column is not None for column in table.columns):
         raise TooShortError("the log has no rows")
     return table
-
-
-def _head_of_text(path: Path) -> bytes:
-    """First 8192 bytes of a file; empty bytes if they contain a null byte, as in a binary file."""
-    with path.open("rb") as stream:
-        head = stream.read(HEAD)
-    return b"" if b"\0" in head else head
 
 
 def _covariates_with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]]:

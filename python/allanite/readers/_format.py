@@ -67,7 +67,9 @@ class Formats:
         return next((one for one in self if suffix in one.suffixes), None)
 
     def of_head(self, head: bytes) -> LogFormat | None:
-        """First format that recognizes the first bytes of a text log, or None."""
+        """First format that recognizes the first bytes of a log; None for binary data, and if no format recognizes them."""
+        if b"\0" in head:
+            return None
         return next((one for one in self if one.recognizes and one.recognizes(head)), None)
 
     @property

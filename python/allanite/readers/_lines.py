@@ -8,9 +8,20 @@ from allanite.common.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
 #: Maximum length of a line, bytes. Lines of RINEX have 80 bytes, of NovAtel about 500.
 LONGEST_LINE = 1 << 16
+
+
+#: Number of first bytes of a text log from which its format is recognized.
+HEAD = 8192
+
+
+def head_of(path: Path) -> bytes:
+    """First bytes of a file, from which its format is recognized."""
+    with path.open("rb") as stream:
+        return stream.read(HEAD)
 
 
 def lines_of(stream: IO[bytes]) -> Iterator[bytes]:

@@ -15,6 +15,7 @@ from allanite.common.threads import processors
 from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate
 from allanite.readers import refuse_contradicting_rate
+from allanite.readers._lines import head_of
 from allanite.readers.arrays import npy
 from allanite.readers.columns import layout_of
 from allanite.readers.text import core_errors_with_remedy, first_rows_of
@@ -51,7 +52,7 @@ def is_too_large(path: Path) -> bool:
     """
     if not path.is_file() or path.stat().st_size <= budget():
         return False
-    head = _head(path)
+    head = head_of(path)
     return head.startswith(NPY) or b"\0" not in head
 
 
@@ -81,7 +82,7 @@ def summary_of_log(
         There are too few rows.
     """
     with about(path), core_errors_with_remedy(str(path)):
-        first, rows = (_open_npy if _head(path).startswith(NPY) else _open_text)(path)
+        first, rows = (_open_npy if head_of(path).startswith(NPY) else _open_text)(path)
         if first.n < 3:
             raise TooShortError("fewer than 3 rows of numbers")
         layout = layout_of(first, request)
@@ -154,12 +155,6 @@ def _differences(chunks: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
         x = x if last is None else np.concatenate((last, x))
         last = x[-1:]
         yield np.diff(x, axis=0)
-
-
-def _head(path: Path) -> bytes:
-    """First bytes of a file."""
-    with path.open("rb") as stream:
-        return stream.read(4096)
 
 
 def _open_text(path: Path) -> tuple[Table, _Rows]:

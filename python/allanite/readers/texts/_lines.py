@@ -61,6 +61,14 @@ def chosen_source(
     ] if others else []
 
 
+def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield (number, line) for each line of a text that is not blank; numbers count from 1, lines are stripped."""
+    with path.open(encoding="utf-8-sig", errors="replace") as stream:
+        for number, line in enumerate(stream, start=1):
+            if text := line.strip():
+                yield number, text
+
+
 def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:
     """Array of date-times (datetime64[ns]), shape (n,), from seconds since 1970.
 

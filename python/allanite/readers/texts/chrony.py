@@ -10,8 +10,9 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
+from allanite.readers._lines import head_of
 from allanite.readers._table import Table
-from allanite.readers.texts._lines import chosen_source, spacing_notes
+from allanite.readers.texts._lines import chosen_source, numbered_lines, spacing_notes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -57,27 +58,21 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     InputError
         A row has too few fields or text instead of a number, there is no row, or no source in `topics`.
     """
-    with path.open("rb") as stream:
-        kind = _kind(stream.read(8192))
+    kind = _kind(head_of(path))
     assert kind is not None
     fields = _KINDS[kind][1]
     rows: dict[str, list[tuple[np.datetime64, list[float]]]] = {}
-    with path.open(encoding="utf-8", errors="replace") as lines:
-        for number, line in enumerate(lines, start=1):
-            cells = line.split()
-            if not cells or not _ROW.match(cells[0]):
-                continue
-            if kind == "refclocks" and cells[3:4] == ["-"]:
-                # A median of the samples before it.
-                continue
-            try:
-                moment = np.datetime64(f"{cells[0]}T{cells[1]}", "ns")
-                values = [float(cells[at]) for _, _, at in fields]
-            except (IndexError, ValueError):
-                raise InputError(
-                    f"row {number} is not a complete row of chrony's {kind}.log"
-                ) from None
-            rows.setdefault(cells[2], []).append((moment, values))
+    for number, line in numbered_lines(path):
+        cells = line.split()
+        # A source "-" is the median of the samples before it.
+        if not _ROW.match(cells[0]) or (kind == "refclocks" and cells[3:4] == ["-"]):
+            continue
+        try:
+            moment = np.datetime64(f"{cells[0]}T{cells[1]}", "ns")
+            values = [float(cells[at]) for _, _, at in fields]
+        except (IndexError, ValueError):
+            raise InputError(f"row {number} is not a complete row of chrony's {kind}.log") from None
+        rows.setdefault(cells[2], []).append((moment, values))
     if not rows:
         raise InputError(f"no row in this {kind}.log of chrony")
     if kind == "tracking" and not topics:

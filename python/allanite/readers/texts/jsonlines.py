@@ -13,7 +13,7 @@ from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table, split_unit
 from allanite.readers.sensor_names import role_of
-from allanite.readers.texts._lines import first_lines
+from allanite.readers.texts._lines import first_lines, numbered_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -74,15 +74,12 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """
     rows: list[dict[str, object]] = []
     numbers: list[int] = []
-    with path.open(encoding="utf-8-sig", errors="replace") as lines:
-        for number, line in enumerate(lines, start=1):
-            if not line.strip():
-                continue
-            found = _object(line)
-            if found is None:
-                raise InputError(f"row {number} is no JSON object: {plain(line.strip(), 60)}")
-            rows.append(dict(_flat(found, "")))
-            numbers.append(number)
+    for number, line in numbered_lines(path):
+        found = _object(line)
+        if found is None:
+            raise InputError(f"row {number} is no JSON object: {plain(line, 60)}")
+        rows.append(dict(_flat(found, "")))
+        numbers.append(number)
     keys = list(dict.fromkeys(key for row in rows for key in row))
     lacking = {key: sum(key not in row for row in rows) for key in keys}
     worst = max(keys, key=lambda key: lacking[key])

@@ -11,7 +11,13 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table
-from allanite.readers.texts._lines import chosen_source, date_times, first_lines, spacing_notes
+from allanite.readers.texts._lines import (
+    chosen_source,
+    date_times,
+    first_lines,
+    numbered_lines,
+    spacing_notes,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -57,26 +63,24 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """
     rows: dict[str, list[tuple[str, ...]]] = {}
     summaries = 0
-    with path.open(encoding="utf-8", errors="replace") as lines:
-        for number, line in enumerate(lines, start=1):
-            program = _PROGRAM.search(line)
-            if program is None:
-                continue
-            found = _SAMPLE.search(line)
-            if found is None:
-                summaries += _SUMMARY.search(line) is not None
-                continue
-            seconds = _SECONDS.search(line)
-            if seconds is None:
-                raise InputError(
-                    f"row {number} has an offset without the seconds in brackets ([1234.567]) that linuxptp prints"
-                )
-            # The name of the clock is the text between program and offset, without text in brackets.
-            between = re.sub(r"\[[^\]]*\]|:(?=\s|$)", " ", line[program.end() : found.start()])
-            clock = " ".join(between.split())
-            numbers = (found[k] for k in ("offset", "state", "freq", "delay"))
-            sample = (seconds[1], *(n or "nan" for n in numbers))
-            rows.setdefault(f"{program['program']} {clock}".strip(), []).append(sample)
+    for number, line in numbered_lines(path):
+        program = _PROGRAM.search(line)
+        if program is None:
+            continue
+        found = _SAMPLE.search(line)
+        if found is None:
+            summaries += _SUMMARY.search(line) is not None
+            continue
+        seconds = _SECONDS.search(line)
+        if seconds is None:
+            raise InputError(
+                f"row {number} has an offset without the seconds in brackets ([1234.567]) that linuxptp prints"
+            )
+        # The name of the clock is the text between program and offset, without text in brackets.
+        between = re.sub(r"\[[^\]]*\]|:(?=\s|$)", " ", line[program.end() : found.start()])
+        clock = " ".join([program["program"], *between.split()])
+        numbers = (found[k] for k in ("offset", "state", "freq", "delay"))
+        rows.setdefault(clock, []).append((seconds[1], *(n or "nan" for n in numbers)))
     if not rows and summaries:
         raise InputError(
             f"{summaries} lines with summaries (rms, max), but no offsets: set summary_interval to 0 in ptp4l, or use"

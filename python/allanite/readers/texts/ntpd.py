@@ -16,6 +16,7 @@ from allanite.readers.texts._lines import (
     chosen_source,
     date_times,
     first_lines,
+    numbered_lines,
     spacing_notes,
 )
 
@@ -58,23 +59,15 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         A row has another format, or there is no peer in `topics`.
     """
     rows: dict[str, list[tuple[float, float, float]]] = {}
-    with path.open(encoding="utf-8", errors="replace") as lines:
-        first = next((line for line in lines if line.strip()), "").strip()
-        form = _LOOP if _LOOP.match(first) else _PEER
-        lines.seek(0)
-        for number, line in enumerate(lines, start=1):
-            text = line.strip()
-            if not text:
-                continue
-            found = form.match(text)
-            if found is None:
-                raise InputError(
-                    f"row {number} is not a row of ntpd's statistics: {plain(text, 60)}"
-                )
-            seconds = 86400.0 * (int(found["day"]) - MJD_OF_1970) + float(found["second"])
-            second_value = float(found["frequency" if form is _LOOP else "delay"])
-            peer = "" if form is _LOOP else found["peer"]
-            rows.setdefault(peer, []).append((seconds, float(found["offset"]), second_value))
+    form = _LOOP if _LOOP.match(next(numbered_lines(path), (0, ""))[1]) else _PEER
+    for number, text in numbered_lines(path):
+        found = form.match(text)
+        if found is None:
+            raise InputError(f"row {number} is not a row of ntpd's statistics: {plain(text, 60)}")
+        seconds = 86400.0 * (int(found["day"]) - MJD_OF_1970) + float(found["second"])
+        second_value = float(found["frequency" if form is _LOOP else "delay"])
+        peer = "" if form is _LOOP else found["peer"]
+        rows.setdefault(peer, []).append((seconds, float(found["offset"]), second_value))
     counts = {peer: len(samples) for peer, samples in rows.items()}
     chosen, others = chosen_source(counts, topics, "peer")
     of = f" of {plain(chosen)}" if chosen else ""

@@ -10,8 +10,9 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
+from allanite.readers._lines import head_of
 from allanite.readers._table import Table
-from allanite.readers.texts._lines import first_lines
+from allanite.readers.texts._lines import first_lines, numbered_lines
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -111,26 +112,18 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         The period is not round, a period has two edges, there is text among the times, or channels have different
         periods.
     """
-    with path.open("rb") as stream:
-        lines = first_lines(stream.read(8192))
-    form = _line_pattern(lines)
+    form = _line_pattern(first_lines(head_of(path)))
     assert form is not None
     edges: dict[str, list[int]] = {}
     rows: dict[str, list[int]] = {}
-    with path.open(encoding="utf-8-sig", errors="replace") as text:
-        for row, line in enumerate(text, start=1):
-            found = form.search(line.strip())
-            if found is not None:
-                channel = found.groupdict().get("channel") or ""
-                edges.setdefault(channel, []).append(_picoseconds(found))
-                rows.setdefault(channel, []).append(row)
-            elif (
-                form is _LINE_PATTERNS[-1]
-                and edges
-                and line.strip()
-                and not line.lstrip().startswith("#")
-            ):
-                raise InputError(f"row {row} is not the time of an edge: {plain(line.strip(), 40)}")
+    for row, line in numbered_lines(path):
+        found = form.search(line)
+        if found is not None:
+            channel = found.groupdict().get("channel") or ""
+            edges.setdefault(channel, []).append(_picoseconds(found))
+            rows.setdefault(channel, []).append(row)
+        elif form is _LINE_PATTERNS[-1] and edges and not line.startswith("#"):
+            raise InputError(f"row {row} is not the time of an edge: {plain(line, 40)}")
     phases, notes = [], []
     for channel, times in edges.items():
         of = f" of {channel}" if channel else ""

@@ -14,7 +14,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.memory import bytes_text, require_memory
 from allanite.readers._format import LogFormat
-from allanite.readers._lines import lines_of
+from allanite.readers._lines import head_of, lines_of
 from allanite.readers._table import Table
 from allanite.recording.timebase import read_stamps
 
@@ -90,8 +90,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     InputError
         More than 5 % of the lines are damaged, or there is no sentence.
     """
-    with path.open("rb") as stream:
-        first = _FIRST.search(stream.read(8192))
+    first = _FIRST.search(head_of(path))
     if first is None:
         raise InputError("the log has no sentence of an IMU")
     start = first.group().strip()

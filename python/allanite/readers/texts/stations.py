@@ -11,7 +11,7 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table
-from allanite.readers.texts._lines import MJD_OF_1970, date_times, first_lines
+from allanite.readers.texts._lines import MJD_OF_1970, date_times, first_lines, numbered_lines
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -52,36 +52,33 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     whole = False
     width: int | None = None
     station: str | None = None
-    with path.open(encoding="utf-8", errors="replace") as lines:
-        for number, line in enumerate(lines, start=1):
-            text = line.strip()
-            if not text or (number == 1 and _HEADER.match(text)):
-                whole = whole or bool(text)
-                continue
-            found = _ROW.match(text)
-            cells = [] if found is None else found["rest"].split()
-            if (
-                found is None
-                or len(cells) < (TENV3 if whole else TENV)
-                or len(cells) != (width or len(cells))
-            ):
-                raise InputError(f"row {number} is not a row of a tenv file: {plain(text, 60)}")
-            width = len(cells)
-            name = text[:4]
-            if station is not None and name != station:
-                raise InputError(
-                    f"row {number} belongs to station {plain(name)}, earlier rows to {plain(station)}: write one file"
-                    " per station"
-                )
-            station = name
-            days.append(float(found["day"]))
-            try:
-                numbers = [float(cell) for cell in cells[:TENV]]
-            except ValueError:
-                raise InputError(
-                    f"row {number} holds text where a number belongs: {plain(text, 60)}"
-                ) from None
-            values.append(numbers)
+    for number, text in numbered_lines(path):
+        if number == 1 and _HEADER.match(text):
+            whole = True
+            continue
+        found = _ROW.match(text)
+        cells = [] if found is None else found["rest"].split()
+        if (
+            found is None
+            or len(cells) < (TENV3 if whole else TENV)
+            or len(cells) != (width or len(cells))
+        ):
+            raise InputError(f"row {number} is not a row of a tenv file: {plain(text, 60)}")
+        width = len(cells)
+        name = text[:4]
+        if station is not None and name != station:
+            raise InputError(
+                f"row {number} belongs to station {plain(name)}, earlier rows to {plain(station)}: write one file"
+                " per station"
+            )
+        station = name
+        days.append(float(found["day"]))
+        try:
+            values.append([float(cell) for cell in cells[:TENV]])
+        except ValueError:
+            raise InputError(
+                f"row {number} holds text where a number belongs: {plain(text, 60)}"
+            ) from None
     if not values:
         raise InputError("the tenv file has no rows")
     table = np.array(values)
