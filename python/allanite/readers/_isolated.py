@@ -70,7 +70,8 @@ def isolated(
                 worker=worker,
                 libraries=libraries,
             )
-            return Table(**{k: tuple(v) if isinstance(v, list) else v for k, v in found.items()})
+            fields: Any = {k: tuple(v) if isinstance(v, list) else v for k, v in found.items()}
+            return Table(**fields)
 
         return in_child
 

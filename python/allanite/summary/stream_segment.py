@@ -115,7 +115,8 @@ class Extremes:
     def restored(cls, state: dict[str, Any]) -> Extremes:
         """`Extremes` from the dict that `state()` returned, with copies of its arrays."""
         low, high, ends = (state[name] and tuple(state[name]) for name in ("low", "high", "ends"))
-        return cls(*state["numbers"], low, high, Sum(**state["steps"]), ends)
+        count, missing, gaps = state["numbers"]
+        return cls(count, missing, gaps, low, high, Sum(**state["steps"]), ends)
 
 
 @dataclass(slots=True, eq=False)
