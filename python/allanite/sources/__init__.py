@@ -79,7 +79,8 @@ def documents_of(
         return [model_to_dict(source)]
     if not isinstance(source, (str, Path)):
         tree = source if isinstance(source, Mapping) else source.to_dict()
-        return _of_tree(tree, "model")
+        with about("model"):
+            return _of_tree(tree)
     text = str(source)
     if not is_source_file(text):
         model, own = parse_with_units(text)
@@ -88,19 +89,15 @@ def documents_of(
             document["recording"] = {"unit": own}
         return [document]
     path = Path(text)
-    try:
+    with (
+        about(path),
+        invalid_as_input_error("not a model file, a data sheet or a file of another tool"),
+    ):
         if not path.is_file():
-            raise InputError(f"{path}: no such file")
+            raise InputError("no such file")
         if path.stat().st_size > MAX_DOCUMENT_BYTES:
-            raise InputError(
-                f"{path}: too large for a model file, a data sheet or a table of deviations"
-            )
-        with invalid_as_input_error(
-            f"{path}: not a model file, a data sheet or a file of another tool"
-        ):
-            return _of_file(path, unit, rate, record_length)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+            raise InputError("too large for a model file, a data sheet or a table of deviations")
+        return _of_file(path, unit, rate, record_length)
 
 
 def _of_file(
@@ -138,23 +135,22 @@ def _of_json(path: Path) -> list[dict[str, Any]]:
     from allanite.sources.datasheet import TABLES, datasheet_of, documents_of_sheet
     from allanite.sources.matlab_parameters import documents_of_matlab_json, is_matlab_json
 
-    with about(path):
-        tree = json_of(path)
+    tree = json_of(path)
     if isinstance(tree, dict) and not str(tree.get("schema")).startswith("allanite/"):
         if any(isinstance(tree.get(table), dict) for table in TABLES):
             return documents_of_sheet(datasheet_of(tree, path.stem), str(path))
         if is_matlab_json(tree):
             return documents_of_matlab_json(tree, str(path))
-    return _of_tree(tree, str(path))
+    return _of_tree(tree)
 
 
-def _of_tree(tree: object, name: str) -> list[dict[str, Any]]:
+def _of_tree(tree: object) -> list[dict[str, Any]]:
     """List of model documents (dicts) in a parsed JSON record of allanite, one per column; `name` is for messages.
 
     Raises `InputError` if the record is not one of allanite.
     """
     if not isinstance(tree, Mapping) or not str(tree.get("schema")).startswith("allanite/"):
-        raise InputError(f"{name}: not a model file of allanite: it has no allanite schema")
+        raise InputError("not a model file of allanite: it has no allanite schema")
     documents = tree.get("columns", [tree])
     if not (
         isinstance(documents, list)
@@ -162,11 +158,11 @@ def _of_tree(tree: object, name: str) -> list[dict[str, Any]]:
         and all(isinstance(one, Mapping) for one in documents)
     ):
         raise InputError(
-            f"{name}: 'columns' must be a list of models, as allanite fit, improve and characterize write it"
+            "'columns' must be a list of models, as allanite fit, improve and characterize write it"
         )
-    with invalid_as_input_error(f"{name}: not a model as allanite writes it"):
+    with invalid_as_input_error("not a model as allanite writes it"):
         for one in documents:
-            _check_recording(one, name)
+            _check_recording(one)
         return [_with_extras(_last_step(one), tree) for one in documents]
 
 
@@ -182,15 +178,15 @@ def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[s
     return {**document, **found}
 
 
-def _check_recording(document: Mapping[str, Any], name: str) -> None:
+def _check_recording(document: Mapping[str, Any]) -> None:
     """Raise `InputError` unless the unit of the recording in a document is a text and its rate a positive number."""
     recording = document.get("recording") or {}
     unit, rate = recording.get("unit"), recording.get("rate_hz")
     if unit is not None and not isinstance(unit, str):
-        raise InputError(f"{name}: the unit {plain(unit, 60)} of the recording is not a text")
+        raise InputError(f"the unit {plain(unit, 60)} of the recording is not a text")
     if rate is not None and not 0.0 < float(rate) < math.inf:
         raise InputError(
-            f"{name}: the rate {plain(rate, 60)} of the recording is not a positive number of Hz"
+            f"the rate {plain(rate, 60)} of the recording is not a positive number of Hz"
         )
 
 

@@ -360,7 +360,7 @@ def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
     values = {name: figure.in_unit(unit) for name, figure in by_coefficient.items()}
     if "N" not in values:
         raise InputError(
-            f"{source}: the {table} has neither a noise density nor an angle or velocity random walk: add"
+            f"the {table} has neither a noise density nor an angle or velocity random walk: add"
             ' e.g. noise_density = "0.01 deg/s/sqrt(Hz)"'
         )
     assumptions = [f"data sheet {sheet.name}, {table}: figures as printed, not measured"]

@@ -15,7 +15,7 @@ from allanite.common.errors import InputError, about
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, parse_unit
 from allanite.effects import CATALOGUE, Stochastic
 from allanite.fit.classical.gls import fit_gls
-from allanite.readers import text
+from allanite.readers import read_table, text
 from allanite.readers.sensor_names import sensor_kind
 from allanite.sources.documents import model_document
 
@@ -85,25 +85,25 @@ def documents_of_table(
     tau, deviations = numbers[:, 0], numbers[:, 1:]
     if not ((np.diff(tau) > 0.0).all() and tau[0] > 0.0 and (deviations > 0.0).all()):
         raise InputError(
-            f"{path}: not a table of Allan deviations (tau must grow, deviations must be positive):"
+            "not a table of Allan deviations (tau must grow, deviations must be positive):"
             " if this is a log, use allanite characterize"
         )
-    names = header[1:] if header else [f"deviation {i + 1}" for i in range(deviations.shape[1])]
+    names = header[1:] or [f"deviation {i}" for i in range(1, numbers.shape[1])]
     if record_length is None:
         raise InputError(
-            f"{path}: a table of deviations does not state the length of the record"
+            "a table of deviations does not state the length of the record"
             + (" and the unit of its samples" if unit is None else ""),
             missing="record_length",
             remedy=": give {record_length}" + (" and {unit}" if unit is None else ""),
         )
-    units = _units(unit, names, str(path))
+    units = _units(unit, names)
     if record_length < 2.0 * tau[-1]:
         raise InputError(
-            f"{path}: the record must be at least twice as long as the largest tau, {tau[-1]:g} s"
+            f"the record must be at least twice as long as the largest tau, {tau[-1]:g} s"
             f" (given record length: {record_length:g} s)"
         )
     fs = 1.0 / tau[0] if rate is None else rate
-    factors, rows = _factors(tau, fs, str(path))
+    factors, rows = _factors(tau, fs)
     n = round(record_length * fs)
     assumptions = [
         "fitted to a table of Allan deviations, assumed to be overlapping estimates; not fitted to samples",
@@ -132,16 +132,14 @@ def curves_of_table(
 
     Raises `InputError` if the file is not a table or the unit is missing.
     """
-    header, numbers = _read(path)
-    names = header[1:] if header else [f"deviation {i + 1}" for i in range(numbers.shape[1] - 1)]
-    units = _units(unit, names, str(path))
-    columns = zip(names, units, numbers[:, 1:].T, strict=True)
-    return [(name, own, numbers[:, 0], column) for name, own, column in columns]
+    with about(path):
+        header, numbers = _read(path)
+        names = header[1:] or [f"deviation {i}" for i in range(1, numbers.shape[1])]
+        columns = zip(names, _units(unit, names), numbers[:, 1:].T, strict=True)
+        return [(name, own, numbers[:, 0], column) for name, own, column in columns]
 
 
-def _factors(
-    tau: NDArray[np.float64], rate: float, source: str
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _factors(tau: NDArray[np.float64], rate: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Tuple (averaging factors of the points to fit, about eight per decade; row of each point in the table).
 
     Raises `InputError` unless each τ is within 5 % of a multiple of the sampling interval.
@@ -149,7 +147,7 @@ def _factors(
     m = np.round(tau * rate).astype(np.int64)
     if m[0] < 1 or np.abs(m / (tau * rate) - 1.0).max() > 0.05:
         raise InputError(
-            f"{source}: the values of tau, from {tau[0]:g} s on, are not multiples of the sampling interval 1/{rate:g} s",
+            f"the values of tau, from {tau[0]:g} s on, are not multiples of the sampling interval 1/{rate:g} s",
             missing="rate",
             remedy=": give the rate of the record with {rate}",
         )
@@ -159,14 +157,14 @@ def _factors(
     return m[rows][kept], rows[kept]
 
 
-def _units(unit: str | None, names: list[str], source: str) -> list[str]:
+def _units(unit: str | None, names: list[str]) -> list[str]:
     """List: unit of each column, from a comma-separated text of one unit, one per column, or one per kind of sensor.
 
     Raises `InputError` for None, or if the units cannot be assigned to the columns.
     """
     if unit is None:
         raise InputError(
-            f"{source}: a table of deviations does not state the unit of the samples",
+            "a table of deviations does not state the unit of the samples",
             missing="unit",
             remedy=": give {unit}, one for all columns or one for each",
         )
@@ -181,7 +179,7 @@ def _units(unit: str | None, names: list[str], source: str) -> list[str]:
         return [by_kind[kind] for kind in kinds if kind is not None]
     kinds_text = f"{ANGULAR_RATE}, {ACCELERATION} or {FREQUENCY}"
     raise InputError(
-        f"{source}: {len(given)} units for {len(names)} columns, and the names do not show {kinds_text}:"
+        f"{len(given)} units for {len(names)} columns, and the names do not show {kinds_text}:"
         " give one unit for each column, separated by commas"
     )
 
@@ -192,8 +190,7 @@ def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
     Raises `InputError` for a file that is no text, for a row that is not one of numbers, and for a table that is too
     small.
     """
-    with about(path):
-        return _header_and_numbers(text.read(path, text.all_numbers))
+    return _header_and_numbers(read_table(path, text.all_numbers))
 
 
 def _header_and_numbers(table: Table) -> tuple[list[str], NDArray[np.float64]]:

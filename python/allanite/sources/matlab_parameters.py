@@ -48,7 +48,7 @@ def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
             found += _axes(parts, sensor, unit, source, None if rate is None else rate[1])
     if not found:
         raise InputError(
-            f"{source}: this MATLAB script has no gyroparams(…) or accelparams(…) with a NoiseDensity"
+            "this MATLAB script has no gyroparams(…) or accelparams(…) with a NoiseDensity"
         )
     return found
 
@@ -71,7 +71,7 @@ def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[
     parts = [part for part in (tree, *tree.values()) if _has_sensor(part)]
     if len(parts) > 1:
         raise InputError(
-            f"{source}: contains {len(parts)} parts, but only one can be used: delete the others"
+            f"contains {len(parts)} parts, but only one can be used: delete the others"
         )
     found = []
     for sensor, _, unit in SENSORS:
@@ -92,9 +92,9 @@ def _axes(
 
     A field with one number applies to all axes. Raises `InputError` without a noise density above 0.
     """
-    numbers = {letter: _numbers(given[key], key, source) for key, letter in FIELDS if key in given}
+    numbers = {letter: _numbers(given[key], key) for key, letter in FIELDS if key in given}
     if not any(numbers.get("N", ())):
-        raise InputError(f"{source}: {sensor} has no NoiseDensity above 0")
+        raise InputError(f"{sensor} has no NoiseDensity above 0")
     two_sided = given.get("NoiseType", "").lower() in ("double-sided", "two-sided")
     if not two_sided:
         numbers["N"] = [n / math.sqrt(2.0) for n in numbers["N"]]
@@ -118,14 +118,12 @@ def _axes(
     ]
 
 
-def _numbers(text: str, key: str, source: str) -> list[float]:
+def _numbers(text: str, key: str) -> list[float]:
     """List of the one or three non-negative numbers in the text of a field. Raises `InputError` for any other text."""
     try:
         found = [float(word) for word in text.split()]
     except ValueError:
         found = []
     if len(found) not in (1, 3) or not all(0.0 <= v < math.inf for v in found):
-        raise InputError(
-            f"{source}: {key} = {text[:60]!r}: give one number or three numbers, not negative"
-        )
+        raise InputError(f"{key} = {text[:60]!r}: give one number or three numbers, not negative")
     return found

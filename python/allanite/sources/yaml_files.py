@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from allanite.common.documents import text_of
-from allanite.common.errors import InputError, about
+from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.sources.documents import PLATEAU, model_document
 
@@ -31,16 +31,16 @@ KALIBR = ("noise_density", "random_walk")
 MAX_FILE_BYTES, MAX_DEPTH = 100_000, 20
 
 
-def _refuse_aliases_and_depth(text: str, source: str) -> None:
+def _refuse_aliases_and_depth(text: str) -> None:
     """Raise `InputError` if a YAML text has aliases (which can expand to gigabytes) or more than `MAX_DEPTH` levels."""
     depth = 0
     for event in yaml.parse(text, yaml.SafeLoader):
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
         if isinstance(event, yaml.AliasEvent):
-            raise InputError(f"{source}: YAML with aliases (*name) is not read: write the values")
+            raise InputError("YAML with aliases (*name) is not read: write the values")
         if depth > MAX_DEPTH:
-            raise InputError(f"{source}: more than {MAX_DEPTH} levels, not a file of these tools")
+            raise InputError(f"more than {MAX_DEPTH} levels, not a file of these tools")
 
 
 def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
@@ -57,19 +57,18 @@ def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
     InputError
         The file is of neither kind, a value is not a positive number, or the rate for imu_utils is missing.
     """
-    with about(path):
-        text = text_of(path, MAX_FILE_BYTES, errors="replace")
+    text = text_of(path, MAX_FILE_BYTES, errors="replace")
     # OpenCV writes "%YAML:1.0", which is not a valid YAML directive.
     text = re.sub(r"\A%YAML:[\d.]+", "", text)
     try:
-        _refuse_aliases_and_depth(text, str(path))
+        _refuse_aliases_and_depth(text)
         tree = yaml.safe_load(text)
     except InputError:
         raise
     except (yaml.YAMLError, RecursionError, ValueError, OverflowError) as error:
         place = getattr(error, "problem_mark", None)
         row = f" (line {place.line + 1})" if place is not None else ""
-        raise InputError(f"{path}: not a YAML file{row}") from None
+        raise InputError(f"not a YAML file{row}") from None
     nodes = _nodes(tree)
     kalibr = [n for n in nodes if any(f"{s}_{KALIBR[0]}" in n for s, _, _ in SENSORS)]
     if kalibr:
@@ -77,7 +76,7 @@ def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
     if isinstance(tree, dict) and ("Gyr" in tree or "Acc" in tree):
         return _imu_utils(tree, str(path), rate)
     raise InputError(
-        f"{path}: neither a Kalibr file (gyroscope_noise_density) nor one of imu_utils (Gyr, Acc)"
+        "neither a Kalibr file (gyroscope_noise_density) nor one of imu_utils (Gyr, Acc)"
     )
 
 
@@ -98,7 +97,7 @@ def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[st
     for sensor, _, unit in SENSORS:
         if f"{sensor}_{KALIBR[0]}" not in node:
             continue
-        N, K = (_positive(node, f"{sensor}_{key}", source) for key in KALIBR)
+        N, K = (_positive(node, f"{sensor}_{key}") for key in KALIBR)
         name = f"{node.get('rostopic', sensor)} {sensor}" if several else sensor
         assumptions = [
             "Kalibr file: N and K are taken as continuous-time, two-sided densities; they were not fitted by allanite"
@@ -115,7 +114,7 @@ def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list
     """
     if rate is None:
         raise InputError(
-            f"{source}: imu_utils states the noise per sample but not the sampling rate of the log",
+            "imu_utils states the noise per sample but not the sampling rate of the log",
             missing="rate",
             remedy=": give the rate of that log with {rate}",
         )
@@ -128,9 +127,9 @@ def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list
         for axis in axes if len(axes) == 3 else ["avg-axis"]:
             part = node.get(axis)
             if not isinstance(part, dict):
-                raise InputError(f"{source}: {short.capitalize()} has no {axis}")
-            noise = _positive(part, f"{short}_n", source)
-            floor = _positive(part, f"{short}_w", source)
+                raise InputError(f"{short.capitalize()} has no {axis}")
+            noise = _positive(part, f"{short}_n")
+            floor = _positive(part, f"{short}_w")
             values = {"N": noise / math.sqrt(rate), "B": floor / PLATEAU}
             white = (
                 f"imu_utils file, log at {rate:g} Hz: {short}_n is the standard deviation of a sample,"
@@ -143,14 +142,14 @@ def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list
     return found
 
 
-def _positive(node: Mapping[str, Any], key: str, source: str) -> float:
+def _positive(node: Mapping[str, Any], key: str) -> float:
     """Value of `key` in a file as a float. Raises `InputError` if it is missing, no number, not positive or infinite."""
     try:
         value = float(node[key])
     except KeyError:
-        raise InputError(f"{source}: {key} is missing") from None
+        raise InputError(f"{key} is missing") from None
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{source}: {key} = {plain(node[key], 60)} is not a number") from None
+        raise InputError(f"{key} = {plain(node[key], 60)} is not a number") from None
     if not 0.0 < value < math.inf:
-        raise InputError(f"{source}: {key} = {value:g} must be positive")
+        raise InputError(f"{key} = {value:g} must be positive")
     return value
