@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
-from allanite.common.documents import MAX_DOCUMENT_BYTES, invalid_as_input_error, json_of, text_of
+from allanite.common.documents import invalid_as_input_error, json_of, text_of
 from allanite.common.errors import InputError, about
 from allanite.common.files import is_file
 from allanite.common.plain import plain
@@ -93,10 +93,6 @@ def documents_of(
         about(path),
         invalid_as_input_error("not a model file, a data sheet or a file of another tool"),
     ):
-        if not path.is_file():
-            raise InputError("no such file")
-        if path.stat().st_size > MAX_DOCUMENT_BYTES:
-            raise InputError("too large for a model file, a data sheet or a table of deviations")
         return _of_file(path, unit, rate, record_length)
 
 
