@@ -11,7 +11,7 @@ import numpy as np
 from allanite.readers.sensor_names import words_in
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -43,6 +43,7 @@ _SECONDS_OF_DAY = re.compile(
 # Names of the columns of a calendar date.
 _YEAR, _DAY_OF_YEAR = re.compile(r"^(year|yyyy|yr)$"), re.compile(r"^(doy|day_?of_?year|ddd|day)$")
 _MONTH, _DAY_OF_MONTH = re.compile(r"^(month|mm|mon)$"), re.compile(r"^(day|dd|day_of_month)$")
+_SECONDS_OF_DATE = re.compile(r"^(sod|(sec|second)s?_of_day|utc_?sec\w*)$")
 # Hours, minutes and seconds: pattern of the name, seconds per unit, and limit of the values.
 _TIME_OF_DAY = (
     (re.compile(r"^(hours?|hh?|hr)$"), 3600.0, 24.0),
@@ -113,45 +114,16 @@ def find_time_parts(
         Columns of date-times as text, converted to seconds.
     """
     words = [words_in(name) for name in names]
+    numbers = {i: x for i, x in enumerate(columns) if x is not None and i not in dates}
+    moments = {i: x for i in sorted(dates) if (x := columns[i]) is not None}
 
-    def column_named(pattern: re.Pattern[str], besides: tuple[int, ...] = ()) -> int | None:
-        """Index of the first numeric column whose name matches a pattern and is not in `besides`; None without any."""
-        return next(
-            (
-                i
-                for i, word in enumerate(words)
-                if i not in besides
-                and pattern.match(word)
-                and columns[i] is not None
-                and i not in dates
-            ),
-            None,
-        )
+    def column_named(pattern: re.Pattern[str], *besides: int) -> int | None:
+        """Index of the first column of numbers whose name matches, and that is not in `besides`; None without any."""
+        return next((i for i in numbers if i not in besides and pattern.match(words[i])), None)
 
-    def first_rows_of(i: int) -> NDArray[Any]:
-        """Array of the first rows of column `i`, which must have been read."""
-        found = columns[i]
-        assert found is not None
-        return found
-
-    date = next(
-        (
-            i
-            for i in sorted(dates)
-            if columns[i] is not None and _are_whole(x := first_rows_of(i) / DAY) and x.any()
-        ),
-        None,
-    )
-    clock = next(
-        (
-            i
-            for i in sorted(dates)
-            if i != date
-            and columns[i] is not None
-            and _are_between_0_and(first_rows_of(i), DAY + 1)
-        ),
-        None,
-    )
+    date = next((i for i, x in moments.items() if _are_whole(x / DAY) and x.any()), None)
+    times = (i for i, x in moments.items() if i != date and _are_between_0_and(x, DAY + 1))
+    clock = next(times, None)
     if date is not None and clock is not None:
         return TimeParts(
             "a date and a time of day", (date, clock), lambda x: [x[0] * 1.0, x[1] * 1.0]
@@ -164,59 +136,48 @@ def find_time_parts(
         (_MJD, _SECONDS_OF_DAY, DAY, "days (MJD) and seconds of day"),
     ):
         one = column_named(coarse)
-        two = None if one is None else column_named(fine, (one,))
-        if one is None or two is None or not _are_whole(first_rows_of(one)):
+        two = None if one is None else column_named(fine, one)
+        if one is None or two is None or not _are_whole(numbers[one]):
             continue
         # iTOW and similar columns are in ms if they exceed the seconds of a week or day.
-        part = 1e-3 if not _are_between_0_and(first_rows_of(two), span + 1) else 1.0
-        if words[two].endswith(("ms", "millis", "milliseconds")):
-            part = 1e-3
-        if _are_between_0_and(first_rows_of(two), (span + 1) / part):
+        in_ms = words[two].endswith(("ms", "millis", "milliseconds"))
+        part = 1.0 if _are_between_0_and(numbers[two], span + 1) and not in_ms else 1e-3
+        if _are_between_0_and(numbers[two], (span + 1) / part):
             return TimeParts(form, (one, two), lambda x, s=span, p=part: [x[0] * s, x[1] * p])  # type: ignore[misc]
-    return _calendar(column_named, first_rows_of)
+    return _calendar(column_named, numbers)
 
 
 def _calendar(
-    column_named: Callable[..., int | None],
-    first_rows_of: Callable[[int], NDArray[Any]],
+    column_named: Callable[..., int | None], numbers: Mapping[int, NDArray[Any]]
 ) -> TimeParts | None:
     """`TimeParts` of year, month and day (or day of year) and, if logged, the time of day.
 
     None without a year from 1900 to 2200 or without a day, and for a whole day of year that never rises without a time
-    of day. `column_named` finds a column by a pattern of its name, `first_rows_of` returns its values.
+    of day. `column_named` finds the index of a column by a pattern of its name, `numbers` holds the first rows.
     """
     year = column_named(_YEAR)
-    if (
-        year is None
-        or not _are_whole(first_rows_of(year))
-        or not 1900 < float(first_rows_of(year)[0]) < 2200
-    ):
+    if year is None or not _are_whole(numbers[year]) or not 1900 < float(numbers[year][0]) < 2200:
         return None
     month = column_named(_MONTH)
-    day = column_named(_DAY_OF_MONTH if month is not None else _DAY_OF_YEAR)
+    day = column_named(_DAY_OF_YEAR if month is None else _DAY_OF_MONTH)
     if day is None:
         return None
     taken = [year, day] if month is None else [year, month, day]
     calendar = len(taken)
     factors: list[float] = []
-    second = re.compile(r"^(sod|(sec|second)s?_of_day|utc_?sec\w*)$")
-    found = column_named(second, tuple(taken))
+    found = column_named(_SECONDS_OF_DATE, *taken)
     if found is not None:
         taken.append(found)
         factors.append(1.0)
     else:
         for pattern, factor, most in _TIME_OF_DAY:
-            found = column_named(pattern, tuple(taken))
-            if found is None or not _are_between_0_and(first_rows_of(found), most):
+            found = column_named(pattern, *taken)
+            if found is None or not _are_between_0_and(numbers[found], most):
                 break
             taken.append(found)
             factors.append(factor)
-    if (
-        calendar == 2
-        and len(taken) == 2
-        and _are_whole(first_rows_of(day))
-        and not np.any(np.diff(first_rows_of(day)) > 0)
-    ):
+    whole_days = taken == [year, day] and _are_whole(numbers[day])
+    if whole_days and not np.any(np.diff(numbers[day]) > 0):
         return None
 
     def seconds(x: Sequence[NDArray[Any]]) -> list[NDArray[np.float64]]:
@@ -225,15 +186,14 @@ def _calendar(
         Without a month, the day is that of the year.
         """
         years = (np.asarray(x[0]).astype(np.int64) - 1970).astype("datetime64[Y]")
+        start = years.astype("datetime64[M]")
         if calendar == 3:
-            months = years.astype("datetime64[M]") + (np.asarray(x[1]).astype(np.int64) - 1)
-            start = months.astype("datetime64[D]").astype(np.int64).astype(np.float64)
-        else:
-            start = years.astype("datetime64[D]").astype(np.int64).astype(np.float64)
+            start += np.asarray(x[1]).astype(np.int64) - 1
+        days = start.astype("datetime64[D]").astype(np.int64).astype(np.float64)
         whole = np.floor(x[calendar - 1])
         rest = (x[calendar - 1] - whole) * DAY
         times = [x[calendar + k] * factor for k, factor in enumerate(factors)]
-        return [(start + whole - 1) * DAY, rest, *times]
+        return [(days + whole - 1) * DAY, rest, *times]
 
     form = "year and day of year" if calendar == 2 else "year, month and day"
     return TimeParts(form + (" with the time of day" if factors else ""), tuple(taken), seconds)
