@@ -27,6 +27,10 @@ ARDUPILOT_REFERENCE, ARDUPILOT_SCALE = 35.0, 1e6
 PX4_SENSORS, ARDUPILOT_SENSORS = 4, 3
 #: Kind of sensor → SI unit of its samples.
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2"}
+#: Columns of the table of the target ``csv``.
+CSV_COLUMNS = (
+    "axis", "unit", "reference_celsius", "x0", "x1", "x2", "x3", "low_celsius", "high_celsius", "band", "form",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,17 +136,13 @@ def _axis_notes(axes: Sequence[AxisLaw]) -> list[str]:
     return notes
 
 
-def _comment_lines(found: ThermalCalibration, *lines: str) -> list[str]:
-    """List of texts, without comment characters: title, logs, the given `lines`, and notes on the axes."""
+def _comment_lines(found: ThermalCalibration, mark: str, *lines: str) -> list[str]:
+    """List of comment lines that begin with `mark`: title, logs, the given `lines`, and notes on the axes."""
     logs = (
         ", ".join(re.sub(r"\s+", " ", str(p)) for p in found.paths if p) or "recordings in memory"
     )
-    return [
-        "Thermal calibration, written by allanite",
-        f"Calibrated from: {logs}",
-        *lines,
-        *_axis_notes(found.axes),
-    ]
+    head = ["Thermal calibration, written by allanite", f"Calibrated from: {logs}"]
+    return [f"{mark} {line}" for line in (*head, *lines, *_axis_notes(found.axes))]
 
 
 def _px4(found: ThermalCalibration) -> str:
@@ -151,16 +151,14 @@ def _px4(found: ThermalCalibration) -> str:
     Raises `InputError` for over 4 sensors of a kind, or none.
     """
     gyros, accels = _gyroscopes_and_accelerometers(found, PX4_SENSORS, "px4")
-    lines = [
-        f"# {line}"
-        for line in _comment_lines(
-            found,
-            "PX4 computes corrected = raw - offset, offset = X0 + X1 dT + X2 dT^2 + X3 dT^3, dT = T - TREF.",
-            "PX4 limits the temperature T to TMIN ... TMAX. Units: rad/s, m/s^2, degrees Celsius.",
-            "X0 of accelerometers is set to 0, because the measured constant contains gravity.",
-            "Before use, set each TC_*_ID to the device id of its sensor (param show CAL_GYRO0_ID, CAL_ACC0_ID).",
-        )
-    ]
+    lines = _comment_lines(
+        found,
+        "#",
+        "PX4 computes corrected = raw - offset, offset = X0 + X1 dT + X2 dT^2 + X3 dT^3, dT = T - TREF.",
+        "PX4 limits the temperature T to TMIN ... TMAX. Units: rad/s, m/s^2, degrees Celsius.",
+        "X0 of accelerometers is set to 0, because the measured constant contains gravity.",
+        "Before use, set each TC_*_ID to the device id of its sensor (param show CAL_GYRO0_ID, CAL_ACC0_ID).",
+    )
     for letter, sensors in (("G", gyros), ("A", accels)):
         if sensors:
             lines.append(f"param set TC_{letter}_ENABLE 1")
@@ -187,16 +185,14 @@ def _ardupilot(found: ThermalCalibration) -> str:
     Raises `InputError` for over 3 sensors of a kind, or none.
     """
     gyros, accels = _gyroscopes_and_accelerometers(found, ARDUPILOT_SENSORS, "ardupilot")
-    lines = [
-        f"# {line}"
-        for line in _comment_lines(
-            found,
-            "ArduPilot computes corrected = raw - (P(T - 35) - P(Tcal - 35)), P(d) = 1e-6 (c1 d + c2 d^2 + c3 d^3).",
-            "c1, c2, c3 of an axis are its parameters ACC1, ACC2, ACC3 or GYR1, GYR2, GYR3.",
-            "T and Tcal are limited to TMIN ... TMAX, in degrees Celsius.",
-            "Tcal is the temperature at which the offsets were calibrated (INS_GYRn_CALTEMP, INS_ACCn_CALTEMP).",
-        )
-    ]
+    lines = _comment_lines(
+        found,
+        "#",
+        "ArduPilot computes corrected = raw - (P(T - 35) - P(Tcal - 35)), P(d) = 1e-6 (c1 d + c2 d^2 + c3 d^3).",
+        "c1, c2, c3 of an axis are its parameters ACC1, ACC2, ACC3 or GYR1, GYR2, GYR3.",
+        "T and Tcal are limited to TMIN ... TMAX, in degrees Celsius.",
+        "Tcal is the temperature at which the offsets were calibrated (INS_GYRn_CALTEMP, INS_ACCn_CALTEMP).",
+    )
     for k in range(max(len(gyros), len(accels))):
         own = [(n, s[k]) for n, s in (("ACC", accels), ("GYR", gyros)) if k < len(s)]
         key = f"INS_TCAL{k + 1}"
@@ -218,14 +214,12 @@ def _c(found: ThermalCalibration) -> str:
 
     Temperatures outside of the measured range are limited to it.
     """
-    lines = [
-        f" * {line}"
-        for line in _comment_lines(
-            found,
-            "NAME_bias(T) returns the bias of an axis at the temperature T in °C: corrected = sample - NAME_bias(T).",
-            "Temperatures outside of the measured range are limited to it.",
-        )
-    ]
+    lines = _comment_lines(
+        found,
+        " *",
+        "NAME_bias(T) returns the bias of an axis at the temperature T in °C: corrected = sample - NAME_bias(T).",
+        "Temperatures outside of the measured range are limited to it.",
+    )
     text = ["/*", *(line.replace("*/", "* /") for line in lines), " */", "#pragma once", ""]
     text += [
         "static inline double allanite_law(const double x[4], double reference, double low, double high, double t) {",
@@ -270,20 +264,7 @@ def _csv(found: ThermalCalibration) -> str:
     """
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    head = (
-        "axis",
-        "unit",
-        "reference_celsius",
-        "x0",
-        "x1",
-        "x2",
-        "x3",
-        "low_celsius",
-        "high_celsius",
-        "band",
-        "form",
-    )
-    writer.writerow(head)
+    writer.writerow(CSV_COLUMNS)
     for axis in found:
         low, high = axis.range
         reference = axis.curve.reference

@@ -101,33 +101,19 @@ class Unit:
 
 @dataclass(frozen=True, slots=True)
 class _Quantity:
-    """A unit expression reduced to its scale to SI and its powers of angle, length, time and magnetic field."""
+    """Value of a unit in SI units, and the powers of its dimensions: angle, length, time and magnetic field."""
 
     scale: float
-    angle: Fraction = Fraction(0)
-    length: Fraction = Fraction(0)
-    time: Fraction = Fraction(0)
-    field: Fraction = Fraction(0)
-
-    @property
-    def powers(self) -> tuple[Fraction, Fraction, Fraction, Fraction]:
-        """Tuple (angle, length, time, magnetic field): powers of the dimensions."""
-        return (self.angle, self.length, self.time, self.field)
+    powers: tuple[Fraction, ...] = (Fraction(0),) * 4
 
     def times(self, other: _Quantity, power: int = 1) -> _Quantity:
-        """`_Quantity`: product of this quantity and `other` ** `power`."""
-        return _Quantity(
-            self.scale * other.scale**power,
-            self.angle + power * other.angle,
-            self.length + power * other.length,
-            self.time + power * other.time,
-            self.field + power * other.field,
-        )
+        """Product of this quantity and a power of another."""
+        powers = (a + power * b for a, b in zip(self.powers, other.powers, strict=True))
+        return _Quantity(self.scale * other.scale**power, tuple(powers))
 
     def to_power(self, power: Fraction) -> _Quantity:
-        """`_Quantity`: this quantity raised to a power."""
-        powers = (one * power for one in self.powers)
-        return _Quantity(self.scale ** float(power), *powers)
+        """Power of this quantity."""
+        return _Quantity(self.scale ** float(power), tuple(one * power for one in self.powers))
 
 
 _ROOT = re.compile(r"(?<![A-Za-z])(?:square[\s-]*)?(?:rt|root)[\s-]*(?=[(A-Za-z])")
@@ -280,12 +266,12 @@ def _quantity_of_symbol(name: str) -> _Quantity:
     field = _ALIASES.get(name.lower(), name)
     field = field.lower() if field.lower().endswith("gauss") else field
     if field in _FIELDS:
-        return _Quantity(_FIELDS[field], field=Fraction(1))
+        return _Quantity(_FIELDS[field], (*(Fraction(0),) * 3, Fraction(1)))
     for key in (name, _ALIASES.get(name, ""), name.lower(), _ALIASES.get(name.lower(), "")):
         # Prefixed symbols are case-sensitive: "Mg" is not a milli-g.
         if key in _SYMBOLS and (key != name.lower() or key == name or len(name) > 2 or key == "g"):
-            scale, angle, length, time = _SYMBOLS[key]
-            return _Quantity(scale, Fraction(angle), Fraction(length), Fraction(time))
+            scale, *powers = _SYMBOLS[key]
+            return _Quantity(scale, (*map(Fraction, powers), Fraction(0)))
     raise ValueError(name)
 
 
@@ -428,7 +414,7 @@ def conversion(from_unit: str, to_unit: str) -> float:
             " these are different quantities"
         )
     for text, quantity, side in ((to_unit, b, target_side), (from_unit, a, source_side)):
-        if side != 1.0 and quantity.time.denominator != 2:
+        if side != 1.0 and quantity.powers[2].denominator != 2:
             raise InputError(
                 f"{text!r}: only a noise density can be one-sided or two-sided; delete the word"
             )

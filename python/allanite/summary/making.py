@@ -98,56 +98,38 @@ def summary_of_chunks(
     """
     if start < 0:
         raise InputError(f"start is {start}: the index of the first sample, from 0")
-    with Pool(threads) if threads > 1 else nullcontext() as pool:
-        return _summary_with_pool(
-            chunks, (rate, unit, columns), start, path, threads, taus_per_octave, pool
-        )
-
-
-def _summary_with_pool(
-    chunks: Any,
-    options: tuple[float | None, str | Sequence[str], Sequence[str] | None],
-    start: int,
-    path: str | None,
-    threads: int,
-    taus_per_octave: int,
-    pool: Pool | None,
-) -> Summary:
-    """`Summary` of chunks; `options` are rate, unit and columns. Without a pool, all is computed in this thread.
-
-    Raises `InputError` for chunks that differ in rate or columns, and `TooShortError` without samples.
-    """
     segment: StreamSegment | None = None
     head: dict[str, Any] = {}
-    for chunk in _chunks_of(chunks):
-        taken, about = _tables_of(chunk, *options)
-        if segment is None:
-            head, width = about, sum(map(len, taken))
-            segment = StreamSegment.empty(
-                start,
-                len(about["columns"]),
-                len(about["covariates_named"]),
-                about["rate"],
-                about["units"],
-                # The columns and their curves are computed side by side.
-                max(1, threads - 1 if width == 1 else threads // width),
-                taus_per_octave,
-            )
-        elif {**about, "path": None} != {**head, "path": None}:
-            raise InputError(
-                f"a chunk with {', '.join(about['columns'])} at {about['rate']:g} Hz follows chunks with"
-                f" {', '.join(head['columns'])} at {head['rate']:g} Hz"
-            )
-        at_work: list[Future[None]] = []
-        for rows in _batches_of_rows(taken, _memory_mapping(chunk)):
-            if pool is None:
-                segment.update(rows)
-            else:
-                # Rows are read while the rows before them are processed.
-                _wait_for_tasks(at_work)
-                at_work = [pool.submit(task) for task in segment.tasks(rows)]
-        # The caller may reuse the memory of a chunk.
-        _wait_for_tasks(at_work)
+    with Pool(threads) if threads > 1 else nullcontext() as pool:
+        for chunk in _chunks_of(chunks):
+            taken, about = _tables_of(chunk, rate, unit, columns)
+            if segment is None:
+                head, width = about, sum(map(len, taken))
+                segment = StreamSegment.empty(
+                    start,
+                    len(about["columns"]),
+                    len(about["covariates_named"]),
+                    about["rate"],
+                    about["units"],
+                    # The columns and their curves are computed side by side.
+                    max(1, threads - 1 if width == 1 else threads // width),
+                    taus_per_octave,
+                )
+            elif {**about, "path": None} != {**head, "path": None}:
+                raise InputError(
+                    f"a chunk with {', '.join(about['columns'])} at {about['rate']:g} Hz follows chunks with"
+                    f" {', '.join(head['columns'])} at {head['rate']:g} Hz"
+                )
+            at_work: list[Future[None]] = []
+            for rows in _batches_of_rows(taken, _memory_mapping(chunk)):
+                if pool is None:
+                    segment.update(rows)
+                else:
+                    # Rows are read while the rows before them are processed.
+                    _wait_for_tasks(at_work)
+                    at_work = [pool.submit(task) for task in segment.tasks(rows)]
+            # The caller may reuse the memory of a chunk.
+            _wait_for_tasks(at_work)
     if segment is None or segment.stop == segment.start:
         raise TooShortError("no samples")
     _kernels.trim()

@@ -70,9 +70,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         raise InputError(f"{what} among {', '.join(sorted(known)) or 'no messages'}")
     data = np.array(rows[chosen])
     fields = names[chosen[0]]
-    stamp = next((i for i, f in enumerate(fields) if f in ("SampleUS", "TimeUS")), None)
-    if "SampleUS" in fields:
-        stamp = fields.index("SampleUS")
+    stamp = next((fields.index(f) for f in ("SampleUS", "TimeUS") if f in fields), None)
     if stamp is None:
         raise InputError(f"messages {chosen[0]} have no time; their fields are {', '.join(fields)}")
     kept = [i for i, field in enumerate(fields) if field in FIELDS or (topics and i != stamp)]
@@ -83,14 +81,13 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     others = sorted(
         f"{kind}.{at}" for kind, at in rows if (kind, at) != chosen and f"{kind}.{at}" not in apart
     )
+    note = f"messages not read: {', '.join(others)} (name one as the topic)"
     return Table(
         tuple(name for name, _ in shown),
         tuple(np.ascontiguousarray(data[:, i]) for i in kept),
         tuple(unit for _, unit in shown),
         time=data[:, stamp].astype(np.int64).astype("datetime64[us]"),
-        notes=(f"messages not read: {', '.join(others)} (name one as the topic)",)
-        if others
-        else (),
+        notes=(note,) * bool(others),
         others=apart,
     )
 

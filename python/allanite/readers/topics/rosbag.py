@@ -14,7 +14,7 @@ from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._table import Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -78,69 +78,71 @@ def _table(bag: Any, requested: Sequence[str]) -> Table:
     main = [topic for topic in (requested or imus[:1]) if topic not in thermal]
     if not main:
         main, thermal = list(requested), []
-    names: list[str] = []
-    columns: list[NDArray[Any]] = []
-    units: list[str | None] = []
+    columns: list[tuple[str, NDArray[Any], str | None]] = []
     time: NDArray[np.int64] | None = None
     for topic in main:
         stamps, found = _messages_of_topic(bag, topic, types[topic])
-        if time is None:
-            time = stamps
-        elif not _is_same_rate(stamps, time):
+        time = stamps if time is None else time
+        if not _is_same_rate(stamps, time):
             raise InputError(
                 f"topics {main[0]} ({time.size} messages) and {topic} ({stamps.size}) have"
                 " different rates: read one topic at a time"
             )
-        nearest = np.searchsorted((stamps[1:] + stamps[:-1]) // 2, time)
         prefix = f"{topic.strip('/').replace('/', '.')}." if len(main) > 1 else ""
-        for name, (values, unit) in found.items():
-            names.append(prefix + name)
-            columns.append(values if stamps is time else values[nearest])
-            units.append(unit)
+        columns += _at_times(found, stamps, time, prefix)
     assert time is not None
     # RealSense and others publish the accelerometer on a separate topic, usually with another rate.
     apart: list[str] = []
-    if not requested:
-        for topic in imus[1:]:
-            seen = _sensor_prefixes(names)
-            if len(seen) > 1:
-                break
-            try:
-                stamps, found = _messages_of_topic(bag, topic, types[topic])
-            except InputError:  # an empty topic
-                continue
-            # A topic with both sensors is another device.
-            if _sensor_prefixes(found) & seen:
-                continue
-            if _is_same_rate(stamps, time):
-                nearest = np.searchsorted((stamps[1:] + stamps[:-1]) // 2, time)
-                names += found
-                columns += [values[nearest] for values, _ in found.values()]
-                units += [unit for _, unit in found.values()]
-                main = [*main, topic]
-            else:
-                apart.append(topic)
-                break
+    for topic in () if requested else imus[1:]:
+        seen = _sensor_prefixes(name for name, _, _ in columns)
+        if len(seen) > 1:
+            break
+        try:
+            stamps, found = _messages_of_topic(bag, topic, types[topic])
+        except InputError:  # an empty topic
+            continue
+        # A topic with both sensors is another device.
+        if _sensor_prefixes(found) & seen:
+            continue
+        if not _is_same_rate(stamps, time):
+            apart.append(topic)
+            break
+        columns += _at_times(found, stamps, time)
+        main = [*main, topic]
     for topic in thermal if not requested else [t for t in requested if t in thermal]:
         stamps, found = _messages_of_topic(bag, topic, TEMPERATURE)
-        for name, (values, _) in found.items():
-            if name == "temperature":
-                names.append("temperature" if len(thermal) == 1 else f"temperature_{len(names)}")
-                columns.append(np.interp(time - time[0], stamps - time[0], values))
-                units.append("degC")
+        if "temperature" in found:
+            name = "temperature" if len(thermal) == 1 else f"temperature_{len(columns)}"
+            values = np.interp(time - time[0], stamps - time[0], found["temperature"][0])
+            columns.append((name, values, "degC"))
     others = tuple(
         f"topic {topic} is not read (name it as the topic)"
         for topic in imus
         if topic not in (*main, *apart)
     )
+    names, arrays, units = zip(*columns, strict=True)
     return Table(
-        tuple(names),
-        tuple(columns),
-        tuple(units),
+        names,
+        arrays,
+        units,
         time=time.astype("datetime64[ns]"),
         notes=others,
         others=tuple(apart),
     )
+
+
+def _at_times(
+    found: Mapping[str, tuple[NDArray[Any], str | None]],
+    stamps: NDArray[np.int64],
+    time: NDArray[np.int64],
+    prefix: str = "",
+) -> list[tuple[str, NDArray[Any], str | None]]:
+    """List of (name, values, unit) of the columns of a topic, with the values of the nearest message at each time."""
+    nearest = np.searchsorted((stamps[1:] + stamps[:-1]) // 2, time)
+    return [
+        (prefix + name, values if stamps is time else values[nearest], unit)
+        for name, (values, unit) in found.items()
+    ]
 
 
 def _sensor_prefixes(names: Iterable[str]) -> set[str]:

@@ -57,37 +57,33 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         what = f"no topic {topics[0]}" if topics else "no inertial topic"
         raise InputError(f"{what} among {shown}")
     data = found[name]
-    columns: dict[str, Any] = {}
-    units: list[str | None] = []
+    columns: dict[str, tuple[Any, str | None]] = {}
     for field, values in data.items():
         column, unit = _column_and_unit(name, field)
         if column is None and topics and not field.startswith("timestamp"):
             column = field  # every field of another topic is a column
         if column is not None:
-            columns[column] = values
-            units.append(unit)
+            columns[column] = values, unit
     time = _stamps(data)
     if "temperature" not in columns:
         for other in ("sensor_gyro.0", "sensor_accel.0", "sensor_baro.0"):
             if "temperature" in found.get(other, {}) and other != name:
                 theirs = found[other]
-                columns["temperature"] = np.interp(time, _stamps(theirs), theirs["temperature"])
-                units.append("degC")
+                values = np.interp(time, _stamps(theirs), theirs["temperature"])
+                columns["temperature"] = values, "degC"
                 break
     others = [t.removesuffix(".0") for t in found if t.split(".")[0] in TOPICS and t != name]
     # Without a combined topic, gyroscope and accelerometer are separate topics.
     apart = [] if topics or name != "sensor_gyro.0" else [t for t in others if t == "sensor_accel"]
     others = [t for t in others if t not in apart]
-    notes = (
-        f"topics not read: {', '.join(sorted(others))} (name one as the topic)" if others else ""
-    )
+    note = f"topics not read: {', '.join(sorted(others))} (name one as the topic)"
     return Table(
         tuple(columns),
-        tuple(columns.values()),
-        tuple(units),
+        tuple(values for values, _ in columns.values()),
+        tuple(unit for _, unit in columns.values()),
         # Microseconds since boot, as date-times, so that their unit is unambiguous.
         time=time.astype("datetime64[us]"),
-        notes=(notes,) if notes else (),
+        notes=(note,) * bool(others),
         others=tuple(apart),
     )
 
