@@ -10,16 +10,13 @@ from allanite.axes.words import common_form_sentences, remarks, shared_effect_se
 from allanite.axes.words import title as heading
 from allanite.common.errors import CALL
 from allanite.common.numbers import with_readable_numbers
-from allanite.common.showing import html_list, html_table
+from allanite.common.showing import aligned, html_list, html_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from allanite.axes.characterization import Characterization, Sensor
     from allanite.study import Study
-
-#: Text between two columns of the table.
-GAP = "  "
 
 
 def table(found: Characterization, width: int = 100, words: Mapping[str, str] = CALL) -> str:
@@ -91,9 +88,7 @@ def _block(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str
 
 def _table_lines(block: Sequence[Row]) -> list[str]:
     """List of texts: lines of a table with aligned columns, with a rule below the first row."""
-    cells = [(row.label, *row.cells) for row in block]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    texts = [GAP.join(map(str.ljust, row, widths)).rstrip() for row in cells]
+    texts = aligned([(row.label, *row.cells) for row in block])
     return [texts[0], "─" * max(map(len, texts)), *texts[1:]]
 
 

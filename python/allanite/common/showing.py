@@ -65,6 +65,12 @@ def array_text(array: np.ndarray[Any, Any]) -> str:
     return f"<{shape} from {known.min():.4g} to {known.max():.4g}>"
 
 
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """List of the lines of a table: cells of each row, filled with blanks to the width of their column."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+
+
 def html_table(
     title: str, head: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()
 ) -> str:

@@ -22,7 +22,7 @@ from allanite.common.documents import (
 )
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.isolation import call_isolated
-from allanite.common.showing import brief
+from allanite.common.showing import aligned, brief
 from allanite.readers._isolated import limits_of, refused_as
 from allanite.scale.logs import without_quote
 
@@ -178,22 +178,12 @@ class Fleet:
             lines += [self.too_few, *([""] if self.population else [])]
         for p in sorted(self.population, key=lambda p: _sort_key(p.name)):
             spread = f"{p.spread:.2g}" if p.name == "mean" else f"{100 * p.spread:.2g} %"
-            limits = [f"{a:.4g} … {b:.4g}" for a, b in (p.median_interval, p.typical)]
+            median, typical = (f"{a:.4g} … {b:.4g}" for a, b in (p.median_interval, p.typical))
             top = "–" if p.maximum is None else f"{p.maximum:.4g}"
-            row = [
-                p.column,
-                p.name,
-                str(p.units),
-                f"{p.median:.4g}",
-                limits[0],
-                spread,
-                limits[1],
-                top,
-            ]
-            table.append(row)
-        widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
+            middle = (str(p.units), f"{p.median:.4g}", median, spread, typical, top)
+            table.append([p.column, p.name, *middle])
         if self.population:
-            lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
+            lines += aligned(table)
         if self.biases:
             lines += ["", "bias between logs (of one sensor: the bias at switch-on):"]
             lines += [f"  {name}: {bias}" for name, bias in self.biases.items()]
