@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite import readers
 from allanite.readers import FORMATS
+from allanite.readers._lines import HEAD
 
 MODULE = """
 import numpy as np
@@ -78,5 +78,5 @@ def test_a_text_log_is_recognized_by_one_format(kind, monkeypatch):
     import logs
 
     for head in getattr(logs, kind)():
-        found = [f.title for f in FORMATS if f.recognizes and f.recognizes(head[: readers.HEAD])]
+        found = [f.title for f in FORMATS if f.recognizes and f.recognizes(head[:HEAD])]
         assert len(found) <= 1, (found, head[:80])
