@@ -327,8 +327,7 @@ def _activity_per_window(
     # Median of |difference of two averages| → their standard deviation: Φ⁻¹(¾) = 0.6745; of three (1, −2, 1) √6.
     found = found / (0.6745 * math.sqrt(2 if order == 1 else 6))
     if count < windows // 2:  # long windows are not interpolated
-        each: NDArray[np.float64] = found[np.arange(windows) * count // windows]
-        return each
+        return np.asarray(found[np.arange(windows) * count // windows])
     return np.interp(np.linspace(0, 1, windows), np.linspace(0, 1, count), found)
 
 

@@ -64,8 +64,7 @@ def without_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     code = values[np.rint(grid).astype(np.int64)]
     curve = _curve_on_grid(values, grid, code, step)
     curve = np.clip(curve, code - (0.5 + TOLERANCE) * step, code + (0.5 + TOLERANCE) * step)
-    found: NDArray[np.float64] = CubicSpline(grid, curve)(np.arange(values.size, dtype=np.float64))
-    return found
+    return np.asarray(CubicSpline(grid, curve)(np.arange(values.size, dtype=np.float64)))
 
 
 def _curve_on_grid(
@@ -166,8 +165,7 @@ def _relaxation_curve(
     ends = octaves[max(best - 1, 0)], octaves[min(best + 1, octaves.size - 1)]
     octave = float(minimize_scalar(misfit, bounds=ends, method="bounded").x)
     known = np.linalg.lstsq(basis(place, octave), values, rcond=None)[0]
-    found: NDArray[np.float64] = basis(np.arange(count, dtype=np.float64), octave) @ known
-    return found
+    return np.asarray(basis(np.arange(count, dtype=np.float64), octave) @ known)
 
 
 def _largest_per_run(mask: NDArray[np.bool_], size: NDArray[np.float64]) -> NDArray[np.int64]:

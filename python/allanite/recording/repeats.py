@@ -87,8 +87,7 @@ def polling_of(rows: NDArray[np.floating | np.integer]) -> Polling | None:
 def _equals_earlier(rows: NDArray[np.floating | np.integer], lag: int) -> NDArray[np.bool_]:
     """Mask of shape (n − lag,): True if row lag + i equals row i in every column."""
     same = rows[lag:] == rows[:-lag]
-    found: NDArray[np.bool_] = same if same.ndim == 1 else same.all(axis=1)
-    return found
+    return np.asarray(same if same.ndim == 1 else same.all(axis=1))
 
 
 def _regular_repeats(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool_] | None:

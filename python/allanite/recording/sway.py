@@ -24,8 +24,7 @@ ANGLE_RATIOS = (0.3, 3.0)
 def averages_for_sway(x: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
     """Averages over 0.2 s of samples x at `rate` (Hz), shape (averages,); the last incomplete average is omitted."""
     m = max(1, round(AVERAGING_TIME * rate))
-    averages: NDArray[np.float64] = x[: x.size // m * m].reshape(-1, m).mean(axis=1)
-    return averages
+    return np.asarray(x[: x.size // m * m].reshape(-1, m).mean(axis=1))
 
 
 def sway_of(
@@ -69,8 +68,7 @@ def sway_of(
         return None
     if not ANGLE_RATIOS[0] < float(accel) / total < ANGLE_RATIOS[1]:
         return None
-    found: NDArray[np.float64] = np.degrees(np.sqrt(np.maximum(both, 0.0) / WINDOW_AVERAGES))
-    return found
+    return np.asarray(np.degrees(np.sqrt(np.maximum(both, 0.0) / WINDOW_AVERAGES)))
 
 
 def _detrended(x: NDArray[np.float64], windows: int) -> NDArray[np.float64]:
@@ -80,5 +78,4 @@ def _detrended(x: NDArray[np.float64], windows: int) -> NDArray[np.float64]:
     """
     basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, WINDOW_AVERAGES), 3))[0]
     parts = x.reshape(windows, WINDOW_AVERAGES, 3)
-    left: NDArray[np.float64] = parts - basis @ (basis.T @ parts)
-    return left
+    return np.asarray(parts - basis @ (basis.T @ parts))
