@@ -43,6 +43,12 @@ _CADENCES = (
 _SAME_CADENCE = 0.005
 
 
+def unusable_stamps(found: str, link: str = "; ") -> InputError:
+    """`InputError` (not raised) for time stamps without a use. `link` connects the problem with the remedy."""
+    remedy = f"{link}give {{rate}} and leave the column out"
+    return InputError(found, missing="rate", remedy=remedy)
+
+
 def stamp_numbers(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | None]:
     """Tuple (stamps, unit): integers or floats, shape (n,), and ``"ns"`` for date-times, else the given `unit`.
 
@@ -70,11 +76,7 @@ def stamp_numbers(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str 
         _require_valid(np.isnat(t), t)
         return t.astype(f"{t.dtype.kind}8[ns]").astype(np.int64), "ns"
     if t.dtype.kind not in "iufb":
-        raise InputError(
-            f"the time column holds {t.dtype}",
-            missing="rate",
-            remedy=": give {rate} and leave the column out",
-        )
+        raise unusable_stamps(f"the time column holds {t.dtype}", ": ")
     if t.dtype.kind == "f":
         _require_valid(~np.isfinite(t), t)
         return t.astype(np.float64), unit
@@ -106,11 +108,10 @@ def _require_valid(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
     """Raise `InputError` if any stamp is flagged in `bad`; the message names the row of the first."""
     if bad.any():
         row = int(np.argmax(bad))
-        raise InputError(
+        raise unusable_stamps(
             f"the time column holds {t[row]} at row {row} ({int(bad.sum())} such in all): remove"
             " these rows",
-            missing="rate",
-            remedy=", or give {rate} and leave the column out",
+            ", or ",
         )
 
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import InputError
-from allanite.recording.stamp_units import stamp_numbers
+from allanite.recording.stamp_units import stamp_numbers, unusable_stamps
 from allanite.recording.steps import MAX_DISORDER_ROWS
 from allanite.recording.timebase import Stamps, StampSums
 
@@ -49,10 +48,9 @@ def read_stamps_in_chunks(
         """Add the stamps up to `end`; raises `InputError` for a stamp that is not finite."""
         bad = np.flatnonzero(~np.isfinite(rows))
         if bad.size:
-            raise InputError(
-                f"the time column holds {rows[bad[0]]} at row {sums.rows - given + int(bad[0])}: remove such rows",
-                missing="rate",
-                remedy=", or give {rate} and leave the column out",
+            row = sums.rows - given + int(bad[0])
+            raise unusable_stamps(
+                f"the time column holds {rows[bad[0]]} at row {row}: remove such rows", ", or "
             )
         sums.add(stamp_numbers(rows, unit)[0], given, end)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import InputError
+from allanite.recording.stamp_units import unusable_stamps
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,11 +42,7 @@ def usual_step(steps: NDArray[np.float64]) -> float:
     """
     forward = steps[steps > 0]
     if forward.size == 0:
-        raise InputError(
-            "the time column does not advance",
-            missing="rate",
-            remedy="; give {rate} and leave the column out",
-        )
+        raise unusable_stamps("the time column does not advance")
     middle = float(np.median(forward))
     rounded = _mean_of_rounded_steps(steps, middle)
     if rounded:
@@ -82,13 +78,8 @@ def _mean_of_rounded_steps(steps: NDArray[np.float64], middle: float) -> float:
     return usual if near and float(np.median(strays)) < 1.2 * middle else 0.0
 
 
-def stalled_error() -> InputError:
-    """`InputError` (not raised) for stamps that nowhere advance at a steady rate."""
-    return InputError(
-        "the time column nowhere advances at a steady rate",
-        missing="rate",
-        remedy="; give {rate} and leave the column out",
-    )
+#: Problem of stamps without a rate.
+STALLED = "the time column nowhere advances at a steady rate"
 
 
 @dataclass(slots=True)
@@ -159,7 +150,7 @@ class Steps:
         """Number of samples per unit of the stamps. Raises `InputError` if the stamps nowhere advance steadily."""
         span = float(self.times.sum())
         if not span > 0.0:
-            raise stalled_error()
+            raise unusable_stamps(STALLED)
         return float(self.counts.sum()) / span
 
     def _exclude_from_rate(self, rows: NDArray[np.int64]) -> None:
@@ -198,11 +189,9 @@ class Steps:
             self.lost = True
             back = back[self.clean[back] < -100 * self.usual]
         if back.size > MAX_EVENTS:
-            raise InputError(
+            raise unusable_stamps(
                 f"the time column runs back {back.size} times, first after row {int(back[0])}: no"
-                " time stamps, or a counter",
-                missing="rate",
-                remedy="; give {rate} and leave the column out",
+                " time stamps, or a counter"
             )
         done = -1
         for i in back.tolist():
@@ -260,12 +249,11 @@ class Steps:
         if changes.size > 3:
             return
         row = (int(changes[0]) + 1) * length
-        raise InputError(
+        raise unusable_stamps(
             f"the interval of the time stamps changes from {usual[0]:.4g} to"
             f" {usual[-1] if slow[0] != slow[-1] else usual[high]:.4g} (of the stamps' unit) about row"
             f" {row}: the log contains two recordings; split it there",
-            missing="rate",
-            remedy=", or give {rate} and leave the column out",
+            ", or ",
         )
 
     # -- stamps of single samples -----------------------------------------------------------------

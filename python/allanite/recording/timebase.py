@@ -10,8 +10,13 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
-from allanite.recording.stamp_units import TIME_UNITS, stamp_numbers, unit_of_stamps
-from allanite.recording.steps import Steps, stalled_error
+from allanite.recording.stamp_units import (
+    TIME_UNITS,
+    stamp_numbers,
+    unit_of_stamps,
+    unusable_stamps,
+)
+from allanite.recording.steps import STALLED, Steps
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -220,7 +225,7 @@ class StampSums:
     def stamps(self, piece: int | None) -> Stamps:
         """`Stamps` of all stamps, without drift. Raises `InputError` if they do not advance, or for an unknown segment."""
         if not self.times > 0.0:
-            raise stalled_error()
+            raise unusable_stamps(STALLED)
         second = TIME_UNITS[self.unit or "s"]
         pieces = segments_between_gaps(self.rows, self.gaps)
         return Stamps(
