@@ -10,10 +10,9 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from numpy.typing import NDArray
-
     from allanite.axes.coherence import CrossBand, CrossSpectrum
     from allanite.axes.lines import CommonLine
+    from allanite.common.arrays import Array
     from allanite.fit.result import Fit
 
 T = TypeVar("T")
@@ -166,7 +165,7 @@ def _coherence_of_line(
     return float(width @ np.sqrt(shares[0] * shares[1]) / max(width.sum(), 1)) ** 2
 
 
-def _power_fraction(line: CommonLine, column: str, fit: Fit) -> NDArray[np.float64]:
+def _power_fraction(line: CommonLine, column: str, fit: Fit) -> Array:
     """Power of a line's random process divided by the spectrum of the fit, in each bin, shape (bins,).
 
     If the fit has several processes of the line's kind, the process nearest to the line is used. If the line is a

@@ -14,8 +14,7 @@ from allanite.common.printing import printed
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from numpy.typing import NDArray
-
+    from allanite.common.arrays import Array
     from allanite.recording import Recording
 
 #: Minimum number of logs for a regression on temperature: a straight line leaves two degrees of freedom.
@@ -144,7 +143,7 @@ def turn_on_bias(
 
 
 def _best_temperature(
-    means: NDArray[np.float64], temperatures: Sequence[Mapping[str, float]]
+    means: Array, temperatures: Sequence[Mapping[str, float]]
 ) -> tuple[str, float, float, float]:
     """Tuple (name, share of the variance, residual deviation, slope) of the logged column that explains most of the means.
 

@@ -17,8 +17,9 @@ from allanite.simulate import simulate
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
+    from allanite.common.arrays import Array
     from allanite.study import Study
 
 #: Rounding is simulated separately if its variance is at most this share of the variance of the white noise. Above, the
@@ -203,9 +204,7 @@ def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Mo
     return model.replaced(place, **{white.coefficient: less}), step
 
 
-def _as_recorded(
-    samples: NDArray[np.float64], known: Mapping[str, Any], step: float | None
-) -> NDArray[np.float64]:
+def _as_recorded(samples: Array, known: Mapping[str, Any], step: float | None) -> Array:
     """Array: `samples` plus the measured mean, rounded to `step` unless None, and clipped at the values in `known`."""
     out = samples + float(known.get("mean", 0.0))
     if step is not None:

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import number
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.study import Study
 
-Array = NDArray[np.float64]
 
 #: Highest frequency of motion, Hz: attitude loops of small multicopters cross over at 2 to 8 Hz, other vehicles are slower.
 MAX_MOTION_FREQUENCY = 10.0

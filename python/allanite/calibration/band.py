@@ -17,9 +17,8 @@ from allanite.fit.likelihood.marginal import joint_amplitudes
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
     from allanite.calibration.forms import Tried
+    from allanite.common.arrays import Array
     from allanite.fit import Fit
 
 #: Number of random laws for the band. The width of the band then has a standard error of 2 %.
@@ -47,17 +46,17 @@ class Curve:
     """
 
     reference: float
-    coefficients: NDArray[np.float64]
-    temperature: NDArray[np.float64]
-    bias: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
+    coefficients: Array
+    temperature: Array
+    bias: Array
+    low: Array
+    high: Array
     loop: float
 
     __repr__ = brief
 
 
-def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] = ()) -> Curve:
+def curve_of(fit: Fit, temperature: Array, tried: Sequence[Tried] = ()) -> Curve:
     """`Curve` of a fitted law with its simultaneous 95 % band at 101 temperatures over the range of `temperature`, °C.
 
     With 95 % confidence, the band contains the law at all temperatures at once. Laws are drawn at random (seed 0) from
@@ -106,15 +105,13 @@ def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] 
     return Curve(reference, coefficients, grid, bias, bias - half, bias + half, loop)
 
 
-def _curves(
-    coefficients: NDArray[np.float64], center: float, grid: NDArray[np.float64], reference: float
-) -> NDArray[np.float64]:
+def _curves(coefficients: Array, center: float, grid: Array, reference: float) -> Array:
     """Values of laws at the temperatures `grid`, shifted to 0 at `reference`, shape (laws, temperatures).
 
     `coefficients` (laws, 3) are those of the powers of T − `center`.
     """
 
-    def powers(u: NDArray[np.float64]) -> NDArray[np.float64]:
+    def powers(u: Array) -> Array:
         """First, second and third power of u, shape (n, 3)."""
         return np.column_stack([u, u**2, u**3])
 
@@ -122,7 +119,7 @@ def _curves(
     return coefficients @ rows.T
 
 
-def _power_matrix(fit: Fit) -> NDArray[np.float64]:
+def _power_matrix(fit: Fit) -> Array:
     """Matrix, shape (amplitudes, 3): fitted amplitudes @ matrix are the coefficients of T, T² and T³."""
     rows = []
     for own in fit.solution.functions:
@@ -137,7 +134,7 @@ def _power_matrix(fit: Fit) -> NDArray[np.float64]:
     return np.array(rows).reshape(-1, 3)
 
 
-def _coefficients_and_loop(fit: Fit) -> tuple[NDArray[np.float64], float]:
+def _coefficients_and_loop(fit: Fit) -> tuple[Array, float]:
     """Tuple (coefficients of T, T² and T³, shape (3,); height of the hysteresis loop, 0 without hysteresis)."""
     amplitudes = [own.amplitudes for own in fit.solution.functions]
     coefficients = np.concatenate([*amplitudes, np.zeros(0)]) @ _power_matrix(fit)
@@ -148,7 +145,7 @@ def _coefficients_and_loop(fit: Fit) -> tuple[NDArray[np.float64], float]:
     return coefficients, loop
 
 
-def _random_laws(fit: Fit, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def _random_laws(fit: Fit, count: int, rng: np.random.Generator) -> Array:
     """Random draws of the coefficients of T, T² and T³ from their posterior distribution, shape (count, 3).
 
     Zeros without a law. `rng` advances.

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.calibration.runs import Runs
+    from allanite.common.arrays import Array
     from allanite.effects import Deterministic
 
 #: Name of each highest power of the temperature, 0 to 3.
@@ -204,7 +205,7 @@ def memory_of(fit: Fit, kind: type[Deterministic]) -> Deterministic | None:
     return next((e for e in fit.model.deterministic if isinstance(e, kind)), None)
 
 
-def design(fit: Fit) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+def design(fit: Fit) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Tuple (design matrix at the regressed ordinates of the fit, fitted values, mask of the columns of the law).
 
     Returns
@@ -245,7 +246,7 @@ def law_cost(fit: Fit) -> float:
     variance = fit.solution.noise(fit.data).variance(fit.solution.regressed_ordinates)
     scaled = matrix * values / np.sqrt(variance)[:, None]
     # Row k of R in the QR decomposition contains what coefficient k adds to those before it.
-    upper: NDArray[np.float64] = np.asarray(np.linalg.qr(scaled, mode="r"))
+    upper: Array = np.asarray(np.linalg.qr(scaled, mode="r"))
     squares = upper.sum(axis=1) ** 2
     return float(
         sum(parameter_cost(float(z)) for z, is_own in zip(squares, own, strict=True) if is_own)

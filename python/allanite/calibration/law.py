@@ -16,11 +16,10 @@ from allanite.common.showing import brief
 from allanite.effects import Stochastic
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from allanite.calibration.band import Curve
     from allanite.calibration.forms import Form, Tried
     from allanite.calibration.runs import Runs
+    from allanite.common.arrays import Array
     from allanite.fit import Fit
     from allanite.statespace.growth import Growth
 
@@ -87,9 +86,9 @@ class Remainder:
     tau, before, after : ndarray, shape (k,)
     """
 
-    tau: NDArray[np.float64]
-    before: NDArray[np.float64]
-    after: NDArray[np.float64]
+    tau: Array
+    before: Array
+    after: Array
 
     __repr__ = brief
 
@@ -168,7 +167,7 @@ class AxisLaw:
         near = (one.form for one in with_near_best_evidence(self.tried))
         return tuple(form for form in near if form != self.form)
 
-    def polynomial(self, reference: float) -> NDArray[np.float64]:
+    def polynomial(self, reference: float) -> Array:
         """Array, shape (4,): coefficients x0 … x3 of the bias in powers of (T − reference); x0 includes the mean offset."""
         c1, c2, c3 = self.curve.coefficients
         d = reference - self.curve.reference
@@ -181,7 +180,7 @@ class AxisLaw:
             ]
         )
 
-    def bias(self, temperature: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    def bias(self, temperature: float | Array) -> Array:
         """Array, shape of `temperature` (°C): bias with the mean offset of the runs, in the unit of the samples.
 
         Temperatures outside of `range` are clipped to `range`.

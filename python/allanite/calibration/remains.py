@@ -20,9 +20,8 @@ from allanite.suggestion.screens.level_changes import level_series
 from allanite.suggestion.screens.level_forms import PERIOD_CELLS, log_slope
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from allanite.calibration.runs import Runs
+    from allanite.common.arrays import Array
     from allanite.fit import Fit
     from allanite.statespace.growth import Growth
 
@@ -83,7 +82,7 @@ def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
     return NoiseLaw(scale * slope, interval, chance < float(np.log(FALSE_ALARM_PROBABILITY)))
 
 
-def law_signal(fit: Fit) -> NDArray[np.float64]:
+def law_signal(fit: Fit) -> Array:
     """Contribution of the thermal law to each sample, in the unit of the samples, with mean zero, shape (n,).
 
     Zeros without a law.

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite._kernels import play
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.readers.sensor_names import role_of
 from allanite.recording import Recording
 from allanite.recording.coarse_column import coarse_step_of, without_steps
 from allanite.spectrum import bridge_gaps
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
 #: Maximum relative difference of two equal sampling rates. Clocks of sensors differ by less than 1 %.
 MAX_RATE_DIFFERENCE = 0.01
@@ -57,12 +53,12 @@ class Runs:
     starts: tuple[int, ...]
     column: str
     step: float
-    rounding: NDArray[np.float64]
+    rounding: Array
 
     __repr__ = brief
 
     @property
-    def temperature(self) -> NDArray[np.float64]:
+    def temperature(self) -> Array:
         """Temperature of each sample, °C, shape (n,)."""
         return self.recording.covariates[self.column]
 
@@ -97,7 +93,7 @@ class Runs:
         return [slice(a, b) for a, b in pairwise(edges)]
 
     @property
-    def direction(self) -> NDArray[np.float64]:
+    def direction(self) -> Array:
         """Direction of the temperature, shape (n,): ½ while it falls, −½ while it rises, in between near a reversal."""
         width = TURN_FRACTION * float(np.ptp(self.temperature))
         found = [

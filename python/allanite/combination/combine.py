@@ -25,10 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
     from allanite.combination.correlation import Correlation
     from allanite.combination.deviating import DeviatingUnit
+    from allanite.common.arrays import Array
     from allanite.effects import Effect
     from allanite.fit import Fit
     from allanite.plots import Figure
@@ -85,14 +84,14 @@ class Combination:
     labels: tuple[str, ...]
     unit: str
     fits: tuple[Fit, ...]
-    weights: NDArray[np.float64]
-    tau: NDArray[np.float64]
-    single: NDArray[np.float64]
-    equal: NDArray[np.float64]
-    combined: NDArray[np.float64]
-    best: NDArray[np.float64]
-    best_weights: NDArray[np.float64]
-    measured: NDArray[np.float64] | None
+    weights: Array
+    tau: Array
+    single: Array
+    equal: Array
+    combined: Array
+    best: Array
+    best_weights: Array
+    measured: Array | None
     shared: tuple[Correlation, ...]
     deviating: tuple[DeviatingUnit, ...]
     model: Model
@@ -105,7 +104,7 @@ class Combination:
         return int(np.argmin(np.log(self.single).mean(axis=0)))
 
     @property
-    def gain(self) -> NDArray[np.float64]:
+    def gain(self) -> Array:
         """Allan deviation of the best unit divided by that of the combination, shape (k,)."""
         return np.asarray(self.single[:, self.best_unit] / self.combined)
 
@@ -297,7 +296,7 @@ def combine(
         weights = _weights_for_all_times(covariance)
     mean = np.full(len(fits), 1.0 / len(fits))
 
-    def deviation(w: NDArray[np.float64]) -> NDArray[np.float64]:
+    def deviation(w: Array) -> Array:
         """Allan deviation of the average with the weights w at each averaging time, shape (k,)."""
         return np.sqrt(np.einsum("i,kij,j->k", w, covariance, w))
 
@@ -376,7 +375,7 @@ def _unit_names(columns: Sequence[Recording], boards: int) -> list[str]:
     return [f"{n} [{k}]" if n in repeated else n for k, n in enumerate(names, start=1)]
 
 
-def _averaging_times(fits: Sequence[Fit]) -> NDArray[np.float64]:
+def _averaging_times(fits: Sequence[Fit]) -> Array:
     """Averaging times an octave apart, s, shape (k,), k ≥ 1.
 
     The first is the longest sampling interval. The shortest record has at least `MIN_AVERAGES` averages at the last,
@@ -388,7 +387,7 @@ def _averaging_times(fits: Sequence[Fit]) -> NDArray[np.float64]:
     return np.asarray(2.0 ** np.arange(int(np.log2(most)) + 1) / rate, dtype=np.float64)
 
 
-def _minimum_variance_weights(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+def _minimum_variance_weights(covariance: Array) -> Array:
     """Weights with sum 1 and minimum variance of the average, C⁻¹1/(1ᵀC⁻¹1), shape (units,); they can be negative."""
     size = np.sqrt(np.diag(covariance))
     # The pseudoinverse also handles units with identical noise, whose covariance is singular.
@@ -397,7 +396,7 @@ def _minimum_variance_weights(covariance: NDArray[np.float64]) -> NDArray[np.flo
     return np.asarray(row / row.sum())
 
 
-def _weights_for_all_times(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+def _weights_for_all_times(covariance: Array) -> Array:
     """Weights with sum 1 and the lowest mean of ln σ over all τ, shape (units,), after at most 200 iterations.
 
     `covariance` has the shape (τ, units, units).
@@ -416,9 +415,7 @@ def _weights_for_all_times(covariance: NDArray[np.float64]) -> NDArray[np.float6
     return w
 
 
-def _measured_deviation(
-    columns: Sequence[Recording], weights: NDArray[np.float64], tau: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _measured_deviation(columns: Sequence[Recording], weights: Array, tau: Array) -> Array:
     """Overlapping Allan deviation of the weighted sum of the samples of one board, shape of `tau`."""
     rate = columns[0].rate
     samples = np.column_stack([column.rate_samples() for column in columns])
@@ -426,9 +423,7 @@ def _measured_deviation(
     return np.asarray(oadev(samples @ weights, rate=rate, factors=factors).deviation)
 
 
-def _combined_model(
-    fits: Sequence[Fit], shared: Sequence[Correlation], weights: NDArray[np.float64]
-) -> Model:
+def _combined_model(fits: Sequence[Fit], shared: Sequence[Correlation], weights: Array) -> Model:
     """`Model` of the noise of the weighted average: the random effects of the units, with combined coefficients.
 
     The correlation of two units varies with frequency. For each coefficient, the correlation is averaged over the

@@ -14,9 +14,8 @@ from allanite.common.showing import brief
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from numpy.typing import NDArray
-
     from allanite.axes.coherence import CrossBand
+    from allanite.common.arrays import Array
     from allanite.fit import Fit
 
 #: Frequencies per octave of the integral over an Allan variance, and decades below 1/τ at which it begins. Chosen by
@@ -39,12 +38,12 @@ class Correlation:
     """
 
     pair: tuple[int, int]
-    edges: NDArray[np.float64]
-    values: NDArray[np.float64]
+    edges: Array
+    values: Array
 
     __repr__ = brief
 
-    def at(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+    def at(self, f: Array) -> Array:
         """Correlation at the frequencies f (Hz), shape of `f`; outside of all octaves that of the nearest octave."""
         place = np.searchsorted(self.edges, f, side="right") - 1
         return self.values[np.clip(place, 0, self.values.size - 1)]
@@ -90,9 +89,7 @@ def _octave_correlations(bands: Sequence[CrossBand]) -> list[float]:
     return out
 
 
-def allan_covariance(
-    fits: Sequence[Fit], shared: Sequence[Correlation], tau: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def allan_covariance(fits: Sequence[Fit], shared: Sequence[Correlation], tau: Array) -> Array:
     """Allan covariance of the units at each averaging time (s), shape (τ, units, units), in squared units of the samples.
 
     The Allan variances on the diagonal are those of the models. The covariance of two units is the product of their

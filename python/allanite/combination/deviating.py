@@ -13,8 +13,7 @@ from allanite.fit.likelihood.expected import column
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
+    from allanite.common.arrays import Array
     from allanite.fit import Fit
 
 #: Probability of reporting a healthy unit, as a fraction of units; half of the promised 1 %.
@@ -90,7 +89,7 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
 
 
 def _test_of_unit(
-    levels: NDArray[np.float64], variances: NDArray[np.float64], place: int, compared: list[int]
+    levels: Array, variances: Array, place: int, compared: list[int]
 ) -> tuple[float, float]:
     """Pair (two-sided p-value, difference in ln power) of the unit `place` against the mean of the other units.
 
@@ -127,7 +126,7 @@ def _test_of_unit(
 
 def _octave_levels(
     fits: Sequence[Fit],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Array, Array, Array]:
     """Tuple (edges of octaves; ln of the power of each unit over the first unit's model; variance of this ln).
 
     The edges, in Hz and ascending, have the shape (octaves + 1,), the other two arrays (units, octaves). The octaves

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.memory import bytes_text
 from allanite.common.plain import plain
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 #: Largest document that is read, bytes. Model files of many columns have some megabytes. Chosen by judgment; not measured.
 MAX_DOCUMENT_BYTES = 200_000_000

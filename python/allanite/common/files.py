@@ -7,17 +7,14 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 from shutil import rmtree
 from tempfile import TemporaryDirectory, gettempdir
-from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 
 def is_file(text: str | Path) -> bool:

@@ -14,19 +14,17 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
 from allanite.common.child_process import child_environment, python_command
 from allanite.common.errors import AllaniteError, InputError, InternalError, TooShortError
 from allanite.common.memory import budget, bytes_text, out_of_memory_error
 from allanite.common.plain import plain
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
 
 #: Time between two checks of a child, s.
 POLL_S = 0.02

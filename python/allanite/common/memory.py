@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 import os
+from functools import _lru_cache_wrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from allanite.common.errors import InputError
-
-if TYPE_CHECKING:
-    from functools import _lru_cache_wrapper
 
 Kept = TypeVar("Kept", bound="_lru_cache_wrapper[Any]")
 

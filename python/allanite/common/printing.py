@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from contextvars import ContextVar
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.common.units import FREQUENCY, conversion, normalized, parse_unit
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 #: Units that the user requested, by kind of sensor. Each is a unit of samples or of a coefficient.
 REQUESTED_UNITS: ContextVar[Mapping[str, str]] = ContextVar(

@@ -5,15 +5,12 @@ from __future__ import annotations
 import json
 import math
 import mmap
+from collections.abc import Callable
 from functools import partial
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
+from numpy.typing import NDArray
 
 #: Length of the last line of the file, bytes: the place of the JSON text, so that an incomplete file is recognized.
 TRAILER_LENGTH = 21

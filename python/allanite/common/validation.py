@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 import operator
 from os import PathLike, fspath
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Largest seed: the generator takes 64 bits.
 SEEDS = 2**64 - 1
@@ -89,7 +86,7 @@ def require_recording(given: object) -> None:
     )
 
 
-def floats(values: object, name: str) -> NDArray[np.float64]:
+def floats(values: object, name: str) -> Array:
     """Values as a float64 array of the same shape; booleans become 0 and 1.
 
     Raises
@@ -106,7 +103,7 @@ def floats(values: object, name: str) -> NDArray[np.float64]:
     raise InputError(f"{name} must be numbers, found {str(values)[:40]!r}")
 
 
-def require_frequencies(values: object, name: str, unit: str) -> NDArray[np.float64]:
+def require_frequencies(values: object, name: str, unit: str) -> Array:
     """Frequencies or times (in `unit`) as a float64 array of the same shape.
 
     Raises
@@ -122,7 +119,7 @@ def require_frequencies(values: object, name: str, unit: str) -> NDArray[np.floa
     return numbers
 
 
-def check_size(samples: NDArray[np.float64], label: str, of: str) -> None:
+def check_size(samples: Array, label: str, of: str) -> None:
     """Raise `InputError` for samples whose fourth powers are too large or too small for a double.
 
     Parameters

@@ -34,9 +34,10 @@ from allanite.planning.standard_errors import standard_errors
 from allanite.planning.trials import family_of
 
 if TYPE_CHECKING:
+    from allanite.common.arrays import Array
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
-    from allanite.planning.expected import Array, Columns
+    from allanite.planning.expected import Columns
 
 
 @dataclass(frozen=True, slots=True, eq=False)

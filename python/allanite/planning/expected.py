@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Deterministic, Model, Periodic
 from allanite.fit.engine import with_coefficients
@@ -31,9 +32,8 @@ if TYPE_CHECKING:
 
     from allanite.fit.likelihood.data import Data
 
-    Columns = Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]]
+    Columns = Mapping[str, Callable[[Array], Array]]
 
-Array = NDArray[np.float64]
 #: Maximum number of samples of the coarse grid. All but 1e-4 of the energy of slow effects lies in its lowest quarter of
 #: ordinates.
 COARSE_SAMPLES = 32768

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.whittle import information
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from allanite.fit.likelihood.data import Data
-
-Array = NDArray[np.float64]
 
 
 def labels(model: Model) -> list[str]:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import IO, TYPE_CHECKING
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO
 
 from allanite.common.errors import InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 #: Maximum length of a line, bytes. Lines of RINEX have 80 bytes, of NovAtel about 500.
 LONGEST_LINE = 1 << 16

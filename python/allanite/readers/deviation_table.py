@@ -12,8 +12,7 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
+    from allanite.common.arrays import Array
     from allanite.readers._table import Table
 
 #: Names of columns of averaging times and of deviations.
@@ -37,7 +36,7 @@ SLOPES = (-1.2, -0.2)
 MAX_ROUGHNESS = 0.3
 
 
-def is_deviation_table(names: Sequence[str], columns: Sequence[NDArray[np.float64] | None]) -> bool:
+def is_deviation_table(names: Sequence[str], columns: Sequence[Array | None]) -> bool:
     """True if the columns are averaging times and deviations, by their names or their numbers.
 
     The numbers decide only without names: at least 8 rows, all positive; regularly rising times; every other column
@@ -86,7 +85,7 @@ def refuse_deviation_header(lines: Sequence[str]) -> None:
             raise _refusal("")
 
 
-def _is_deviation(tau: NDArray[np.float64], column: NDArray[np.float64]) -> bool:
+def _is_deviation(tau: Array, column: Array) -> bool:
     """True if a column falls smoothly with τ: a log-log slope between −1.2 and −0.2 up to 8 times the first τ.
 
     Smooth: the median absolute second difference of its logarithm is below 0.3.

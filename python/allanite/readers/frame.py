@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require_memory
 from allanite.readers._table import Table, split_unit
 from allanite.readers.sensor_names import role_of
 from allanite.recording.samples import index_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def is_frame(log: object) -> bool:

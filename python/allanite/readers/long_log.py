@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from allanite.common.arrays import Array
     from allanite.readers._table import Table
     from allanite.readers.columns import Layout, Request
     from allanite.readers.time_parts import TimeParts
@@ -134,7 +135,7 @@ def _stamps_of(rows: _Rows, layout: Layout, request: Request) -> Stamps | None:
     return read_stamps_in_chunks(times, unit, request.rate, request.piece)
 
 
-def _joined(chunks: Iterable[NDArray[Any]], parts: TimeParts) -> Iterator[NDArray[np.float64]]:
+def _joined(chunks: Iterable[NDArray[Any]], parts: TimeParts) -> Iterator[Array]:
     """Yield the time of each row of the chunks, s since the first row; their columns are the parts of the time."""
     origin: list[float] | None = None
     for chunk in chunks:

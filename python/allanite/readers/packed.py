@@ -6,15 +6,13 @@ import gzip
 import tempfile
 import zipfile
 import zlib
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import IO
 
 from allanite.common.errors import InputError, about
 from allanite.common.memory import require_memory
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
 
 
 def is_packed(path: Path) -> bool:

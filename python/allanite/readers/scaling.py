@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 from allanite.common.errors import InputError
 from allanite.recording import find_column
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 
 def parse_scales(texts: Sequence[str]) -> dict[str, float]:

@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
+    from allanite.common.arrays import Array
     from allanite.readers._table import Picker
 
 
@@ -207,7 +206,7 @@ def first_rows(
     return table, cells
 
 
-def with_day_and_month(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+def with_day_and_month(seconds: Array) -> Array:
     """Date-times in s since 1970, shape (n,), with day and month exchanged if this shortens the record.
 
     They are unchanged if the record is shorter than one day or a time is missing.

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.readers.sensor_names import words_in
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from numpy.typing import NDArray
 
 #: Seconds of a day and of a week.
 DAY, WEEK = 86_400.0, 604_800.0
@@ -69,11 +67,11 @@ class TimeParts:
 
     form: str
     columns: tuple[int, ...]
-    seconds: Callable[[Sequence[NDArray[Any]]], list[NDArray[np.float64]]]
+    seconds: Callable[[Sequence[NDArray[Any]]], list[Array]]
 
     def joined(
         self, arrays: Sequence[NDArray[Any]], origin: Sequence[float] | None = None
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Time of each row, s, shape (n,). Zero is the start of the coarsest part of the first row, e.g. midnight.
 
         Parameters
@@ -180,7 +178,7 @@ def _calendar(
     if whole_days and not np.any(np.diff(numbers[day]) > 0):
         return None
 
-    def seconds(x: Sequence[NDArray[Any]]) -> list[NDArray[np.float64]]:
+    def seconds(x: Sequence[NDArray[Any]]) -> list[Array]:
         """List of arrays in s whose sum is the time since 1970: whole days, fraction of a day, then the times of day.
 
         Without a month, the day is that of the year.

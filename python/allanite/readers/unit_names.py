@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
 
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit, unit_kind
 from allanite.readers.sensor_names import sensor_kind, words_in
 from allanite.recording.findings import Finding, names_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
 
 #: Most common unit of each kind of sensor, in the order of the option `unit`.
 USUAL = {ANGULAR_RATE: "deg/s", ACCELERATION: "m/s^2"}

@@ -18,6 +18,7 @@ from allanite.recording.turns import turns_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from allanite.common.arrays import Array
     from allanite.recording import Recording
 
 #: Averaging time, s: long enough to average white noise, short enough to keep motion.
@@ -140,7 +141,7 @@ def motion_of(recording: Recording) -> Motion | None:
     windows = max(recording.n // length, 1)
     loud, moving, turning, swaying = np.zeros((4, windows), dtype=bool)
     turns: list[tuple[float, float, float]] = []
-    changes: dict[int, NDArray[np.float64]] = {}
+    changes: dict[int, Array] = {}
     for at, kind in enumerate(kinds):
         if kind not in FAST_LIMITS:
             continue
@@ -229,7 +230,7 @@ def _windows_with_turns(
     return found
 
 
-def _sway_per_window(recording: Recording, kinds: list[str]) -> NDArray[np.float64] | None:
+def _sway_per_window(recording: Recording, kinds: list[str]) -> Array | None:
     """Standard deviation of the tilt in each window of 20 s, degrees, shape (windows,), or None.
 
     None if no sway is found, or unless three gyroscopes and three accelerometers (x, y, z) are logged as rates.
@@ -272,7 +273,7 @@ def _column(recording: Recording, at: int) -> NDArray[Any]:
     return x * recording.rate if recording.quantity == "increment" else x
 
 
-def _absolute_changes(x: NDArray[np.float64], m: int, order: int = 1) -> NDArray[np.float64]:
+def _absolute_changes(x: Array, m: int, order: int = 1) -> Array:
     """Absolute differences between successive averages of m samples, shape (averages − order,).
 
     An average is the median of the means of three thirds if m is large enough. `order` is 1 or 2: the difference of two
@@ -288,9 +289,7 @@ def _absolute_changes(x: NDArray[np.float64], m: int, order: int = 1) -> NDArray
     return np.abs(np.diff(mean, order))
 
 
-def _white_noise_activity(
-    bends: NDArray[np.float64], m: int, short: int, length: int, windows: int
-) -> NDArray[np.float64]:
+def _white_noise_activity(bends: Array, m: int, short: int, length: int, windows: int) -> Array:
     """Typical change between averages of m samples (`_activity_per_window`) if all noise were white, shape (windows,).
 
     The white noise is measured by `bends`, absolute second differences of averages of `short` samples (0.05 s or less).
@@ -302,9 +301,7 @@ def _white_noise_activity(
     )
 
 
-def _activity_per_window(
-    moves: NDArray[np.float64], m: int, length: int, windows: int, order: int = 1
-) -> NDArray[np.float64]:
+def _activity_per_window(moves: Array, m: int, length: int, windows: int, order: int = 1) -> Array:
     """Median change between averages of m samples, as the standard deviation of an average, shape (windows,).
 
     `moves` are the absolute differences of the averages, of this `order` (`_absolute_changes`). Each median is over
@@ -331,14 +328,12 @@ def _activity_per_window(
     return np.interp(np.linspace(0, 1, windows), np.linspace(0, 1, count), found)
 
 
-def _median_of_three(
-    a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _median_of_three(a: Array, b: Array, c: Array) -> Array:
     """Median of the three values at each index, shape (n,); NaN if one of them is. Faster than `np.median`."""
     return np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))
 
 
-def _means_of_thirds(groups: NDArray[np.float64]) -> NDArray[np.float64]:
+def _means_of_thirds(groups: Array) -> Array:
     """Means of the first, second and last third of each row of `groups`, shape (groups, 3).
 
     If the length is no multiple of 3, the last one or two samples are omitted.
@@ -373,10 +368,7 @@ def _largest_tilt(recording: Recording, kinds: list[str]) -> float:
 
 
 def _longest_still_segment(
-    recording: Recording,
-    changes: dict[int, NDArray[np.float64]],
-    calm: NDArray[np.bool_],
-    length: int,
+    recording: Recording, changes: dict[int, Array], calm: NDArray[np.bool_], length: int
 ) -> tuple[float, float] | None:
     """Tuple (start, end), s, of the longest segment without motion where `calm` is True; None without any.
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from allanite.common.arrays import Array
     from allanite.recording import Recording
 
 #: Share of LSB²/12 in the white variance above which rounding adds something else: LSB > 1.9 σ of the samples. In
@@ -151,7 +152,7 @@ def _fits_single_precision(x: NDArray[Any]) -> bool:
     )
 
 
-def _spread_blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> NDArray[np.float64]:
+def _spread_blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> Array:
     """Blocks of neighboring samples at even distances over the record, as doubles, shape (blocks, length).
 
     There are at most `most` blocks. A record shorter than `length` is one block.
@@ -447,10 +448,10 @@ class _Changes:
     total: float = 0.0
     largest: float = 0.0
     end: int = 0
-    last: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    last: Array = field(default_factory=lambda: np.zeros(0))
     square: float = 0.0
 
-    def add(self, averages: NDArray[np.float64]) -> None:
+    def add(self, averages: Array) -> None:
         """Add the averages that follow those already added; sets all attributes.
 
         `largest` becomes the largest sum of two consecutive squared changes, and `end` the index of the average that
@@ -539,9 +540,7 @@ def _check_static(c: _Column) -> Iterator[Finding]:
     )
 
 
-def _remedy_for_loud_blocks(
-    loud: NDArray[np.int64], span: float, blocks: NDArray[np.float64], c: _Column
-) -> str:
+def _remedy_for_loud_blocks(loud: NDArray[np.int64], span: float, blocks: Array, c: _Column) -> str:
     """Text of a remedy that names the longest segment without the `loud` blocks (indices), each `span` seconds long.
 
     An empty text if that segment is shorter than a tenth of the record.

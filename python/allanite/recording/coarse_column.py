@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from allanite.common.arrays import Array
 
 #: Smallest mean number of samples between changes of a coarse column. A thermometer that changes more often resolves its
 #: quantity by its own noise.
@@ -30,7 +28,7 @@ ROUNDS = 4
 RELAXATIONS = 2.0 ** np.arange(-6.0, 2.5, 0.5)
 
 
-def coarse_step_of(values: NDArray[np.float64]) -> float:
+def coarse_step_of(values: Array) -> float:
     """Step of a column logged in coarse steps, in its unit; 0 for other columns.
 
     A coarse column changes at least 3 times, at fewer than one of 20 samples, and 90 % of the changes have the same
@@ -45,7 +43,7 @@ def coarse_step_of(values: NDArray[np.float64]) -> float:
     return step if float(np.mean(one)) >= MIN_ONE_STEP_SHARE else 0.0
 
 
-def without_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def without_steps(values: Array) -> Array:
     """Smoothest curve that rounds to a coarsely logged column, shape (n,); other columns are returned unchanged.
 
     The quantity was at the threshold of two codes when the column changed, and within half a step of the code
@@ -67,9 +65,7 @@ def without_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(CubicSpline(grid, curve)(np.arange(values.size, dtype=np.float64)))
 
 
-def _curve_on_grid(
-    values: NDArray[np.float64], grid: NDArray[np.float64], code: NDArray[np.float64], step: float
-) -> NDArray[np.float64]:
+def _curve_on_grid(values: Array, grid: Array, code: Array, step: float) -> Array:
     """Curve that rounds to the codes `code`, at the positions `grid` (in samples), shape (points,).
 
     The relaxation is used if it rounds to the codes, else the smoothest curve that does, else the last curve tried, the
@@ -95,12 +91,12 @@ def _curve_on_grid(
     near = apart <= 2.0 * spacing
     edge_place, edge_value = np.empty(0), np.empty(0)
 
-    def beyond_codes(curve: NDArray[np.float64]) -> NDArray[np.float64]:
+    def beyond_codes(curve: Array) -> Array:
         """Distance of the curve outside of the half steps around its codes, in steps; negative inside.
 
         Next to a change, one more step is allowed.
         """
-        beyond: NDArray[np.float64] = np.abs(curve - code) / step - 0.5
+        beyond: Array = np.abs(curve - code) / step - 0.5
         beyond[near] -= 1.0
         return beyond
 
@@ -134,16 +130,14 @@ def _curve_on_grid(
     return curve
 
 
-def _relaxation_curve(
-    place: NDArray[np.float64], values: NDArray[np.float64], count: int
-) -> NDArray[np.float64]:
+def _relaxation_curve(place: Array, values: Array, count: int) -> Array:
     """Least-squares curve (constant, ramp, exponential relaxation) through `values` at the positions `place`.
 
     Its values at 0 … count − 1, shape (count,). The time constant is searched from the best of `RELAXATIONS`.
     """
     from scipy.optimize import minimize_scalar
 
-    def basis(at: NDArray[np.float64], octave: float) -> NDArray[np.float64]:
+    def basis(at: Array, octave: float) -> Array:
         """Matrix, shape (positions, 3), with the columns constant, ramp and relaxation at the positions `at`.
 
         The time constant of the relaxation is count·2^octave.
@@ -168,7 +162,7 @@ def _relaxation_curve(
     return np.asarray(basis(np.arange(count, dtype=np.float64), octave) @ known)
 
 
-def _largest_per_run(mask: NDArray[np.bool_], size: NDArray[np.float64]) -> NDArray[np.int64]:
+def _largest_per_run(mask: NDArray[np.bool_], size: Array) -> NDArray[np.int64]:
     """Index of the largest `size` within each run of True of the mask, shape (runs,)."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
     pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)

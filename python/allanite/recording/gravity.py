@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.units import conversion
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Standard gravity, m/s²; local gravity differs by at most 0.3 %.
 GRAVITY = 9.80665

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.recording.resolution import MIN_FLIPS, is_fill
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Smallest share of samples with one code of a locked column. Normal noise in the middle of a code then has a standard
 #: deviation below a quarter of the step, and N of the rounded samples is at least 13 % too low, depending on the mean.

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.recording.resolution import step_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Codes that loggers write for "no data": ends of signed and unsigned integers, in units of the least step.
 TYPE_ENDS = frozenset(

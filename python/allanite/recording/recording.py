@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from allanite.common.arrays import Array
     from allanite.deviation import Deviation, Deviations
     from allanite.deviation.averaging import Taus
     from allanite.plots import Figure
@@ -116,12 +117,12 @@ class Recording(Record):
     units: tuple[str, ...]
     quantity: str
     columns: tuple[str, ...]
-    covariates: Mapping[str, NDArray[np.float64]]
+    covariates: Mapping[str, Array]
     covariate_units: Mapping[str, str]
     path: str | None
     stamps: Stamps | None
     epoch: float | None
-    times: NDArray[np.float64] | None
+    times: Array | None
     told: tuple[Finding, ...]
     log_columns: tuple[LogColumn, ...]
     _audit: list[Finding] | None
@@ -307,7 +308,7 @@ class Recording(Record):
             self._set_fields(_motion=motion_of(self) or False)
         return None if isinstance(self._motion, bool) else self._motion
 
-    def seconds(self) -> NDArray[np.float64]:
+    def seconds(self) -> Array:
         """Time of each sample since the first, s, shape (n,): from uneven time stamps if known, else from the rate."""
         return np.arange(self.n) / self.rate if self.times is None else self.times
 

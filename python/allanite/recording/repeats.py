@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
+
 #: Samples compared at a time, to limit memory.
 PART_SAMPLES = 1 << 20
 #: Smallest share of repeats, beyond those by chance, that is polling. A sensor of 98 Hz read at 100 Hz changes N by 1 %.
@@ -135,7 +137,7 @@ def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool
     return ~new
 
 
-def longest_run(pieces: Iterable[tuple[int, NDArray[np.float64]]], n: int) -> tuple[int, int, int]:
+def longest_run(pieces: Iterable[tuple[int, Array]], n: int) -> tuple[int, int, int]:
     """Tuple (start, length, equal): first index and length of the longest run of one value; number of repeated samples.
 
     A sample is repeated if it equals the previous one; NaN equals nothing. `pieces` are pairs (index of the first
@@ -162,7 +164,7 @@ def longest_run(pieces: Iterable[tuple[int, NDArray[np.float64]]], n: int) -> tu
     return start, longest, equal
 
 
-def share_of_repeats_followed(samples: NDArray[np.float64], limit: int) -> float:
+def share_of_repeats_followed(samples: Array, limit: int) -> float:
     """Share of repeated samples that another repeat follows, in runs of one value shorter than `limit` samples.
 
     0 without such runs. It exceeds the share of repeats in the record if values are held again and again.

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from allanite.common.arrays import Array
 
 #: Fewest visits to the rarer of two values that are noise rather than an accident. Chosen by judgment; not measured.
 MIN_FLIPS = 5
 
 
-def step_of(values: NDArray[np.float64], single: bool) -> float:
+def step_of(values: Array, single: bool) -> float:
     """Step (LSB) of which all differences between the values are multiples; 0 without such a step.
 
     0 also if more than half of the values differ or fewer than 3 values are distinct. `single` is True for values in
@@ -35,12 +32,12 @@ def step_of(values: NDArray[np.float64], single: bool) -> float:
     return 0.0
 
 
-def _storage_error(levels: NDArray[np.float64], single: bool) -> float:
+def _storage_error(levels: Array, single: bool) -> float:
     """Rounding error of the stored values, in their unit; `single` is True for single precision."""
     return (2.0**-23 if single else 2.0**-48) * float(np.abs(levels).max())
 
 
-def _distinct_levels(levels: NDArray[np.float64], noise: float) -> NDArray[np.float64]:
+def _distinct_levels(levels: Array, noise: float) -> Array:
     """Array of the ascending values without those at most 4 `noise` above the previous value."""
     return levels[np.concatenate(([True], np.diff(levels) > 4 * noise))]
 
@@ -54,7 +51,7 @@ def is_fill(value: float, step: float) -> bool:
     return size == 0.0 or (size >= 99.0 and size.is_integer() and step > 0.5 * size)
 
 
-def two_codes(spread: NDArray[np.float64], single: bool) -> float:
+def two_codes(spread: Array, single: bool) -> float:
     """Distance of the two codes between which samples flip, or 0 if the samples do not flip between two codes.
 
     A few wrong samples, and a status that keeps its value for long, are not codes. The rarer code must occur

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.plain import plain
 from allanite.common.units import conversion, parse_unit, units_by_kind
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from numpy.typing import ArrayLike, NDArray
 
 #: Rows checked at a time, so that they stay in the cache.
 CHUNK = 1 << 18
@@ -108,7 +106,7 @@ def distinct(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def covariate_of(name: str, values: ArrayLike, n: int) -> NDArray[np.float64]:
+def covariate_of(name: str, values: ArrayLike, n: int) -> Array:
     """Array of the values of a covariate as doubles, shape (n,). Raises `InputError` for another shape."""
     array = np.array(values, dtype=np.float64)
     if array.shape != (n,):
@@ -189,7 +187,7 @@ def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
     return group_means(samples, k)
 
 
-def factors_to(unit: str, units: tuple[str, ...]) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+def factors_to(unit: str, units: tuple[str, ...]) -> tuple[Array, tuple[str, ...]]:
     """Tuple (factors, units): factor that converts each column to `unit`, shape (columns,), and the unit of each.
 
     Columns of another kind of sensor keep their unit, with factor 1.

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.recording.stamp_units import stamp_numbers, unusable_stamps
 from allanite.recording.steps import MAX_DISORDER_ROWS
 from allanite.recording.timebase import Stamps, StampSums
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from numpy.typing import NDArray
 
 #: Rows at the end of a chunk that wait for the next chunk. Later stamps may show that a late stamp is no gap, or that
 #: diverging stamps return (`allanite.recording.steps.MAX_DISORDER_ROWS`).

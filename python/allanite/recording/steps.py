@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.recording.stamp_units import unusable_stamps
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Spans after which counters restart, in their own unit.
 _BINARY = tuple(2.0**bits * scale for bits in (16, 32) for scale in (1.0, 1e-3, 1e-6))
@@ -28,7 +27,7 @@ COMPARED_SAMPLES = 1024
 MAX_SHORT_GAP = 32
 
 
-def usual_step(steps: NDArray[np.float64]) -> float:
+def usual_step(steps: Array) -> float:
     """Usual step of time stamps: the median of the positive steps, or 1/2 to 1/5 of it if most steps are multiples.
 
     The median is the mode of nearly every log, and robust against jitter. If most samples are missing, the median is a
@@ -60,7 +59,7 @@ def usual_step(steps: NDArray[np.float64]) -> float:
     return middle
 
 
-def _mean_of_rounded_steps(steps: NDArray[np.float64], middle: float) -> float:
+def _mean_of_rounded_steps(steps: Array, middle: float) -> float:
     """Mean step of regular stamps rounded about as coarsely as their interval (1, 2, 2, 1, … ms); 0 for other stamps.
 
     The sum of such steps stays within one step of a straight line. With randomly missing samples the sum would stray
@@ -115,9 +114,9 @@ class Steps:
         Samples and time of each step, if both are known; the rate is the ratio of their sums.
     """
 
-    raw: NDArray[np.float64]
+    raw: Array
     stamps: NDArray[Any]
-    clean: NDArray[np.float64] = field(init=False)
+    clean: Array = field(init=False)
     usual: float = field(init=False)
     wrap: float = 0.0
     wraps: list[int] = field(default_factory=list)
@@ -126,8 +125,8 @@ class Steps:
     coarse: bool = False
     lost: bool = False
     gaps: list[tuple[int, int]] = field(default_factory=list)
-    counts: NDArray[np.float64] = field(init=False)
-    times: NDArray[np.float64] = field(init=False)
+    counts: Array = field(init=False)
+    times: Array = field(init=False)
 
     def __post_init__(self) -> None:
         self.clean = self.raw.copy()

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from allanite.common.arrays import Array
 
 #: Averaging time, s, and averages in a window of 20 s: swell and hands are slower than an average, faster than a window.
 AVERAGING_TIME, WINDOW_AVERAGES = 0.2, 100
@@ -21,15 +18,13 @@ MIN_WINDOWS = 10
 ANGLE_RATIOS = (0.3, 3.0)
 
 
-def averages_for_sway(x: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+def averages_for_sway(x: Array, rate: float) -> Array:
     """Averages over 0.2 s of samples x at `rate` (Hz), shape (averages,); the last incomplete average is omitted."""
     m = max(1, round(AVERAGING_TIME * rate))
     return np.asarray(x[: x.size // m * m].reshape(-1, m).mean(axis=1))
 
 
-def sway_of(
-    rates: NDArray[np.float64], force: NDArray[np.float64], rate: float
-) -> NDArray[np.float64] | None:
+def sway_of(rates: Array, force: Array, rate: float) -> Array | None:
     """Standard deviation of the tilt in each window of 20 s, degrees, shape (windows,); None without sway.
 
     None also for fewer than 10 windows. The integrated rates of a turning platform are the change of the direction of
@@ -71,7 +66,7 @@ def sway_of(
     return np.asarray(np.degrees(np.sqrt(np.maximum(both, 0.0) / WINDOW_AVERAGES)))
 
 
-def _detrended(x: NDArray[np.float64], windows: int) -> NDArray[np.float64]:
+def _detrended(x: Array, windows: int) -> Array:
     """Copy of the samples of each window minus their least-squares parabola, shape (windows, averages, 3).
 
     This removes drifts and integrated noise.

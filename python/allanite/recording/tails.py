@@ -8,14 +8,11 @@ several shares of censored values. Values beyond the heaviest tail that a fit al
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite import _kernels
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from allanite.common.arrays import Array
 
 #: Values of 1/ν that are tried, where ν are the degrees of freedom. The law is normal at 0 and has no variance from 0.5 on.
 INVERSE_FREEDOMS = np.concatenate([[0.0, 0.005, 0.01], np.arange(0.02, 0.6, 0.015)])
@@ -81,14 +78,12 @@ def _exceeded_magnitude(inverse_freedom: float, probability: float) -> float:
     return float(-(ndtri(p) if inverse_freedom == 0.0 else stdtrit(1.0 / inverse_freedom, p)))
 
 
-def _sorted_magnitudes(magnitudes: NDArray[np.float64]) -> NDArray[np.float64]:
+def _sorted_magnitudes(magnitudes: Array) -> Array:
     """Array of the magnitudes sorted in ascending order."""
     return _kernels.in_order(np.ascontiguousarray(magnitudes))
 
 
-def tail_of(
-    magnitudes: NDArray[np.float64], censored: float, *, ordered: bool = False
-) -> Tail | None:
+def tail_of(magnitudes: Array, censored: float, *, ordered: bool = False) -> Tail | None:
     """`Tail`: Student t law fitted to magnitudes. The largest (a share `censored`) enter only by their number.
 
     Parameters
@@ -147,7 +142,7 @@ def tail_of(
     )
 
 
-def outlier_limit(magnitudes: NDArray[np.float64], probability: float, step: float = 0.0) -> float:
+def outlier_limit(magnitudes: Array, probability: float, step: float = 0.0) -> float:
     """Magnitude (float) above which a value is an outlier: the smallest limit of several tail fits, plus half a `step`.
 
     Infinite if no law can be fitted.
@@ -169,7 +164,7 @@ def outlier_limit(magnitudes: NDArray[np.float64], probability: float, step: flo
     return min([*limits, *_power_law_limits(magnitudes, probability)], default=np.inf) + 0.5 * step
 
 
-def _power_law_limits(rising: NDArray[np.float64], probability: float) -> list[float]:
+def _power_law_limits(rising: Array, probability: float) -> list[float]:
     """List of outlier limits from power laws that are fitted to the largest values; `rising` are ascending magnitudes.
 
     Each power law is extrapolated to the magnitude that one value exceeds with the given probability. The exponent is
@@ -212,7 +207,7 @@ def _power_law_limits(rising: NDArray[np.float64], probability: float) -> list[f
     return out
 
 
-def coarse_step(values: NDArray[np.float64]) -> float:
+def coarse_step(values: Array) -> float:
     """Smallest distance between different values if 2 to 50 different values occur, else 0.
 
     At most 40 000 values are examined.

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
 from allanite.recording.stamp_units import (
@@ -17,9 +19,6 @@ from allanite.recording.stamp_units import (
     unusable_stamps,
 )
 from allanite.recording.steps import STALLED, Steps
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
 
 #: Most missing samples per present sample of one segment.
 MAX_MISSING_RATIO = 4
@@ -127,10 +126,7 @@ MAX_STEP = 1e140
 
 
 def read_stamps(
-    time: ArrayLike,
-    unit: str | None = None,
-    rate: float | None = None,
-    piece: int | None = None,
+    time: ArrayLike, unit: str | None = None, rate: float | None = None, piece: int | None = None
 ) -> Stamps:
     """`Stamps`: rate, unit, gaps and irregularities of a time column.
 
@@ -250,9 +246,7 @@ class StampSums:
         )
 
 
-def _interval_drift(
-    steps: NDArray[np.float64], jitter: float, resolution: float
-) -> tuple[float, int]:
+def _interval_drift(steps: Array, jitter: float, resolution: float) -> tuple[float, int]:
     """Tuple (drift, index): relative change of the interval over the record, and where it changes most.
 
     `drift` is the largest mean of 16 parts of `steps` over the smallest, less 1; 0 if within jitter. The index among
@@ -328,7 +322,7 @@ def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]
         return np.insert(array.astype(np.float64), rows, np.nan, axis=0)
 
 
-def uneven_times(time: ArrayLike, stamps: Stamps) -> NDArray[np.float64] | None:
+def uneven_times(time: ArrayLike, stamps: Stamps) -> Array | None:
     """Time of each row since the first row used, s, shape (rows,), for unevenly spaced stamps; else None.
 
     Rows of missing samples have times between those of their neighbors. None if the jitter is at most 1 % of the

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.ndimage import median_filter
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from allanite.common.arrays import Array
 
 #: Averaging time of the search for turns, s.
 AVERAGING_TIME = 1.0
@@ -22,7 +19,7 @@ MIN_ANGLE = 10.0
 MAX_SECONDS = 60.0
 
 
-def turns_of(rates: NDArray[np.float64], rate: float) -> list[tuple[float, float, float]]:
+def turns_of(rates: Array, rate: float) -> list[tuple[float, float, float]]:
     """List of (start in s, end in s, angle in degrees) of each turn in the samples of a gyroscope, sorted by start.
 
     A turn lasts 3 to 60 s, reaches at least 10°, and exceeds 1 deg/s and six times the noise of averages of 1 s. Empty

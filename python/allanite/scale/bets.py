@@ -23,12 +23,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.effects import Model, Periodic
 from allanite.fit.likelihood.expected import density
 from allanite.scale.power_bets import MAX_SQUARE, ClippedPower, PowerBets
 
-Array = NDArray[np.float64]
 #: Power of the alternatives divided by that of the model, at all frequencies and in octaves.
 RATIOS = (0.25, 0.5, 0.7, 0.85, 0.95, 1.05, 1.2, 1.5, 2.0, 4.0)
 #: Power ratios of alternatives with additional low-pass noise.

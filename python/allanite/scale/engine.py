@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.child_process import safe_path
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.plain import plain
 from allanite.summary import Summary
 from allanite.summary.making import summary_of_chunks
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Number of summaries that one task merges.
 MERGED_AT_ONCE = 8

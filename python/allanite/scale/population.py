@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.axes.turn_on import TurnOn, turn_on_bias
+from allanite.common.arrays import Array
 from allanite.common.documents import (
     MAX_DOCUMENT_BYTES,
     fields_dict,
@@ -321,7 +321,7 @@ def _discoveries(found: list[Deviating]) -> tuple[Deviating, ...]:
 
 def _population(
     column: str, name: str, values: list[list[float | None]]
-) -> tuple[Population, NDArray[np.float64]]:
+) -> tuple[Population, Array]:
     """Tuple (`Population` of a parameter over all units, p-value of each unit's deviation, shape (units,)).
 
     `values` are [value, low, high, standard error] of each unit. Positive parameters, except the mean, are compared in
@@ -373,7 +373,7 @@ def _population(
     )
 
 
-def _upper_limit(order: NDArray[np.float64]) -> float | None:
+def _upper_limit(order: Array) -> float | None:
     """Upper tolerance limit: value below which 95 % of all units lie with 95 % confidence; None for too few units.
 
     `order` are the sorted values of the units. The result is one of these values.

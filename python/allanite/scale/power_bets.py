@@ -15,9 +15,9 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from allanite.common.arrays import Array
+
 #: Bets on less power clip squares of whitened samples at this value (3 standard deviations). For normal samples, this
 #: removes 0.5 % of the power. A larger value would limit the size of these bets.
 LOW_CLIP = 9.0

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.common.documents import fields_dict, invalid_as_input_error, json_of
 from allanite.common.errors import InputError, about
@@ -31,7 +30,6 @@ from allanite.summary.stream_segment import StreamSegment
 if TYPE_CHECKING:
     from allanite.effects import Effect, Model
 
-Array = NDArray[np.float64]
 #: Number of samples of a short segment, and number of short segments in a long one.
 SEGMENT, SEGMENTS_IN_LONG = 1024, 8
 #: Shares of the initial capital on short and on long segments.

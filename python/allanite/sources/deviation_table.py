@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from allanite.common.arrays import Array
     from allanite.readers._table import Table
 
 #: Points per decade of τ that are fitted. Neighboring points of an overlapping estimate are nearly equal, so that more
@@ -125,9 +126,7 @@ def documents_of_table(
     return found
 
 
-def curves_of_table(
-    path: Path, unit: str | None
-) -> list[tuple[str, str, NDArray[np.float64], NDArray[np.float64]]]:
+def curves_of_table(path: Path, unit: str | None) -> list[tuple[str, str, Array, Array]]:
     """List of (name, unit, averaging times in s, deviations), one per column of a table of deviations.
 
     Raises `InputError` if the file is not a table or the unit is missing.
@@ -139,7 +138,7 @@ def curves_of_table(
         return [(name, own, numbers[:, 0], column) for name, own, column in columns]
 
 
-def _factors(tau: NDArray[np.float64], rate: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _factors(tau: Array, rate: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Tuple (averaging factors of the points to fit, about eight per decade; row of each point in the table).
 
     Raises `InputError` unless each τ is within 5 % of a multiple of the sampling interval.
@@ -184,7 +183,7 @@ def _units(unit: str | None, names: list[str]) -> list[str]:
     )
 
 
-def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
+def _read(path: Path) -> tuple[list[str], Array]:
     """Tuple (header, numbers) of a table: names of the columns (empty without any), and an array of shape (rows, columns).
 
     Raises `InputError` for a file that is no text, for a row that is not one of numbers, and for a table that is too
@@ -193,7 +192,7 @@ def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
     return _header_and_numbers(read_table(path, text.all_numbers))
 
 
-def _header_and_numbers(table: Table) -> tuple[list[str], NDArray[np.float64]]:
+def _header_and_numbers(table: Table) -> tuple[list[str], Array]:
     """Tuple (header, numbers) of the columns of numbers of a table. Raises `InputError` if the table is too small."""
     columns = text.all_numbers(table)
     if table.n < MIN_ROWS or len(columns) < 2:

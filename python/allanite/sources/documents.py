@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from allanite.common.units import coefficient_unit
 from allanite.effects import CATALOGUE
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 #: Allan deviation of flicker noise divided by its coefficient B, 0.664 (IEEE 952: sqrt(2 ln 2 / pi)).
 PLATEAU = math.sqrt(2.0 * math.log(2.0) / math.pi)

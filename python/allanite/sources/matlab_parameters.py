@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
 from allanite.common.errors import InputError
 from allanite.sources.documents import model_document
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 #: (Property of imuSensor, function that makes its parameters, unit of its samples) of each kind of sensor.
 SENSORS = (("Gyroscope", "gyroparams", "rad/s"), ("Accelerometer", "accelparams", "m/s^2"))

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -17,10 +19,6 @@ from allanite.common.documents import text_of
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.sources.documents import PLATEAU, model_document
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 #: (Name in Kalibr's keys, name in imu_utils' keys, unit of the samples) of each kind of sensor.
 SENSORS = (("gyroscope", "gyr", "rad/s"), ("accelerometer", "acc", "m/s^2"))

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.effects._known import Deterministic, Periodic
 from allanite.effects.terms import Exponential
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from allanite.effects import Model
     from allanite.effects.terms import Term
 
-Array = NDArray[np.float64]
 #: Minimum duration of aiding before coasting, s. Aiding also lasts at least three times the horizon.
 MIN_AIDING = 300.0
 #: Minimum and maximum number of steps of the longest coasting. A step, the time between two fixes, is 1 s within them.

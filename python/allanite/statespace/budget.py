@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
 from allanite.common.validation import positive, positive_rate
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 
     from allanite.effects import Model
 
-Array = NDArray[np.float64]
 #: Mean radius of the Earth, m (IUGG).
 RADIUS = 6.371e6
 #: Schuler frequency, rad/s.

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from allanite.common.arrays import Array
 
 
 def integration_weights(m: int, rate: float, order: int) -> Array:

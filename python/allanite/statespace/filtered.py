@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.statespace.sections import Section
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.effects._filter import Filter
-
-Array = NDArray[np.float64]
 
 
 def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float) -> Section:

@@ -7,9 +7,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.validation import require_recording
 from allanite.effects import as_model
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.recording import Recording
 
-Array = NDArray[np.float64]
 #: 95 % quantile of χ² with one degree of freedom.
 CHI2_95 = 3.841458820694124
 #: Number of lags, in samples, of the whiteness test.

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import number
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.recording import Recording
 
-Array = NDArray[np.float64]
 #: Standard gravity, m/s² (CGPM 1901).
 GRAVITY = 9.80665
 #: Maximum number of samples of aiding and coasting, so that variograms fit into memory.

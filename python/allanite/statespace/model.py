@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate
 from allanite.effects import Model, as_model
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.statespace.reduction import Cost
 
-Array = NDArray[np.float64]
 #: Record length, in samples, for which the slowest noise is approximated if no duration is given.
 DEFAULT_SAMPLES = 1_000_000
 #: Initial variance of an unknown level divided by the variance of all other noise over the record.

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.effects.terms import Exponential
 from allanite.statespace.sections import Section, ar1, is_line, resized
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.statespace.model import StateSpace
 
-Array = NDArray[np.float64]
 #: Averaging times, and frequencies, per decade at which the reduced model is fitted.
 PER_DECADE = 8
 #: Weight of the log density in the least squares; the log Allan variance has the weight 1. Chosen by judgment.

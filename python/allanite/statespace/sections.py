@@ -21,9 +21,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.effects.terms import (
     Blue,
@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from allanite.effects.terms import Term
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

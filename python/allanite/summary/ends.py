@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.summary.gaps import fill_missing
 from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, resample_power, transform_at_end
 from allanite.summary.level import MARGIN, TILE, Level, Octave, add_bands, band_sums, long_gap_mask
 from allanite.summary.sums import Sum
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,9 +7,9 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import TooShortError
 
-Array = NDArray[np.float64]
 Places = NDArray[np.int64]
 #: Maximum length of a missing run that is filled by random draws, number of neighbors on each side that a draw uses, and
 #: number of sweeps over all runs.

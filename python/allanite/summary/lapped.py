@@ -10,11 +10,10 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 
-Array = NDArray[np.float64]
 #: Number of samples of a transform segment, and index of its lowest coefficient in use. Deeper levels of the pyramid
 #: resolve lower frequencies better.
 SEGMENT, LOW = 8192, 2457

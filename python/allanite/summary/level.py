@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.aligned import align_when_unpickled
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.summary.gaps import fill_missing
 from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, kernel, segments
 from allanite.summary.sums import Blocks, Sum
 
-Array = NDArray[np.float64]
 #: Number of samples of a tile, and number of samples on each side that its transform needs in addition.
 TILE, MARGIN = 16384, SEGMENT // 2
 #: Maximum number of samples of a level that keeps all its samples.

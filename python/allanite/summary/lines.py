@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.summary.lapped import LOW, SEGMENT, low_pass_gain
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Line:
     amplitude: float
 
 
-def octave_power(reading: Reading, level: int) -> NDArray[np.float64]:
+def octave_power(reading: Reading, level: int) -> Array:
     """Mean power of each transform coefficient of the octave with index `level`, U² per sample of the record.
 
     Shape (coefficients,). The attenuation of the low-pass is divided out.
@@ -50,9 +50,7 @@ def octave_power(reading: Reading, level: int) -> NDArray[np.float64]:
     return np.asarray(octave.power.value / max(octave.frames, 1e-9) * 2.0**level / loss)
 
 
-def without_lines(
-    reading: Reading, level: int, rate: float
-) -> tuple[NDArray[np.float64], list[Line]]:
+def without_lines(reading: Reading, level: int, rate: float) -> tuple[Array, list[Line]]:
     """Tuple (`octave_power`, U², with lines replaced by the median around them; list of the lines, strongest score first).
 
     At most 32 lines. The search ends at the first peak that is too weak (score below 5.6) or too wide.

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import mmap
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future
 from contextlib import nullcontext
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
@@ -18,12 +20,6 @@ from allanite.recording import Recording
 from allanite.recording.samples import column_names
 from allanite.summary.stream_segment import TAUS_PER_OCTAVE, StreamSegment
 from allanite.summary.summary import Summary
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from concurrent.futures import Future
-
-    from numpy.typing import ArrayLike, NDArray
 
 #: Number of samples processed at a time, and minimum number of rows if there are several columns: enough tiles for several
 #: threads, little memory.

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.summary.ends import depth_of, read_segment
 from allanite.summary.level import MAX_KEPT_SAMPLES, Octave
@@ -32,7 +32,7 @@ class Reading:
     """
 
     octaves: tuple[Octave, ...]
-    samples: NDArray[np.float64]
+    samples: Array
     start: int
 
     __repr__ = brief

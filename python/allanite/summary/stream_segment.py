@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.deviation.accumulator import Accumulator
 from allanite.summary.level import Level, join_levels
 from allanite.summary.sums import Sum
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 #: Number of averaging times per octave of the Allan curve.
 TAUS_PER_OCTAVE = 2
@@ -48,7 +47,7 @@ class Extremes:
     steps: Sum = field(default_factory=lambda: Sum.zeros(4))
     ends: tuple[float, float] | None = None
 
-    def update(self, x: NDArray[np.float64], at: int) -> None:
+    def update(self, x: Array, at: int) -> None:
         """Add consecutive samples in place; `at` is the index of the first one in its stream.
 
         Missing samples (NaN) are counted. Equal extremes keep the first index.
@@ -75,7 +74,7 @@ class Extremes:
             self._add_steps(np.array([x[0] - before]))
         self.ends = float(x[0]) if self.ends is None else self.ends[0], float(x[-1])
 
-    def _add_steps(self, d: NDArray[np.float64]) -> None:
+    def _add_steps(self, d: Array) -> None:
         """Add the differences d of neighboring samples to `steps` in place; NaN are ignored."""
         if d.size and np.isnan(d.sum()):
             d = d[~np.isnan(d)]
@@ -224,7 +223,7 @@ class StreamSegment:
 
 
 def _update_column(
-    curve: Accumulator, extremes: Extremes, at: int, given: NDArray[Any], x: NDArray[np.float64]
+    curve: Accumulator, extremes: Extremes, at: int, given: NDArray[Any], x: Array
 ) -> None:
     """Add the samples from index `at` on to the Allan curve and the extremes of a column, in place.
 

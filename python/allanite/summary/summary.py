@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
+    from allanite.common.arrays import Array
     from allanite.deviation import Deviation
     from allanite.deviation.accumulator import Accumulator
     from allanite.summary.stream_segment import Extremes, StreamSegment
@@ -203,7 +202,7 @@ class Summary(Record):
                 f"one column is needed, found {', '.join(self.columns)}: choose with column(name)"
             )
 
-    def low_rate(self, depth: int) -> dict[str, NDArray[np.float64]]:
+    def low_rate(self, depth: int) -> dict[str, Array]:
         """Dict from the name of each covariate to its samples at the sampling rate divided by 2^`depth`."""
         first = len(self.columns)
         return {
@@ -233,7 +232,7 @@ class Summary(Record):
             path=self.path,
         )
 
-    def rate_samples(self) -> NDArray[np.float64]:
+    def rate_samples(self) -> Array:
         """Samples of the only column, shape (n,). Raises `InputError` if they are not kept."""
         return np.asarray(self.recording().rate_samples())
 
@@ -261,7 +260,7 @@ class Summary(Record):
         ]
 
     @property
-    def covariates(self) -> dict[str, NDArray[np.float64]]:
+    def covariates(self) -> dict[str, Array]:
         """Dict from the name of each covariate to its samples at the rate of the kept samples of the first column.
 
         Empty without covariates.

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.aligned import align_when_unpickled
-
-Array = NDArray[np.float64]
+from allanite.common.arrays import Array
 
 
 @align_when_unpickled

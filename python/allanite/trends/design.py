@@ -8,12 +8,11 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.numbers import YEAR
 
-Array = NDArray[np.float64]
 #: Name of a unit of time for a rate → its length, s.
 PER = {"year": YEAR, "day": 86400.0, "hour": 3600.0, "second": 1.0}
 #: Pattern of a time since the first sample (``3.5yr``), and the length of its units, s.

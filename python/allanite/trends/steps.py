@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.threads import stop_if_unwanted
 from allanite.fit.stamped.likelihood import whitened
 
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from allanite.fit.stamped.likelihood import StampedSeries
     from allanite.fit.stamped.noise import StampedNoise
 
-Array = NDArray[np.float64]
 #: Number of candidate steps that are whitened together; limits memory.
 STEPS_PER_BLOCK = 256
 #: Distance in samples of the candidate steps of the first pass. The second pass tries every sample near the best one.

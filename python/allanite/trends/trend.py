@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import YEAR, duration_text
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-Array = NDArray[np.float64]
 #: Default periods: annual and semi-annual terms, s.
 PERIODS = (YEAR, 0.5 * YEAR)
 #: Default periodic terms are fitted to records of at least this length, years.

@@ -15,8 +15,7 @@ from allanite.readers._table import Table, check_shape
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
+    from allanite.common.arrays import Array
     from allanite.readers._table import Picker
 
 #: Number of first bytes in which the block of time errors must begin. TimeLab writes about a hundred lines before it.
@@ -56,12 +55,12 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     return Table(names, tuple(values.T), ("s",) * columns)
 
 
-def _numbers(stream: IO[bytes], count: int) -> NDArray[np.float64]:
+def _numbers(stream: IO[bytes], count: int) -> Array:
     """Array of the next `count` numbers of an open text file, shape (n,); shorter, or empty, if the file ends.
 
     Raises `InputError` for text instead of numbers, also for a cell over `MAX_NUMBER_LENGTH` bytes.
     """
-    found: list[NDArray[np.float64]] = []
+    found: list[Array] = []
     missing, rest = count, b""
     while missing > 0 and (block := stream.read(BLOCK)):
         # The last cell may continue in the next block. In the last block, a line end shows that the cell is complete.
@@ -76,7 +75,7 @@ def _numbers(stream: IO[bytes], count: int) -> NDArray[np.float64]:
     return np.concatenate(found) if found else np.empty(0)
 
 
-def _append(found: list[NDArray[np.float64]], cells: list[bytes]) -> int:
+def _append(found: list[Array], cells: list[bytes]) -> int:
     """Append an array of the numbers in `cells` to the list `found`; return the number of cells.
 
     Raises `InputError` if a cell is no number or the memory budget is exceeded.

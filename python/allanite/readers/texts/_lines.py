@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import re
 import tempfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError, about
 from allanite.common.plain import plain
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from numpy.typing import NDArray
 
 #: Modified Julian Date of 1970-01-01, days.
 MJD_OF_1970 = 40587
@@ -98,7 +95,7 @@ def terminal_times(clocks: Iterable[str]) -> NDArray[np.datetime64]:
     return date_times(seconds)
 
 
-def spacing_notes(seconds: NDArray[np.float64]) -> list[str]:
+def spacing_notes(seconds: Array) -> list[str]:
     """List with one text: median, least and largest interval between the lines, in s.
 
     Empty for fewer than two lines, or if the three agree in six digits. A time server writes a line when a packet

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from allanite.common.arrays import Array
     from allanite.readers._table import Picker
 
 # Sources:
@@ -69,7 +70,7 @@ def recognizes(head: bytes) -> bool:
     )
 
 
-def _are_whole_periods(steps: NDArray[np.float64], period: float) -> bool:
+def _are_whole_periods(steps: Array, period: float) -> bool:
     """True if all steps (s) are whole numbers of periods within 0.1 %."""
     periods = np.rint(steps / period)
     error = np.abs(steps / period - periods)
@@ -140,9 +141,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     return Table(names, columns, ("s",) * len(names), rate=1.0 / phases[0][2], notes=tuple(notes))
 
 
-def _phase_and_period(
-    times: NDArray[np.object_], rows: list[int], of: str
-) -> tuple[NDArray[np.float64], float]:
+def _phase_and_period(times: NDArray[np.object_], rows: list[int], of: str) -> tuple[Array, float]:
     """Tuple (phase in s of each period, shape (n,), NaN without an edge; period in s).
 
     `times` are in ps; `rows` and `of` are for messages. Raises `InputError` for fewer than two edges, a period that is

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
+    from allanite.common.arrays import Array
     from allanite.readers._table import Picker
 
 #: Beginning of a sentence of an IMU.
@@ -152,7 +151,7 @@ def _novatel_fields(line: bytes) -> list[bytes] | None:
     return body.partition(b";")[2].split(b",")
 
 
-def _numbers(rows: list[list[bytes] | None], fields: slice) -> NDArray[np.float64]:
+def _numbers(rows: list[list[bytes] | None], fields: slice) -> Array:
     """Array of some fields of every row, shape (n, fields), NaN for damaged rows. Raises `InputError` for text."""
     good = [row[fields] for row in rows if row is not None]
     try:
@@ -212,7 +211,7 @@ def _novatel_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Tabl
 
 def _scale_and_units(
     rows: list[Any], raw: bool, rate: float
-) -> tuple[NDArray[np.float64] | None, tuple[str | None, ...]]:
+) -> tuple[Array | None, tuple[str | None, ...]]:
     """Tuple (factors from logged numbers to rad/s and m/s², shape (6,); the six units as texts).
 
     If the scale is unknown, the factors are None, and so is each of the six units.
