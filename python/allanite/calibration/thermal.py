@@ -182,9 +182,10 @@ def thermal(
     for name in names:
         columns = [one.column(name) for one in given]
         report = _reporter(on_progress, name, len(found))
-        best = [_joined_with_fits(columns, thermometer, noise, report) for thermometer in found]
-        runs, tried = max(best, key=lambda one: chosen(one[1]).log_evidence)
-        axes.append(_axis_law(runs, tried, noise))
+        joined = [join(columns, thermometer) for thermometer in found]
+        fits = [tried_forms(one.averaged(MAX_SEARCH_SAMPLES), noise, report) for one in joined]
+        best = max(range(len(found)), key=lambda k: chosen(fits[k]).log_evidence)
+        axes.append(_axis_law(joined[best], fits[best], noise))
     return ThermalCalibration(tuple(axes), tuple(one.path for one in given))
 
 
@@ -203,17 +204,6 @@ def _reporter(
         before += total * (done == total)
 
     return report
-
-
-def _joined_with_fits(
-    columns: Sequence[Recording],
-    thermometer: str,
-    noise: Model,
-    report: Callable[[int, int], None] | None,
-) -> tuple[Runs, tuple[Tried, ...]]:
-    """Tuple (joined logs of one axis with this thermometer, fits of all forms to averages of these logs)."""
-    runs = join(columns, thermometer)
-    return runs, tried_forms(runs.averaged(MAX_SEARCH_SAMPLES), noise, report)
 
 
 def _axis_law(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:

@@ -108,7 +108,11 @@ class _Column:
         self.name, self.x, self.rate, self.unit = name, x, rate, unit
         self.rows, self.missing = rows, missing
         self.n = x.size
-        self.single = x.dtype == np.float32 or _fits_single_precision(x)
+        # The first doubles may be single-precision numbers.
+        some = x[: 1 << 12]
+        self.single = x.dtype.kind == "f" and np.array_equal(
+            some.astype(np.float32), some, equal_nan=True
+        )
         self.spread = _spread_blocks(x)
         finite = self.spread[np.isfinite(self.spread)]
         self.step = step_of(finite, self.single)
@@ -142,14 +146,6 @@ def _count_missing(x: NDArray[Any]) -> int:
     if x.dtype.kind != "f":
         return 0
     return sum(int(np.count_nonzero(np.isnan(x[k : k + CHUNK]))) for k in range(0, x.size, CHUNK))
-
-
-def _fits_single_precision(x: NDArray[Any]) -> bool:
-    """True if the samples are doubles whose first 4096 are single-precision numbers. False for samples of another type."""
-    some = x[: 1 << 12]
-    return bool(
-        x.dtype == np.float64 and np.array_equal(some.astype(np.float32), some, equal_nan=True)
-    )
 
 
 def _spread_blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> Array:

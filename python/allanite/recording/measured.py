@@ -34,18 +34,14 @@ def _without_markers(recording: Recording) -> Recording:
         x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, at]
         for marker in markers_of(x):
             if samples is None:
-                samples = np.array(recording.samples, dtype=_float_type(recording.samples))
+                single = recording.samples.dtype == np.float32
+                samples = np.array(recording.samples, np.float32 if single else np.float64)
             column = samples if samples.ndim == 1 else samples[:, at]
             column[x == marker.value] = np.nan
             found.append(_marker_finding(name, marker, recording.units[at]))
     if samples is None:
         return recording
     return recording.with_samples(samples).told_of(found)
-
-
-def _float_type(samples: NDArray[Any]) -> type[np.floating]:
-    """Type (float32 or float64) for samples that need NaN: float32 for float32 samples, else float64."""
-    return np.float32 if samples.dtype == np.float32 else np.float64
 
 
 def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:

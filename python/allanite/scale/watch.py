@@ -340,22 +340,17 @@ class Watch:
         for bets, saved in zip(self._bets, state["bets"], strict=True):
             bets.restore(saved)
         taken, rest = int(state["taken"]), np.array(state["rest"], dtype=np.float64)
-        # None becomes NaN.
-        if not 0 <= taken < 2**63 or rest.ndim != 1 or np.isinf(rest).any():
+        position = state["position"]
+        unknown = position is not None and not isinstance(position, dict)
+        # None becomes NaN in `rest`.
+        if unknown or not 0 <= taken < 2**63 or rest.ndim != 1 or np.isinf(rest).any():
             raise InputError("damaged, or no state of a watch")
         self.taken, self._pending = taken, rest
-        self.position = _checked_position(state["position"])
+        self.position = position
         if self.quantity == "angle":
             last = state.get("angle")
             self._angle = math.nan if last is None else float(last)
         self.alarm = None if state["alarm"] is None else Alarm(**state["alarm"])
-
-
-def _checked_position(saved: object) -> dict[str, Any] | None:
-    """`saved`, the source position of a saved state, unchanged; raises `InputError` unless it is a dict or None."""
-    if saved is not None and not isinstance(saved, dict):
-        raise InputError("damaged, or no state of a watch")
-    return saved
 
 
 def _summary_path(path: Path) -> Path:
