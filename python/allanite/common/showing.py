@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from html import escape
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,7 @@ def heading(recording: Any) -> str:
     r = recording
     unit = "" if r.unit == "1" else f", {r.unit}"
     what = f"{r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s){unit}"
-    return f"{r.path or 'recording'} · {r.columns[0]} · {what}"
+    return f"{Path(r.path).name if r.path else 'recording'} · {r.columns[0]} · {what}"
 
 
 def _value_text(value: Any) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import TooShortError
+from allanite.common.printing import printed
 from allanite.common.showing import html_list, html_table
 from allanite.common.validation import positive
 from allanite.deviation.averaging import Samples, Taus, averaging_factors, samples_of
@@ -119,10 +120,12 @@ class DynamicDeviation:
                 f"{rows.size} of {self.time.size} windows and {columns.size} of {self.tau.size} averaging"
                 " times are shown"
             )
-        title = f"overlapping Allan deviation ({self.unit}) of windows of {self.window:g} s"
+        title = (
+            f"overlapping Allan deviation ({printed(self.unit)}) of windows of {self.window:g} s"
+        )
         head = ["time (s)", *(f"τ = {self.tau[k]:.4g} s" for k in columns)]
         body = [
-            [f"{self.time[i]:.6g}", *(cell_text(self.deviation[i, k], 0, ".5e") for k in columns)]
+            [f"{self.time[i]:.6g}", *(cell_text(self.deviation[i, k]) for k in columns)]
             for i in rows
         ]
         return title, head, body, remarks

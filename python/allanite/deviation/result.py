@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.numbers import number
+from allanite.common.printing import printed
 from allanite.common.units import conversion
 from allanite.deviation.confidence import interval
 
@@ -216,19 +218,18 @@ class Deviation:
         }
 
     def __str__(self) -> str:
-        head = f"{'tau (s)':>12} {'m':>10} {'n':>11} {self.kind:>12} {'low':>12} {'high':>12} {'edf':>9}"
-        rows = [
-            f"{t:12.6g} {m:10d} {n:11d} {' '.join(cell_text(v, 12, '.5e') for v in values)} {cell_text(e, 9, '.4g')}"
-            for t, m, n, *values, e in self._rows()
-        ]
+        table = [("tau (s)", self.kind, "low", "high", "edf", "n"), *self._rows()]
+        widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
+        rows = ["  ".join(map(str.rjust, row, widths)) for row in table]
         known = f"{self.percent} interval" if self.has_interval else "no interval is known"
         title = f"{self._titled}, {known}"
-        return "\n".join([title, head, *rows, *self.diagnostics])
+        return "\n".join([title, *rows, *self.diagnostics])
 
     @property
     def _titled(self) -> str:
         """Kind with the unit of the deviation in parentheses; the kind alone without a unit."""
-        return self.kind if self.deviation_unit == "1" else f"{self.kind} ({self.deviation_unit})"
+        unit = self.deviation_unit
+        return self.kind if unit == "1" else f"{self.kind} ({printed(unit)})"
 
     def __repr__(self) -> str:
         if not len(self):
@@ -240,32 +241,24 @@ class Deviation:
 
     def _repr_html_(self) -> str:
         own = self._titled
-        head = "".join(
-            f"<th>{name}</th>" for name in ("τ (s)", "m", "n", own, "low", "high", "edf")
-        )
+        head = "".join(f"<th>{name}</th>" for name in ("τ (s)", own, "low", "high", "edf", "n"))
         rows = "".join(
-            "<tr>" + "".join(f"<td>{cell_text(value, 0, '.6g')}</td>" for value in row) + "</tr>"
-            for row in self._rows()
+            "<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in self._rows()
         )
         return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
 
-    def _rows(self) -> zip[tuple[Any, ...]]:
-        """Iterator over the rows of the table, one per averaging time: τ, m, n, deviation, low, high, edf."""
-        return zip(
-            self.tau,
-            self.factors,
-            self.n,
-            self.deviation,
-            self.low,
-            self.high,
-            self.edf,
-            strict=True,
-        )
+    def _rows(self) -> list[tuple[str, ...]]:
+        """List of the rows of the table, one per averaging time: texts of τ, deviation, low, high, edf and n."""
+        columns = (self.tau, self.deviation, self.low, self.high, self.edf, self.n)
+        return [
+            (number(tau, 6), *map(cell_text, values), str(n))
+            for tau, *values, n in zip(*columns, strict=True)
+        ]
 
 
-def cell_text(value: float, width: int, form: str) -> str:
-    """Text of a value in a table, right-aligned to `width`; a dash if the value is not finite."""
-    return (format(value, form) if np.isfinite(value) else "-").rjust(width)
+def cell_text(value: float) -> str:
+    """Text of a value in a table with three digits; a dash if the value is not finite."""
+    return number(value) if np.isfinite(value) else "–"
 
 
 def _unit_times_second(unit: str) -> str:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.common.printing import printed
 
 KINDS = [
     "oadev",
@@ -42,7 +43,7 @@ def test_deviations_of_the_phase_are_in_the_integral_of_the_rate(kind, unit, int
     curve = getattr(al, kind)(record(unit))
     assert curve.unit == unit
     assert curve.deviation_unit == integral
-    assert f"{kind} ({integral})" in str(curve).splitlines()[0]
+    assert f"{kind} ({printed(integral)})" in str(curve).splitlines()[0]
     assert repr(curve).endswith(f"in {integral})")
     assert curve.to_dict()["unit"] == integral
 
@@ -82,3 +83,19 @@ def test_docstrings_say_unit_errors_and_source(kind):
         else "the unit of the rate"
     )
     assert unit in told
+
+
+def test_the_table_lists_the_deviation_first_in_plain_numbers():
+    lines = str(al.oadev(record("deg/h"))).splitlines()
+    assert lines[1].split() == ["tau", "(s)", "oadev", "low", "high", "edf", "n"]
+    curve = al.oadev(record("deg/h"))
+    tau, deviation, low, high, _, n = lines[2].split()
+    assert float(tau) == curve.tau[0]
+    assert int(n) == curve.n[0]
+    for text, value in (
+        (deviation, curve.deviation[0]),
+        (low, curve.low[0]),
+        (high, curve.high[0]),
+    ):
+        assert float(text) == pytest.approx(value, rel=5e-3)
+    assert not any("e+" in line or "e-" in line for line in lines)

@@ -124,5 +124,5 @@ def test_the_figure_and_the_table_of_adev_have_one_unit(log, tmp_path, capsys):
     options = ["--rate", "20", "--column", "gyro_x", "--plot", str(figure)]
     with pytest.raises(SystemExit):
         main(["adev", str(log), *options])
-    assert "oadev (deg/h)" in capsys.readouterr().out
+    assert "oadev (°/h)" in capsys.readouterr().out
     assert "(°/h)" in figure.read_text(encoding="utf-8")

@@ -214,7 +214,7 @@ def test_every_kind_of_deviation(run, tmp_path, kind):
     assert figure.read_text().startswith("<?xml")
     code, out, err = run("adev", log, *options)
     assert (code, err) == (0, "")
-    assert f"{kind} ({'deg' if phase else 'deg/h'})" in out
+    assert f"{kind} ({'°' if phase else '°/h'})" in out
     assert "nan" not in out
 
 
