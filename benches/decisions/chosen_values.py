@@ -1,8 +1,9 @@
 """Results with other values of constants that have no derivation.
 
-    python benches/decisions/chosen_values.py [courses] [gates] [posterior] [refits] [steps]
+    python benches/decisions/chosen_values.py [courses] [forms] [gates] [posterior] [refits] [steps]
 
-courses: forms of a moving band; names of hidden bands that drift. gates: fine steps of a periodic noise level; coverage of
+courses: forms of a moving band; names of hidden bands that drift. forms: forms of weak events that are refitted, and
+the significant ones among those that MAX_NOISE_REFIT_FRACTION leaves out. gates: fine steps of a periodic noise level; coverage of
 N. posterior: draws behind a holdover band; difference of its half-width at 3 h from
 that of ten times as many draws. refits: ΔlogL after the refit over ΔlogL of the search, for tone bursts, drifting lines and
 narrow bands. steps: final models and logL of events with other distances of the points that test a shape for its optimum.
@@ -128,6 +129,70 @@ def _hidden(rng, kind, n, rate):
     return x
 
 
+def forms():
+    """Print how many forms of weak events a check need not refit, and how many of those would be significant."""
+    slow = importlib.import_module("allanite.suggestion.screens.slow_functions")
+    limits, significant, refit = (
+        slow.may_become_significant,
+        slow._significant_richer_forms,
+        slow._refitted_candidate,
+    )
+    given, found = {}, []
+
+    def watched(simple, forms, *more):
+        given.update(forms)
+        return significant(simple, forms, *more)
+
+    def candidate(effect, base, data, rival, whitened, over=None):
+        made = refit(effect, base, data, rival, whitened, over)
+        if over is not None and made is not None:
+            arc, starts, noise = given[effect]
+            family = slow.Family(effect.family, (arc * starts,))
+            hope = (1.0 + constants.MAX_NOISE_REFIT_FRACTION) * slow._gain(
+                effect, base, noise, data
+            )
+            # A check makes at least 15 searches.
+            chance = slow.log_p_value(family, made.judged_gain) + np.log(15.0)
+            found.append((limits(family, hope), chance < np.log(constants.FALSE_ALARM_PROBABILITY)))
+        return made
+
+    def limit(family, hope):
+        # Only the first limit, on the gain over the simple form, is in use.
+        return (
+            limits(family, hope)
+            if all(family.arcs != (a * s,) for a, s, _ in given.values())
+            else True
+        )
+
+    slow.may_become_significant = limit
+    slow._significant_richer_forms, slow._refitted_candidate = watched, candidate
+    rng = np.random.default_rng(5)
+    n, rate = 20_000, 20.0
+    t = np.arange(n) / rate
+    for k in range(400):
+        walk = 10.0 ** rng.uniform(-5.5, -3.5)
+        start, length = rng.uniform(100.0, 700.0), 10.0 ** rng.uniform(0.3, 2.5)
+        shape = (
+            (t >= start) & (t < start + length),
+            (t >= start) * np.exp(-np.maximum(t - start, 0.0) / length),
+            0.5 * np.clip((t - start) / length, 0.0, 1.0),
+        )[k % 3]
+        x = 0.0134 * rng.standard_normal(n) + walk / np.sqrt(rate) * np.cumsum(
+            rng.standard_normal(n)
+        )
+        x += 0.013 * rng.uniform(2.0, 8.0) / np.sqrt(length * rate) * shape
+        al.fit_model(al.Recording(x, rate=rate), "N+B+K").check()
+        given.clear()
+    slow.may_become_significant = limits
+    slow._significant_richer_forms, slow._refitted_candidate = significant, refit
+    left_out = [is_significant for is_refitted, is_significant in found if not is_refitted]
+    print(
+        f"{len(found)} forms, {sum(s for _, s in found)} significant; left out {len(left_out)}, "
+        f"{sum(left_out)} significant",
+        flush=True,
+    )
+
+
 def refits():
     """Print the largest ratios of ΔlogL after a refit to that of the search, without the limits on refits."""
     screens = {
@@ -141,9 +206,7 @@ def refits():
         solve, limit = screen.solved_with, screen.may_become_significant
 
         def search(_family, most):
-            drifts = name == "drifting line"
-            ratio = constants.MAX_DRIFT_REFIT_RATIO if drifts else constants.MAX_REFIT_GAIN_RATIO
-            search.gain = most / ratio
+            search.gain = most / constants.MAX_REFIT_GAIN_RATIO
             return True
 
         def refit(*args):
@@ -158,6 +221,10 @@ def refits():
         )
 
     undo = [watched(*one) for one in screens.items()]
+    # Both values without the division by the noise near the course, which the screen applies to both.
+    band, relative = screens["drifting line"].Band, screens["drifting line"].Band.relative_noise
+    band.relative_noise = lambda *_: 1.0
+    undo.append(lambda: setattr(band, "relative_noise", relative))
     bands, narrow = spectral.narrow_bands, spectral._narrow_band_candidate
     limit, spectral.MAX_REFIT_GAIN_RATIO = spectral.MAX_REFIT_GAIN_RATIO, 1e3
 
@@ -211,6 +278,7 @@ def steps():
 if __name__ == "__main__":
     parts = {
         "courses": courses,
+        "forms": forms,
         "gates": gates,
         "posterior": posterior,
         "refits": refits,

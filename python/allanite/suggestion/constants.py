@@ -16,14 +16,11 @@ import numpy as np
 #: Unit: probability. False-alarm probability of all suggestions of one check together.
 #: Basis: definition; 0.75–1 % of the null records of the statistical tests raise an alarm.
 FALSE_ALARM_PROBABILITY = 0.01
-#: Unit: 1. Largest ratio of ΔlogL after the refit to ΔlogL of the search of a tone burst or a narrow band. A candidate is
-#: refitted only if this multiple could be significant.
-#: Basis: simulation of 50 records (benches/decisions/chosen_values.py refits); at most 1.10 in 45 of 47 refits. The others
+#: Unit: 1. Largest ratio of ΔlogL after the refit to ΔlogL of the search of a tone burst, a drifting line or a narrow
+#: band. A candidate is refitted only if this multiple could be significant.
+#: Basis: simulation of 50 records (benches/decisions/chosen_values.py refits); at most 1.10 in 87 of 89 refits. The others
 #: were far below significance (1.12) or already significant before the refit (1.86).
 MAX_REFIT_GAIN_RATIO = 1.1
-#: Unit: 1. The same ratio for a drifting line, whose rate of drift is optimized in the refit.
-#: Basis: the same simulation; at most 1.46 in 41 refits.
-MAX_DRIFT_REFIT_RATIO = 1.5
 
 # Order of the suggestions.
 

@@ -297,10 +297,17 @@ def loudest_frequency(
 def polish_drifting(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> Deterministic:
-    """Copy of the line with the frequency and drift that explain most of the residual `ordinates`, shape (n,).
+    """Copy of the line with the frequency and drift that explain most of the residual `ordinates`; see `polished_line`."""
+    return polished_line(effect, ordinates, noise, data)[0]
 
-    Without start values, the strongest line near the largest ordinate is searched. The effect itself is returned if
-    logL rises by less than 1e-3.
+
+def polished_line(
+    effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
+) -> tuple[Deterministic, float]:
+    """Tuple (copy of the line with the frequency and drift that explain most of the residual, its ΔlogL).
+
+    `ordinates` are the residual ordinates, shape (n,). The ΔlogL holds for this `noise`. Without start values, the
+    strongest line near the largest ordinate is searched. The line keeps its values if ΔlogL rises by less than 1e-3.
     """
     values, T = effect.values, data.duration
     f, d = values["frequency"], values["drift"]
@@ -308,14 +315,16 @@ def polish_drifting(
         if f is None:
             f = loudest_frequency(effect, ordinates, noise, data)
         band = band_about(f, f, ordinates, noise, data)
-        middle, drift, _ = band.polished(*band.search()[:2])
+        middle, drift, gain = band.polished(*band.search()[:2])
     else:
         ends = f + d * data.start, f + d * (data.start + T)
         band = band_about(min(ends), max(ends), ordinates, noise, data)
         at = (f + d * (data.start + 0.5 * T)) * T, d * T * T
         middle, drift, gain = band.polished(*at)
-        if gain - band.gain(*at) < MIN_SHAPE_DELTA_LOGL:
-            return effect
-    return effect.with_values(
+        before = band.gain(*at)
+        if gain - before < MIN_SHAPE_DELTA_LOGL:
+            return effect, before
+    line = effect.with_values(
         frequency=max((middle - drift * (0.5 + data.start / T)) / T, 1e-12), drift=drift / T**2
     )
+    return line, gain

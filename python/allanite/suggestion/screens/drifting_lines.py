@@ -20,12 +20,12 @@ from allanite.fit.shapes.drifting import (
     Band,
     band_about,
     ordinates_of_drift,
-    polish_drifting,
+    polished_line,
 )
 from allanite.suggestion.constants import (
     MAIN_SHARE,
-    MAX_DRIFT_REFIT_RATIO,
     MAX_ORDINATE_POWER,
+    MAX_REFIT_GAIN_RATIO,
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_SCREEN_GAIN,
 )
@@ -178,10 +178,12 @@ def _best_candidate(
     frequency = (middle - drift * (0.5 + data.start / T)) / T
     # Conservative: as if every frequency had been searched at every rate of drift.
     family = Family("line", width=line_trials(data.n) * band.trials)
-    if frequency <= 0.0 or not may_become_significant(family, MAX_DRIFT_REFIT_RATIO * hope):
+    if frequency <= 0.0:
         return None
     effect = blank.with_values(frequency=frequency, drift=drift / T**2)
-    effect = polish_drifting(effect, solution.ordinates, noise, data)
+    effect, hope = polished_line(effect, solution.ordinates, noise, data)
+    if not may_become_significant(family, MAX_REFIT_GAIN_RATIO * hope / loud):
+        return None
     refitted, last, gain = solved_with(effect, solution, data)
     gain /= loud
     if gain < steady + MIN_DELTA_LOGL_OVER_SIMPLER:

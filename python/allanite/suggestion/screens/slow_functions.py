@@ -34,7 +34,13 @@ from allanite.suggestion.constants import (
     MIN_SCREEN_GAIN,
     MIN_SEGMENT_SAMPLES,
 )
-from allanite.suggestion.p_values import Family, arc_length, log_chi2_tail, log_p_value
+from allanite.suggestion.p_values import (
+    Family,
+    arc_length,
+    log_chi2_tail,
+    log_p_value,
+    may_become_significant,
+)
 from allanite.suggestion.screens.several_excursions import several_excursions
 from allanite.suggestion.screens.spectral import Candidate, Screen
 
@@ -170,17 +176,19 @@ def _significant_richer_forms(
 ) -> list[Candidate]:
     """List of the refitted candidates of richer forms that explain significantly more than `simple`.
 
-    The limit is a p-value of 1 %; None as `simple` stands for no function. Refuted forms, and forms of an event already
-    in the list, are omitted.
+    The limit is a p-value of 1 %; None as `simple` stands for no function. Refuted forms, forms of an event already in
+    the list, and forms that are not significant by themselves are omitted.
     """
     found: list[Candidate] = []
-    for effect, (arc, _, noise) in forms.items():
+    for effect, (arc, starts, noise) in forms.items():
         plain = 0.0
         if simple is not None and isinstance(simple.effect, Deterministic):
             plain = _gain(simple.effect, solution, noise, data)
-        best = _gain(effect, solution, noise, data)
-        hope = best - plain + MAX_NOISE_REFIT_FRACTION * best
-        if log_p_value(Family(effect.family, (arc,)), hope) >= np.log(FALSE_ALARM_PROBABILITY):
+        best = (1.0 + MAX_NOISE_REFIT_FRACTION) * _gain(effect, solution, noise, data)
+        if not may_become_significant(Family(effect.family, (arc,)), best - plain):
+            continue
+        # Neither could it be significant by itself, even without the other searches of the check.
+        if not may_become_significant(Family(effect.family, (arc * starts,)), best):
             continue
         simple_gain = 0.0 if simple is None else simple.gain
         # One more free time always gains something; the gain over the simple form must be significant.
