@@ -21,13 +21,14 @@ from allanite.summary.sums import Sum
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SegmentReading:
-    """Reading of one stream segment: octaves from the highest frequency down, and the samples of the level below them.
+class Reading:
+    """Column of a summary, or of a segment of it: octaves of its spectrum, and samples for the frequencies below them.
 
     Attributes
     ----------
     octaves : tuple of Octave
-    samples : ndarray
+        Octaves from the highest frequency down, one for each halving of the rate.
+    samples : ndarray, shape (m,)
         Samples at 2^−len(octaves) of the rate; NaN where too many are missing.
     start : int
         Index of the first of these samples, at their rate.
@@ -39,6 +40,11 @@ class SegmentReading:
 
     __repr__ = brief
 
+    @property
+    def factor(self) -> int:
+        """Number of samples of the record per kept sample: 2 to the number of octaves."""
+        return 1 << len(self.octaves)
+
 
 def depth_of(level: Level) -> int:
     """Depth (number of halvings of the rate) of the first level, from `level` downwards, that keeps all its samples."""
@@ -48,8 +54,8 @@ def depth_of(level: Level) -> int:
     return level.depth
 
 
-def read_segment(level: Level, depth: int) -> SegmentReading:
-    """`SegmentReading`: octaves and low-rate samples of a stream segment after `depth` halvings of the rate.
+def read_segment(level: Level, depth: int) -> Reading:
+    """`Reading`: octaves and low-rate samples of a stream segment after `depth` halvings of the rate.
 
     `depth` must be at least `depth_of(level)`; otherwise `AssertionError`.
     """
@@ -85,7 +91,7 @@ def read_segment(level: Level, depth: int) -> SegmentReading:
         after, here = np.zeros(0), None
         start = (start + start % 2) // 2
         octaves.append(found)
-    return SegmentReading(tuple(octaves), samples, start)
+    return Reading(tuple(octaves), samples, start)
 
 
 def _halved_end(

@@ -2,45 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.arrays import Array
-from allanite.common.showing import brief
-from allanite.summary.ends import depth_of, read_segment
+from allanite.summary.ends import Reading, depth_of, read_segment
 from allanite.summary.level import MAX_KEPT_SAMPLES, Octave
 from allanite.summary.sums import Sum
 
 if TYPE_CHECKING:
     from allanite.summary.level import Level
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Reading:
-    """Column of a summary: octaves of its spectrum, and low-rate samples for the frequencies below them.
-
-    Attributes
-    ----------
-    octaves : tuple of Octave
-        Octaves from the highest frequency down, one for each halving of the rate.
-    samples : ndarray, shape (m,)
-        Samples at 2^−len(octaves) of the rate; NaN where too many are missing.
-    start : int
-        Index of the first of these samples, at their rate.
-    """
-
-    octaves: tuple[Octave, ...]
-    samples: Array
-    start: int
-
-    __repr__ = brief
-
-    @property
-    def factor(self) -> int:
-        """Number of samples of the record per kept sample: 2 to the number of octaves."""
-        return 1 << len(self.octaves)
 
 
 def read_column(levels: list[Level], depth: int | None = None) -> Reading:

@@ -14,9 +14,10 @@ from allanite.recording.findings import Finding
 from allanite.recording.record import Record
 from allanite.recording.samples import find_column
 from allanite.summary import storage
+from allanite.summary.ends import Reading
 from allanite.summary.level import MAX_KEPT_SAMPLES
 from allanite.summary.lines import Line, without_lines
-from allanite.summary.reading import Reading, read_column
+from allanite.summary.reading import read_column
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

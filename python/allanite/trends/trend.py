@@ -435,6 +435,8 @@ def _trend(
     With `find_steps`, up to 50 significant steps are added, one by one. Raises `TooShortError` for too few samples, and
     `InputError` if all samples are equal or a step is unsuitable.
     """
+    from scipy.special import stdtrit
+
     name = column.columns[0]
     samples = np.asarray(column.samples, dtype=np.float64)
     there = np.isfinite(samples)
@@ -484,15 +486,22 @@ def _trend(
     best = fits[0]
     regressed = best.regressed
     errors, freedom = amplitude_errors(best)
-    estimate = _Estimates(regressed.amplitudes, errors, freedom, unit)
+
+    def estimate(at: int, name: str, of: str = unit) -> Estimate:
+        """`Estimate` of the amplitude with index `at`, with its 95 % interval (Student's t), in the unit `of`."""
+        value, error = float(regressed.amplitudes[at]), float(errors[at])
+        half = float(stdtrit(freedom[at], 0.975)) * error
+        # A rate or a height can have either sign, so that it always counts as detected.
+        return Estimate(value, error, (value - half, value + half), of, True, name)
+
     waves = []
     for i, period in enumerate(functions.periods):
         at = 2 + len(functions.steps) + 2 * i
         waves.append(
             Wave(
                 period,
-                estimate.one(at, "cosine"),
-                estimate.one(at + 1, "sine"),
+                estimate(at, "cosine"),
+                estimate(at + 1, "sine"),
                 _amplitude(
                     regressed.amplitudes[at : at + 2],
                     regressed.covariance[at : at + 2, at : at + 2],
@@ -505,10 +514,10 @@ def _trend(
         column=name,
         unit=unit,
         per=per,
-        rate=estimate.one(1, "rate", f"{unit}/{per}"),
-        offset=estimate.one(0, "offset"),
+        rate=estimate(1, "rate", f"{unit}/{per}"),
+        offset=estimate(0, "offset"),
         steps=tuple(
-            Step(s, date_of(s, column.epoch), estimate.one(2 + i, "step"), s in found)
+            Step(s, date_of(s, column.epoch), estimate(2 + i, "step"), s in found)
             for i, s in enumerate(functions.steps)
         ),
         waves=tuple(waves),
@@ -585,26 +594,6 @@ def _is_significant(square: float, n: int) -> bool:
     from scipy.special import chdtrc
 
     return n * float(chdtrc(1, square)) < FALSE_ALARM
-
-
-@dataclass(frozen=True)
-class _Estimates:
-    """Amplitudes of the known functions with standard errors and degrees of freedom."""
-
-    amplitudes: Array
-    errors: Array
-    freedom: Array
-    unit: str
-
-    def one(self, at: int, name: str, unit: str | None = None) -> Estimate:
-        """`Estimate` of the amplitude with index `at`, with its 95 % interval (Student's t)."""
-        from scipy.special import stdtrit
-
-        value, error = float(self.amplitudes[at]), float(self.errors[at])
-        half = float(stdtrit(self.freedom[at], 0.975)) * error
-        interval = (value - half, value + half)
-        # A rate or a height can have either sign, so that it always counts as detected.
-        return Estimate(value, error, interval, unit or self.unit, True, name)
 
 
 def _amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:

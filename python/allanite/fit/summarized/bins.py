@@ -14,7 +14,7 @@ from allanite.summary.lapped import LOW, SEGMENT
 from allanite.summary.lines import without_lines
 
 if TYPE_CHECKING:
-    from allanite.summary.reading import Reading
+    from allanite.summary.ends import Reading
 
 Array = NDArray[np.float64]
 
