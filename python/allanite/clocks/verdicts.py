@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import deviation
+from allanite.common.documents import fields_dict
 from allanite.common.errors import TooShortError
 
 if TYPE_CHECKING:
@@ -62,19 +63,8 @@ class Verdict:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON with all attributes; names of times end with ``_s``."""
-        return {
-            "mask": self.mask,
-            "kind": self.kind,
-            "result": self.result,
-            "tau_s": self.tau,
-            "measured_s": self.measured,
-            "limit_s": self.limit,
-            "low_s": self.low,
-            "high_s": self.high,
-            "checked_s": None if self.checked is None else list(self.checked),
-            "needs_s": self.needs,
-            "source": self.source,
-        }
+        times = ("tau", "measured", "limit", "low", "high", "checked", "needs")
+        return fields_dict(self, **{name: f"{name}_s" for name in times})
 
 
 def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
