@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from allanite.study import Study
 
 
+#: Maximum width of a printed table, characters.
+MAX_TABLE_WIDTH = 100
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
     """Allan deviation of one log or model.
@@ -100,9 +104,10 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curves:
-    """Allan deviations of several logs and models. As text: a table with the ratio of each curve to the first.
+    """Allan deviations of several logs and models. As text: tables with ratios to the first curve of the same column.
 
-    The table shows each curve in the unit of figures: °/h for gyroscopes, µg for accelerometers.
+    Without a common column, the ratios are to the first curve of the same kind of sensor. Tables show each curve in the
+    unit of figures: °/h for gyroscopes, µg for accelerometers.
 
     Examples
     --------
@@ -128,33 +133,79 @@ class Curves:
 
     def __str__(self) -> str:
         curves = [_in_figure_unit(curve) for curve in self.curves]
-        first = curves[0]
-        same = [parse_unit(c.unit).kind == parse_unit(first.unit).kind for c in curves]
-        head = ["tau s"]
-        for i, curve in enumerate(curves):
-            head.append(f"[{i + 1}] {printed(curve.unit)}")
-            if i and same[i]:
-                head.append(f"[{i + 1}]/[1]")
-        rows = [head]
-        for tau in first.tau:
-            row = [f"{tau:.6g}"]
-            reference = first.near(tau)
-            for i, curve in enumerate(curves):
-                point = curve.near(tau)
-                row.append("–" if point is None else number(float(point.deviation[0]), 4))
-                if i and same[i]:
-                    row.append(_ratio_text(point, reference))
-            rows.append(row)
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        names = [f"[{i + 1}] {c.kind} {c.name}" for i, c in enumerate(curves)]
-        table = ["  ".join(map(str.rjust, row, widths)) for row in rows]
-        return "\n".join([*names, "", *table])
+        names = [f"[{i}] {c.kind} {c.name}" for i, c in enumerate(curves, start=1)]
+        tables = [
+            table
+            for first, others in _groups(curves).items()
+            for table in _tables(curves, first, others)
+        ]
+        return "\n".join([*names, *("\n" + table for table in tables)])
 
     def plot(self, path: str | Path | None = None) -> Any:
         """Figure of all curves with logarithmic axes; written to `path` (SVG, PNG, PDF) if given."""
         from allanite.plots import plot_compare
 
         return plot_compare(self, path)
+
+
+def _groups(curves: Sequence[Drawn]) -> dict[int, list[int]]:
+    """Dict from the index of the first curve of each group to the indices of the others, which are compared with it.
+
+    If several curves have one column (the last word of their names), those of each column are a group. Otherwise, and
+    for columns that only one curve has, those of one kind of sensor are a group.
+    """
+    columns = [curve.name.rpartition(" ")[2] for curve in curves]
+    kinds = [parse_unit(curve.unit).kind for curve in curves]
+    groups: dict[int, list[int]] = {}
+    for i, (column, kind) in enumerate(zip(columns, kinds, strict=True)):
+        same = [g for g in groups if kinds[g] == kind]
+        alone = columns.count(column) == 1
+        first = next((g for g in same if alone or columns[g] == column), None)
+        if first is None:
+            groups[i] = []
+        else:
+            groups[first].append(i)
+    return groups
+
+
+def _tables(curves: Sequence[Drawn], first: int, others: Sequence[int]) -> list[str]:
+    """List of text tables of curve `first` and `others` with their ratios to it, each at most 100 characters wide."""
+    base = curves[first]
+    points = [base.near(tau) for tau in base.tau]
+
+    def cells(i: int) -> list[tuple[str, ...]]:
+        """Cells of curve `i` from the head down: deviation, and for another curve the ratio."""
+        head = f"[{i + 1}] {printed(curves[i].unit)}"
+        near = [curves[i].near(tau) for tau in base.tau]
+        values = ["–" if p is None else number(float(p.deviation[0])) for p in near]
+        if i == first:
+            return [(text,) for text in (head, *values)]
+        ratios = [_ratio_text(p, q) for p, q in zip(near, points, strict=True)]
+        return [(head, f"[{i + 1}]/[{first + 1}]"), *zip(values, ratios, strict=True)]
+
+    left = [
+        (t, *c)
+        for t, c in zip(("tau (s)", *(number(t, 6) for t in base.tau)), cells(first), strict=True)
+    ]
+    tables, rows = [], left
+    for i in others:
+        wider = [(*row, *own) for row, own in zip(rows, cells(i), strict=True)]
+        if rows is not left and _width(wider) > MAX_TABLE_WIDTH:
+            tables.append(rows)
+            wider = [(*row, *own) for row, own in zip(left, cells(i), strict=True)]
+        rows = wider
+    return ["\n".join(_aligned(rows)) for rows in (*tables, rows)]
+
+
+def _width(rows: Sequence[tuple[str, ...]]) -> int:
+    """Width of a table of texts, characters."""
+    return len(_aligned(rows)[0])
+
+
+def _aligned(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """List of the lines of a table of texts with right-aligned columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(map(str.rjust, row, widths)) for row in rows]
 
 
 def _in_figure_unit(curve: Drawn) -> Drawn:
@@ -178,7 +229,7 @@ def _in_figure_unit(curve: Drawn) -> Drawn:
 
 
 def _ratio_text(one: Drawn | None, other: Drawn | None) -> str:
-    """Text ``1.234 (1.1 … 1.4)``: ratio of the first points of two curves, and its 95 % interval if any point has one.
+    """Text ``1.23 (1.1 … 1.4)``: ratio of the first points of two curves, and its 95 % interval if any point has one.
 
     A dash if a curve is None or the deviation of `other` is 0.
 
@@ -192,9 +243,9 @@ def _ratio_text(one: Drawn | None, other: Drawn | None) -> str:
         far = _log_distance(one, name) ** 2 + _log_distance(other, opposite) ** 2
         sides.append(np.sqrt(far))
     if not any(sides) or not np.isfinite(sides).all():
-        return f"{ratio:.3f}"
+        return number(ratio)
     low, high = ratio * np.exp(-sides[0]), ratio * np.exp(sides[1])
-    return f"{ratio:.3f} ({low:.3g} … {high:.3g})"
+    return f"{number(ratio)} ({number(low)} … {number(high)})"
 
 
 def _log_distance(point: Drawn, end: str) -> float:
@@ -250,25 +301,27 @@ def compare(
             "compare takes a list of (name, recording or model, unit or None):"
             " give [('log', recording, None), ('model', model, None)]"
         )
-    logs = [(name, item) for name, item, _ in items if isinstance(item, Recording)]
-    measured = {name: oadev(log) for name, log in logs}
-    rate = (logs[0][1].rate if logs else None) if rate is None else positive_rate(rate)
+    logs = [item for _, item, _ in items if isinstance(item, Recording)]
+    # Logs of different folders may have one name.
+    measured = [oadev(log) for log in logs]
+    rate = (logs[0].rate if logs else None) if rate is None else positive_rate(rate)
     if rate is None:
         raise InputError(
             "without a log, the models need a sampling rate",
             missing="rate",
             remedy=": give {rate}",
         )
-    unit = unit or (logs[0][1].unit if logs else "1")
+    unit = unit or (logs[0].unit if logs else "1")
     tau: NDArray[np.float64] = (
-        measured[logs[0][0]].tau if logs else np.exp2(np.arange(18, dtype=np.float64)) / rate
+        measured[0].tau if logs else np.exp2(np.arange(18, dtype=np.float64)) / rate
     )
     curves = []
+    curve_of_log = iter(measured)
     for name, item, own in items:
         if isinstance(item, Drawn):
             curves.append(item)
         elif isinstance(item, Recording):
-            found = measured[name]
+            found = next(curve_of_log)
             curves.append(
                 Drawn(
                     name, "recording", item.unit, found.tau, found.deviation, found.low, found.high

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,6 +14,9 @@ from allanite.cli.options import (
     model_option,
     plot_option,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 @click.command(
@@ -67,15 +70,15 @@ def command(
     output.check_targets(plot)
     named: list[tuple[str, Any, str | None]] = []
     columns = []
-    for item in items:
+    for item, label in zip(items, _labels(items), strict=True):
         if _is_table(item):
             for name, unit, tau, deviation in curves_of_table(Path(item), options.unit):
-                curve = Drawn(f"{Path(item).name} {name}", "recording", unit, tau, deviation)
+                curve = Drawn(f"{label} {name}", "recording", unit, tau, deviation)
                 named.append((curve.name, curve, unit))
         elif _is_log(item):
             for column in columns_of(item, options):
                 columns.append(column)
-                named.append((f"{Path(item).name} {column.columns[0]}", column, None))
+                named.append((f"{label} {column.columns[0]}", column, None))
         else:
             named += [(m.name, m.model, m.unit) for m in models_of(item, None, options.rate_hz)]
     results: list[Any] = []
@@ -90,6 +93,17 @@ def command(
         output.save_plots([compare(named, rate=options.rate_hz, unit=unit_of_models)], [""], plot)
     output.print_findings(columns, options)
     output.print_results(results, options)
+
+
+def _labels(items: Sequence[str]) -> list[str]:
+    """List of the base names of the items, with the folder where several items have one base name."""
+    from pathlib import Path
+
+    names = [Path(item).name for item in items]
+    return [
+        f"{Path(item).parent.name}/{name}" if names.count(name) > 1 else name
+        for item, name in zip(items, names, strict=True)
+    ]
 
 
 def _is_table(item: str) -> bool:

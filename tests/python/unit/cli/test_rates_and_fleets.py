@@ -67,3 +67,29 @@ def test_a_plan_keeps_the_rate_of_its_model(run, tmp_path):
     assert found["duration_s"] == pytest.approx(5000 / RATE, rel=0.05)
     # Another rate only if it is asked for.
     assert json.loads(run(*asked, "--rate", 100)[1])["rate_hz"] == 100.0
+
+
+def test_compare_relates_the_same_columns_of_logs_of_one_name(run, tmp_path):
+    rng = np.random.default_rng(2)
+    logs = []
+    for folder, size in (("old", 1.0), ("new", 2.0)):
+        (tmp_path / folder).mkdir()
+        logs.append(tmp_path / folder / "imu.csv")
+        rows = size * rng.standard_normal((2000, 6)) * [1, 1, 1, 3, 3, 3]
+        np.savetxt(
+            logs[-1],
+            rows,
+            delimiter=",",
+            header=",".join(f"g{x} [deg/s]" for x in "xyz")
+            + ","
+            + ",".join(f"a{x} [g]" for x in "xyz"),
+            comments="",
+        )
+    code, out, _ = run("compare", *logs, "--rate", 100, "--anyway", "--quiet")
+    assert code == 0
+    assert max(map(len, out.splitlines())) <= 100
+    assert "[1] recording old/imu.csv gx\n" in out
+    assert "[7] recording new/imu.csv gx\n" in out
+    for first in range(1, 7):
+        table = out.partition(f"[{first + 6}]/[{first}]")[2]
+        assert float(table.splitlines()[1].split()[3]) == pytest.approx(2.0, rel=0.1)
