@@ -102,7 +102,7 @@ def section(record: Record, path: Path) -> str:
     """Everything about one recording."""
     recording = al.read(path, column=record.column).called(record.file)
     # The time limit would make results depend on the load of the machine.
-    study = al.improve(recording, record.model, time=3600.0)
+    study = al.improve(recording, record.model, seconds=3600.0)
     first = study.check if len(study.ladder) == 1 else study.ladder[0].fit.check()
     first_png, ladder_png = f"{record.name}-first.png", f"{record.name}-ladder.png"
     picture(plot_check(first), FOLDER / first_png)

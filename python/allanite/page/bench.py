@@ -401,7 +401,11 @@ class Bench:
         )
 
     def _first(self, job: Job, column: int) -> Step:
-        """Current `Step` of a column, checked; fits the first model if the column has no step."""
+        """Current `Step` of a column, checked; fits the first model if the column has no step.
+
+        Another column that the user chooses comes first.
+        """
+        job.gives_way = True
         step = self.start(job, column)
         self.rest(job, step)
         return step

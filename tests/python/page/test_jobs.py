@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor, thread
 import numpy as np
 import pytest
 
+from allanite import Recording
 from allanite.common.threads import Pool, stop_if_unwanted
 from allanite.page import bench, child, jobs, source
 from allanite.page.source import Source
@@ -187,3 +188,24 @@ def test_tabs_read_a_log_once_and_again_when_it_has_changed(tmp_path, monkeypatc
     gc.collect()
     _ = log.read(log.reading)
     assert len(asked) == 3
+
+
+def test_a_column_chosen_during_the_first_fit_of_another_is_fitted(monkeypatch):
+    begun, release, fit = threading.Event(), threading.Event(), bench.fit_model
+
+    def fit_later(log, model):
+        if log.columns == ("x",):
+            begun.set()
+            release.wait(60.0)
+        return fit(log, model)
+
+    monkeypatch.setattr(bench, "fit_model", fit_later)
+    data = np.random.default_rng(3).normal(size=(2000, 2))
+    log = Recording(data, 10.0, unit="deg/s", columns=["x", "y"])
+    tab = Tab([Source("two.npz", recording=log)], 1)
+    tab.open(0)
+    assert begun.wait(60.0)
+    tab.choose(1)
+    release.set()
+    tab.job.wait(60.0)
+    assert tab.board.ladders[1].step.check is not None

@@ -32,10 +32,12 @@ async function follow() {
 }
 function take(next) {
   // If nothing has changed, the server only reports its progress.
-  const fresh = "version" in next && next.version !== S.seen, before = busy();
+  const fresh = "version" in next && next.version !== S.seen, before = busy(), moved = S.state && fresh && next.log_number !== S.state.log_number;
   S.state = { ...S.state, ...next };
   if (fresh) {
     S.seen = next.version;
+    // The first view of another log is the measured curve.
+    if (moved && !S.state.checked) go("allan");
     head(); audit(); strip(); chips(); cards(); enough(); ladder(); controls(); figure(); offer(); save();
     if (next.job && !next.job.busy && next.job.error) say(next.job.error);
     if (doubtful() && !S.asked) { S.asked = true; ask(); }

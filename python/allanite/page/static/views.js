@@ -88,7 +88,7 @@ function key(got) {
   if (got && got.singles) psd.push(item("border-color:var(--raw)", "Single frequencies"));
   const samples = [item("border-color:var(--c1)", "Mean"), item("background:var(--c1)", "Minimum–maximum", "box"), ...(got && got.drift ? [item("border-color:var(--c-model)", capital(got.drift))] : [])];
   $("key").replaceChildren(...(other ? [] : { allan, psd: [...allan, ...psd], samples }[S.view] || []));
-  $("readout").textContent = other ? "The model is always fitted to the spectrum, whatever deviation is shown" : got && !["allan", "psd"].includes(S.view) ? capital(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
+  $("readout").textContent = other ? (state.ladder.length ? "The model is always fitted to the spectrum, whatever deviation is shown" : "") : got && !["allan", "psd"].includes(S.view) ? capital(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
 }
 // Opens a view at a range of its axis, in s, Hz, or s of the record.
 export async function visit(name, place) {
