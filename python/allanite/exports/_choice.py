@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from allanite.effects.model import Model
     from allanite.exports._axis import Axis
 
+#: Comment of files with a Gauss-Markov bias: where its correlation time comes from.
+TIME_NOTE = "T follows the Allan deviation of the model up to the horizon. It need not be a time constant of the sensor."
 #: Remark on a coefficient that was not detected.
 LIMIT = "not detected, this is the 95 % upper limit"
 

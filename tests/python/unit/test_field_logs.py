@@ -159,7 +159,7 @@ def test_days_and_years_of_a_station_are_the_time(data, tmp_path):
 @pytest.mark.data
 def test_a_table_of_deviations_is_refused_with_a_remedy(data, capsys):
     path = data("field/allan_table.csv")
-    for command in ("adev", "fit", "characterize"):
+    for command in ("inspect", "adev", "fit", "characterize"):
         with pytest.raises(SystemExit) as stop:
             main([command, str(path)])
         assert stop.value.code == 2

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.exports._axis import split
-from allanite.exports._choice import choose_lag
+from allanite.exports._choice import TIME_NOTE, choose_lag
 from allanite.exports._follow import shared_correlation_time
 from allanite.exports._head import head
 from allanite.exports._lines import check_both_sensors
@@ -42,7 +42,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     choose_all = [(axis, choose_lag(axis, time, overbound=overbound)) for axis in axes]
     convention = [
         "KF-GINS, OB_GINS: arw and vrw are continuous-time, two-sided densities. gbstd and abstd are the standard",
-        "deviation sigma (not the density) of Gauss-Markov biases. Set the scale factors gsstd and asstd yourself.",
+        "deviation sigma (not the density) of Gauss-Markov biases. corrtime is their correlation time T: 37 % of a bias is",
+        "left after T. Set the scale factors gsstd and asstd yourself.",
+        TIME_NOTE,
     ]
     rows = []
     for sensor, pairs in (

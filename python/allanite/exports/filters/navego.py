@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.exports._axis import split
-from allanite.exports._choice import choose_lag
+from allanite.exports._choice import TIME_NOTE, choose_lag
 from allanite.exports._head import head
 from allanite.exports._lines import check_both_sensors
 from allanite.exports._target import Target
@@ -28,6 +28,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     check_both_sensors(axes, "navego")
     convention = [
         "NaveGo: continuous-time, two-sided densities in SI. Put these lines after the call of imu_si_errors.",
+        "gb and ab are Gauss-Markov biases with the correlation time T: 37 % of a bias is left after T.",
+        TIME_NOTE,
     ]
     rows, pairs = [], []
     for own, white, bias, unit in zip(
@@ -41,7 +43,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         for key, place, what in (
             (white, 0, f"{unit}/sqrt(Hz)"),
             (f"{bias}_psd", 1, f"{unit}/s/sqrt(Hz), density of the noise that drives the bias"),
-            (f"{bias}_corr", 2, "s"),
+            (f"{bias}_corr", 2, "s, correlation time T of the bias"),
             (f"{bias}_dyn", 3, f"{unit}, standard deviation of the bias, used in P0"),
         ):
             values = " ".join(f"{one[place]:.6e}" for one in places)

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from allanite.exports._axis import split
-from allanite.exports._choice import choose_lag
+from allanite.exports._choice import TIME_NOTE, choose_lag
 from allanite.exports._head import head
 from allanite.exports._lines import check_both_sensors
 from allanite.exports._target import Target
@@ -36,8 +36,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     pairs = []
     convention = [
         "PSINS: web and wdb are continuous-time, two-sided densities. sqrtR0G and sqrtR0A are sigma of Gauss-Markov",
-        "biases, TauG and TauA their correlation times. g is glv.g0 of PSINS, 9.7803 m/s^2. Set the constant biases eb and",
-        "db yourself.",
+        "biases, TauG and TauA their correlation times T: 37 % of a bias is left after T. g is glv.g0 of PSINS, 9.7803",
+        "m/s^2. Set the constant biases eb and db yourself.",
+        TIME_NOTE,
     ]
     lines = []
     for own, rows in zip(split(axes), SENSORS, strict=True):

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from allanite.exports._axis import rate_of, split
-from allanite.exports._choice import choose_lag
+from allanite.exports._choice import TIME_NOTE, choose_lag
 from allanite.exports._head import head
 from allanite.exports._target import Target
 from allanite.exports._text import xml_comment
@@ -28,8 +28,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     pairs = []
     convention = [
         f"Gazebo: stddev is the standard deviation of a sample at {fs:g} Hz, N*sqrt(rate). Set update_rate to {fs:g}.",
-        "dynamic_bias_stddev is the continuous-time density q_c of the noise that drives the bias. The bias has",
-        "sigma = q_c*sqrt(T/2) with the correlation time T. bias_stddev is sigma: the bias of each run starts there.",
+        "The bias is a Gauss-Markov process with the correlation time T in s: 37 % of a bias is left after T.",
+        "dynamic_bias_correlation_time is T. dynamic_bias_stddev is the continuous-time density q_c of the noise",
+        "that drives the bias. bias_stddev is sigma = q_c*sqrt(T/2), the standard deviation at the start of each run.",
+        TIME_NOTE,
     ]
     body = []
     for own, tag in zip(split(axes), ("angular_velocity", "linear_acceleration"), strict=True):
