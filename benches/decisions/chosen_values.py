@@ -2,11 +2,12 @@
 
     python benches/decisions/chosen_values.py [courses] [forms] [gates] [posterior] [refits] [steps]
 
-courses: forms of a moving band; names of hidden bands that drift. forms: forms of weak events that are refitted, and
-the significant ones among those that MAX_NOISE_REFIT_FRACTION leaves out. gates: fine steps of a periodic noise level; coverage of
-N. posterior: draws behind a holdover band; difference of its half-width at 3 h from
-that of ten times as many draws. refits: ΔlogL after the refit over ΔlogL of the search, for tone bursts, drifting lines and
-narrow bands. steps: final models and logL of events with other distances of the points that test a shape for its optimum.
+courses: forms of a moving band; names of hidden bands that drift.
+forms: forms of weak events that need no refit (MAX_NOISE_REFIT_FRACTION), and the significant ones among them.
+gates: fine steps of a periodic noise level; coverage of N.
+posterior: draws behind a holdover band; difference of its half-width at 3 h from that of ten times as many draws.
+refits: ΔlogL after the refit over ΔlogL of the search, for tone bursts, drifting lines and narrow bands.
+steps: final models and logL of events with other distances of the points that test a shape for its optimum.
 """
 
 from __future__ import annotations
