@@ -341,6 +341,7 @@ def test_the_catalogue_is_searched_and_closed(tab):
     tab.keyboard.press("Escape")
     tab.wait_for_selector("#catalogue:not([open])", state="attached")
     tab.keyboard.press("e")
+    tab.wait_for_selector("#catalogue[open] .effect")
     box = tab.locator("#catalogue-close").bounding_box()
     assert box["y"] < tab.locator("#effects").bounding_box()["y"]
     tab.locator("#catalogue-close").click()
