@@ -46,7 +46,7 @@ def improve(
     on_progress : callable, optional
         Called with (steps done, most steps).
     limit : int
-        Most additions. Up to 32 lines and excluded segments, which have their own ordinates or times, do not count.
+        Most steps.
     tolerance : float, optional
         % of the deviation. The search ends if the model discrepancy is below it.
     seconds : float, optional

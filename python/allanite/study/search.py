@@ -8,18 +8,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from allanite.common.threads import with_deadline
-from allanite.fit import removes
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.study.ladder import Study
-from allanite.study.relations import is_line
 from allanite.study.steps import final_step, further_steps, step_and_suggestions
 from allanite.study.story import story, tried_and_dropped
-from allanite.suggestion.constants import MAX_ADDED_EFFECTS, MAX_EVENTS
+from allanite.suggestion.constants import MAX_ADDED_EFFECTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from allanite.effects import Effect
     from allanite.fit.result import Fit
     from allanite.study.ladder import Rung
     from allanite.suggestion import Check
@@ -137,14 +134,5 @@ class Search:
 
 
 def is_full(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:
-    """True if the search has made `limit` additions or more, or 32 lines and exclusions.
-
-    The first step, lines and exclusions do not count towards `limit`.
-    """
-    independent = sum(rung.added is not None and _is_independent(rung.added) for rung in ladder)
-    return independent >= MAX_EVENTS or len(ladder) - independent > limit
-
-
-def _is_independent(effect: Effect) -> bool:
-    """True if the effect does not affect others: it is a line or excludes samples."""
-    return is_line(effect) or removes(effect)
+    """True if the search has made `limit` steps or more after the first."""
+    return len(ladder) > limit

@@ -34,10 +34,10 @@ from allanite.study.moves.merge import with_nameless_shape, with_wandering_line
 from allanite.study.moves.narrow_bands import with_harmonics_or_side_bands
 from allanite.study.moves.replace import replacements
 from allanite.study.moves.split import splits
-from allanite.study.relations import is_line
 from allanite.study.state import state_of
 from allanite.suggestion import same_misfit, suggestions_elsewhere
-from allanite.suggestion.constants import MAIN_SHARE, MIN_SCORE_GAIN
+from allanite.suggestion.constants import MAX_EXPLAINED_REMAINDER, MIN_SCORE_GAIN
+from allanite.suggestion.exclusions_first import excludes_or_changes_level
 from allanite.suggestion.screens.slow_functions import is_placed
 
 if TYPE_CHECKING:
@@ -191,35 +191,44 @@ def further_steps(
 ) -> Iterator[Rung]:
     """Iterator over further steps from the same check, as long as a new check would find the same.
 
-    Lines do not affect each other. After any other addition, the spectrum must not have changed, and no effect may have
-    left. Suggestions that explain the same misfit as those `added` are left to the next check. Those before the first of
+    It would if 90 % of the ΔlogL of the check remain beside the additions, and no effect of the user's model leaves. For an
+    effect whose evidence is not in the mean spectrum, the spectrum must not have changed. Suggestions that explain the
+    same misfit as those `added`, or as one with a higher score, are left to the next check. Those before the first of
     `added` were refused, and are not tried again. The arguments are not changed.
     """
-    ladder, added = list(ladder), list(added)
-    lines, still = is_line(ladder[-1].added), leaves_others_unchanged(check.fit, ladder[-1])
-    first = min((at for at, s in enumerate(check.significant) if s in added), default=0)
-    for suggestion in check.significant[first:]:
-        if suggestion in added or any(same_misfit(s, suggestion) for s in added):
-            continue
-        if is_already_explained(suggestion, ladder[-1].fit):
-            continue
-        line = lines and is_line(suggestion.effect) and not suggestion.note
-        if ladder[-1].removed or not (still or line):
+    ladder, added, candidates = list(ladder), list(added), _candidates(check)
+    unchanged = leaves_others_unchanged(check.fit, ladder[-1])
+    first = min((at for at, s in enumerate(candidates) if s in added), default=0)
+    for suggestion in candidates[first:]:
+        before = ladder[-1]
+        if before.removed:
             return
+        elsewhere = excludes_or_changes_level(suggestion.effect)
+        if (
+            suggestion in added
+            or any(
+                same_misfit(s, suggestion)
+                for s in check.suggestions
+                if s in added or s.score > suggestion.score
+            )
+            or is_already_explained(suggestion, before.fit)
+            or (elsewhere and not unchanged)
+        ):
+            continue
         found = _step_with(ladder, state_of(ladder), suggestion, check)
-        least = MAIN_SHARE * suggestion.delta_log_likelihood
-        if found is None or found[0].risen is None or found[0].risen < least:
-            return
-        rung, new = found
-        apart = leaves_others_unchanged(ladder[-1].fit, rung)
-        if is_line(suggestion.effect) and (new != (suggestion,) or not apart):
-            return
-        if rung.fit.data is not ladder[-1].fit.data:
-            ladder[-1].fit.data.forget()
+        if found is None or found[1] != (suggestion,) or found[0].dropped_start:
+            continue
+        rung, _ = found
+        seen = suggestion.delta_log_likelihood - suggestion.surplus
+        left = delta_logl(before.fit, rung.fit)
+        if not elsewhere and left < (1.0 - MAX_EXPLAINED_REMAINDER) * seen:
+            continue
+        if rung.fit.data is not before.fit.data:
+            before.fit.data.forget()
+        unchanged = unchanged and leaves_others_unchanged(before.fit, rung)
         ladder.append(rung)
         yield rung
-        added += new
-        lines, still = line, still and apart
+        added.append(suggestion)
 
 
 def _step_with(

@@ -10,6 +10,7 @@ from allanite.common.numbers import chance_text, number, trials_text
 from allanite.criticism import Where, criticise
 from allanite.effects import title_of
 from allanite.fit.likelihood.whitened import whiten
+from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
 from allanite.suggestion.suggest import Suggestion, same_misfit, suggest
 from allanite.suggestion.unexplained_shape import Rest, rest_of
 
@@ -51,12 +52,12 @@ class Check:
 
     @property
     def significant(self) -> tuple[Suggestion, ...]:
-        """Tuple of the suggestions whose p-value, corrected for all searches, is below 1 %."""
+        """Tuple of the suggestions with a p-value below 1 %, corrected for all searches, and a score above 0.5 nats."""
         return tuple(s for s in self.suggestions if s.significant)
 
     @property
     def adequate(self) -> bool:
-        """True if no view fails and no effect is significantly missing; false alarms are 1 % in all."""
+        """True if no view fails and no effect is significantly missing; false alarms are at most 1 % in all."""
         return self.fit.adequate and not self.where.fails and not self.significant
 
     @property
@@ -191,7 +192,9 @@ def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
 
     Alternatives are omitted if there are none. The misfit that it removes is given only if it is significant.
     """
-    mark = "" if s.significant else " (not significant)"
+    costly = s.p_value < FALSE_ALARM_PROBABILITY
+    mark = " (its parameters cost more than it explains)" if costly else " (not significant)"
+    mark = "" if s.significant else mark
     evidence = (
         f"ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {chance_text(s.log10_p)}"
         f" after {trials_text(s.trials)}"

@@ -24,7 +24,7 @@ from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import discrepancy_gain, parameters_cost
 from allanite.fit.shapes.matched import slow_families
-from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAIN_SHARE
+from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAIN_SHARE, MIN_SCORE_GAIN
 from allanite.suggestion.exclusions_first import excludes_or_changes_level
 from allanite.suggestion.explanation import explain
 from allanite.suggestion.p_values import Family, line_trials, log_p_value
@@ -75,7 +75,8 @@ class Suggestion:
     effect : Effect
         The effect with its fitted values.
     significant : bool
-        True if the p-value, corrected for the number of effects and frequencies searched, is below 1 %.
+        True if the p-value, corrected for the number of effects and frequencies searched, is below 1 %, and the effect
+        explains more than its parameters cost: its score without a discrepancy is above 0.5 nats.
     delta_log_likelihood : float
         ΔlogL of the model with the effect, nats.
     delta_bic : float
@@ -128,7 +129,7 @@ class Suggestion:
         effect = self.effect
         if self.gives_way:
             return self.delta_log_likelihood - self.surplus + prior(effect)
-        if effect.screened not in {"spectral", "slow"}:
+        if not (isinstance(effect, Stochastic) or effect.screened == "slow"):
             return 0.5 * self.delta_bic - self.surplus + prior(effect)
         return (
             self.delta_log_likelihood
@@ -413,7 +414,7 @@ def _suggestion(
     penalty = candidate.parameters * np.log(max(float(fit.solution.weight.sum()), 2.0))
     data = candidate.data or fit.data
     found = Fit(fit.recording, solution.model, fit.method, data, solution)
-    return Suggestion(
+    made = Suggestion(
         solution.model.effects[-1],
         bool(log_p < np.log(FALSE_ALARM_PROBABILITY)),
         float(x + surplus),
@@ -427,6 +428,9 @@ def _suggestion(
         candidate.note,
         float(surplus),
     )
+    # A discrepancy names no effect, so that the effect need not explain more than the discrepancy did.
+    pays = made.score + made.surplus > MIN_SCORE_GAIN
+    return replace(made, significant=made.significant and pays)
 
 
 def _with_shares(fit: Fit, judged: list[Suggestion]) -> list[Suggestion]:

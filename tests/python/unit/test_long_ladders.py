@@ -29,14 +29,6 @@ def test_eleven_lines_are_eleven_rungs():
     assert study.fit.model.name.count("+") == 11
 
 
-def test_what_has_no_ordinates_of_its_own_is_counted():
-    fit = al.AngleRandomWalk().fit(al.Recording(np.random.default_rng(0).normal(size=64), rate=1.0))
-    line, walk = Rung(fit, al.Sinusoid()), Rung(fit, al.RateRandomWalk())
-    assert not is_full([Rung(fit), *[line] * 12, *[walk] * 7])
-    assert is_full([Rung(fit), *[line] * 12, *[walk] * 8])
-    assert is_full([Rung(fit), *[line] * 32])
-
-
 @pytest.mark.long
 def test_two_lines_that_beat_are_no_resonance():
     """Both lie in one bin, which a resonance explains better than one of them does."""

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     type=click.IntRange(1),
     default=MAX_ADDED_EFFECTS,
     show_default=True,
-    help="Maximum number of effects to add per axis. Spectral lines and excluded segments do not count.",
+    help="Maximum number of effects to add per axis.",
 )
 @time_option
 @plot_option

@@ -35,7 +35,7 @@ def parameters_cost(own: Fitted, solution: Solution) -> float:
     other effects (lines, filters, changes of level) cost ½ ln n for each parameter.
     """
     effect = own.effect
-    if isinstance(own, Process) and (effect.occupies is not None or effect.screened == "spectral"):
+    if isinstance(own, Process) and not effect.nameless:
         share = own.power / solution.spectrum
         informative = float(solution.weight @ share**2)
         cost = effect.numbers * parameter_cost(2.0 * informative)
@@ -43,14 +43,10 @@ def parameters_cost(own: Fitted, solution: Solution) -> float:
             return cost
         ordinates = float(solution.weight @ share) ** 2 / informative
         return cost + float(np.log(solution.weight.sum() / ordinates / PRIOR_LOG_RANGE))
-    if effect.occupies is not None:
-        return effect.numbers * bic_cost(solution)
     if effect.screened == "slow" and isinstance(own, Regressed):
         inverse = np.linalg.pinv(own.covariance, hermitian=True)
-        square = float(own.amplitudes @ inverse @ own.amplitudes)
-    else:
-        return effect.numbers * bic_cost(solution)
-    return effect.numbers * parameter_cost(square)
+        return effect.numbers * parameter_cost(float(own.amplitudes @ inverse @ own.amplitudes))
+    return effect.numbers * bic_cost(solution)
 
 
 def parameter_cost(square: float) -> float:
