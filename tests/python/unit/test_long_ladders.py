@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.study import is_full
-from allanite.study.ladder import Rung
 
 RATE, N = 100.0, 60_000
 
