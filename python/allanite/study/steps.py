@@ -215,8 +215,8 @@ def further_steps(
             or (elsewhere and not unchanged)
         ):
             continue
-        found = _step_with(ladder, state_of(ladder), suggestion, check)
-        if found is None or found[1] != (suggestion,) or found[0].dropped_start:
+        found = _step_with(ladder, state_of(ladder), suggestion, check, alone=True)
+        if found is None or found[0].dropped_start:
             continue
         rung, _ = found
         seen = suggestion.delta_log_likelihood - suggestion.surplus
@@ -232,14 +232,19 @@ def further_steps(
 
 
 def _step_with(
-    ladder: Sequence[Rung], before: State, suggestion: Suggestion, check: Check
+    ladder: Sequence[Rung],
+    before: State,
+    suggestion: Suggestion,
+    check: Check,
+    alone: bool = False,
 ) -> Found | None:
     """Pair of a step that adds `suggestion` and all suggestions that it adds; None if it does not help.
 
-    None as well if too few samples remain, if an event cannot be placed in time, or if it is doubtful.
+    With `alone`, None if a second effect is needed. None as well if too few samples remain, if an event cannot be placed
+    in time, or if it is doubtful.
     """
     try:
-        found = _merged_or_added(before, suggestion, check)
+        found = _merged_or_added(before, suggestion, check, alone)
     except TooShortError:
         return None  # the exclusion would leave too few samples
     if found is None:
@@ -259,12 +264,13 @@ def _step_with(
 
 
 def _merged_or_added(
-    before: State, suggestion: Suggestion, check: Check
+    before: State, suggestion: Suggestion, check: Check, alone: bool
 ) -> tuple[State, float, tuple[Suggestion, ...]] | None:
     """Tuple (state, ΔlogL, added suggestions with the one to name first) with `suggestion` and its companions; or None.
 
     A line near other lines may become a wandering band. None if the effect cannot be added, if the new model predicts
-    worse, or if an error rises and no second effect prevents it. Changes of level are added whatever the errors are.
+    worse, or if an error rises and no second effect prevents it. With `alone`, no second effect is searched. Changes of
+    level are added whatever the errors are.
     """
     fit, effect = before.fit, suggestion.effect
     wandering = with_wandering_line(before, suggestion)
@@ -286,6 +292,8 @@ def _merged_or_added(
     hidden = removes(effect) and allan_error_rises(fit, after.fit)
     if falls and not hidden and not discrepancy_rises(fit, after.fit):
         return after, risen, (suggestion,)
+    if alone:
+        return None
     pair = with_second_effect(before, after, check, falls)
     if pair is None:
         return (after, risen, (suggestion,)) if falls else None
