@@ -141,6 +141,8 @@ class Level:
         if parted < end:
             runs.append((parted, x[used - 2 * MARGIN :] if tail.size else x))
         halves = []
+        # Without a run no tile is complete, and the tail is empty.
+        remaining = x
         for first, run in runs:
             count = (run.size - 2 * MARGIN) // TILE
             halves.append(self.halve_tiles(first, run[: count * TILE + 2 * MARGIN]))

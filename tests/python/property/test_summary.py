@@ -7,7 +7,7 @@ import pickle
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import allanite as al
@@ -72,6 +72,7 @@ def test_cut_anywhere_and_merged_in_any_order(record, whole, cuts, seed):
 
 @settings(max_examples=5)
 @given(sizes=st.lists(st.integers(1, 40_000), min_size=1, max_size=20))
+@example(sizes=[32_769])  # the first sample beyond those that a level keeps, and no complete tile
 def test_chunks_of_any_size(record, whole, sizes):
     edges = np.minimum(np.cumsum([0, *sizes, N]), N)
     chunks = [record[a:b] for a, b in itertools.pairwise(edges) if b > a]
