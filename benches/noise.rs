@@ -40,7 +40,7 @@ fn processes(criterion: &mut Criterion) {
             let stop = AtomicBool::new(false);
             let mut generator = Generator::new(&list, 10_000_000, 1, 0, 0, threads).unwrap();
             group.bench_function(format!("{name}, {threads} threads"), |bencher| {
-                bencher.iter(|| generator.fill(&mut samples, &stop).unwrap());
+                bencher.iter(|| generator.fill(&mut samples[..], &stop).unwrap());
             });
         }
     }

@@ -139,7 +139,7 @@ pub type Reading = Vec<(u64, u64, f64, u64, u64)>;
 
 /// Serialized state: start, samples, gaps, origin, and for each level its start, first blocks, last blocks, grid
 /// index of the last blocks, sums, counts.
-pub type State = (u64, u64, u64, Option<f64>, Vec<LevelState>);
+pub(crate) type State = (u64, u64, u64, Option<f64>, Vec<LevelState>);
 type LevelState = (u64, Vec<f64>, Vec<f64>, u64, Vec<[f64; 2]>, Vec<u64>);
 
 impl Accumulator {
@@ -150,7 +150,7 @@ impl Accumulator {
     }
 
     /// Complete state as plain numbers.
-    pub fn state(&self) -> State {
+    pub(crate) fn state(&self) -> State {
         let plain =
             |l: &Level| (l.start, l.head.clone(), l.tail.clone(), l.next, l.sums.clone(), l.counts.clone());
         (self.start, self.samples, self.gaps, self.origin, self.levels.iter().map(plain).collect())

@@ -21,3 +21,10 @@ pub enum Error {
     #[error("{0}")]
     Internal(String),
 }
+
+impl Error {
+    /// The system has refused to start a thread.
+    pub(crate) fn no_thread(error: &impl std::fmt::Display) -> Self {
+        Self::Input(format!("no thread can be started ({error}): too little memory is free"))
+    }
+}

@@ -10,8 +10,9 @@ mod dense;
 pub(crate) mod stamped;
 mod system;
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
+use crate::parallel::check;
 use crate::{Error, Result};
 pub(crate) use system::System;
 
@@ -100,11 +101,6 @@ impl<'a> Filter<'a> {
         }
         Ok(Innovation { value, variance: self.variance })
     }
-}
-
-/// Error if the caller wants to stop.
-fn check(stop: &AtomicBool) -> Result<()> {
-    if stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
 }
 
 /// Innovations (prediction errors) of `samples` (NaN: missing) and their variances.

@@ -12,8 +12,9 @@
 
 mod pool;
 
-use std::sync::Mutex;
+use std::mem::take;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::{Error, Result};
 pub use pool::pooled;
@@ -21,7 +22,7 @@ pub use pool::pooled;
 /// Results of `work(state, item)` for every item, in the order of the items. Each worker has its own state. Items are
 /// handed out in order. An item is a number of a range or a chunk of a slice; a worker writes its chunk without a
 /// lock.
-pub fn for_each<S, I, R, M, W>(
+pub(crate) fn for_each<S, I, R, M, W>(
     threads: usize,
     items: I,
     stop: &AtomicBool,
@@ -40,25 +41,33 @@ where
     if threads <= 1 || count <= 1 {
         let mut state = make();
         let done: Vec<R> = items.take_while(|_| wanted()).map(|item| work(&mut state, item)).collect();
-        return if wanted() { Ok(done) } else { Err(Error::Interrupted) };
+        return check(stop).map(|()| done);
     }
     let items = Mutex::new(items.enumerate());
     let done: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(count));
     pool::run_also_on(threads.min(count) - 1, &|| {
         let mut state = make();
         while wanted() {
-            let next = items.lock().expect("no worker panics while it holds the lock").next();
+            let next = locked(&items).next();
             let Some((place, item)) = next else { return };
             let result = work(&mut state, item);
-            done.lock().expect("no worker panics while it holds the lock").push((place, result));
+            locked(&done).push((place, result));
         }
-    });
-    if !wanted() {
-        return Err(Error::Interrupted);
-    }
-    let mut done = done.into_inner().expect("every worker has ended");
+    })?;
+    check(stop)?;
+    let mut done = take(&mut *locked(&done));
     done.sort_unstable_by_key(|(place, _)| *place);
     Ok(done.into_iter().map(|(_, result)| result).collect())
+}
+
+/// Error if the caller wants to stop.
+pub(crate) fn check(stop: &AtomicBool) -> Result<()> {
+    if stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+/// Lock of a mutex, even if a thread has panicked while it held the lock. The caller reports that panic.
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Number of processors available to this process: the default number of threads.

@@ -16,6 +16,7 @@ mod series;
 use std::arch::x86_64::{_mm_sfence, _mm256_loadu_pd, _mm256_stream_pd};
 use std::sync::atomic::AtomicBool;
 
+use crate::machine::buffer_pool::Unwritten;
 #[cfg(target_arch = "x86_64")]
 use crate::machine::processor::Unit;
 use crate::machine::processor::{Width, compiled_for_each_width};
@@ -26,9 +27,9 @@ pub(crate) use scan::sum as plain_sum;
 pub use series::{Sample, Series};
 
 /// Number of samples, and of phase points, of one block. The error of the local phase grows with its square.
-pub const BLOCK: usize = 16384;
+pub(crate) const BLOCK: usize = 16384;
 /// Largest averaging factor that is served from the local phase.
-pub const LOCAL: usize = 2048;
+pub(crate) const LOCAL: usize = 2048;
 /// Number of samples that are summed plainly; the sums of such chunks are added with compensation.
 const CHUNK: usize = 512;
 
@@ -170,7 +171,10 @@ impl<'a, T: Sample> Record<'a, T> {
 
     /// Writes the global phase of block `block`, computed from the result of [`Record::local`] at the start of that
     /// block.
-    pub(crate) fn global(&self, block: usize, local: &[f64], slope: f64, out: &mut [f64]) {
+    pub(crate) fn global(&self, block: usize, local: &[f64], slope: f64, out: Unwritten<'_>) {
+        let local = &local[..out.len()];
+        // SAFETY: all branches write a value to each double of `out` and read none; `local` is as long as `out`.
+        let out = unsafe { out.overwritten() };
         if self.quantity == Quantity::Angle {
             self.series.load(block * BLOCK, self.mean, out);
             return;

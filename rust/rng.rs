@@ -26,7 +26,7 @@ pub struct StreamKey {
 }
 
 /// Block number of the stream that draws initial states.
-pub const START: u64 = u64::MAX;
+pub(crate) const START: u64 = u64::MAX;
 
 /// Random generators of one block.
 #[derive(Debug, Clone)]

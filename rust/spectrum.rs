@@ -18,18 +18,14 @@ pub(crate) mod spans;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_complex::Complex;
 
 use crate::machine::buffer_pool::{Buffer, zeroed};
+use crate::parallel::check;
 use crate::{Error, Result};
-
-/// Error if the caller wants to stop.
-fn check(stop: &AtomicBool) -> Result<()> {
-    if stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
-}
 
 /// Maximum total length, in samples, of the cached plans of one direction. The tables of a plan take ten bytes per
 /// sample. A record and its halves fit.
@@ -128,16 +124,30 @@ fn complex(doubles: &mut [f64]) -> &mut [Complex<f64>] {
     unsafe { std::slice::from_raw_parts_mut(doubles.as_mut_ptr().cast(), len) }
 }
 
+/// Output, `len` doubles long, of a Fourier transform with a work array of `scratch` complex numbers.
+fn transformed<T, E: std::fmt::Display>(
+    len: usize,
+    scratch: usize,
+    transform: impl FnOnce(&mut [f64], &mut [Complex<f64>]) -> std::result::Result<T, E>,
+) -> Result<Buffer> {
+    let (output, _) = Buffer::written(len, |output| {
+        Buffer::written(2 * scratch, |scratch| {
+            // SAFETY: `realfft` writes the whole output and each used part of the work array before it reads it.
+            let (output, scratch) = unsafe { (output.overwritten(), scratch.overwritten()) };
+            transform(output, complex(scratch))
+                .map_err(|error| Error::Input(format!("a Fourier transform of {len} numbers: {error}")))
+        })
+    })?;
+    Ok(output)
+}
+
 /// Fourier transform of real samples, n/2 + 1 complex numbers as doubles; overwrites the samples.
-fn transformed(samples: &mut [f64], stop: &AtomicBool) -> Result<Buffer> {
+fn spectrum_of(samples: &mut [f64], stop: &AtomicBool) -> Result<Buffer> {
     let n = samples.len();
     let fft = forward(n);
     check(stop)?;
-    let (spectrum, _) = Buffer::written(2 * (n / 2 + 1), |spectrum| {
-        Buffer::written(2 * fft.get_scratch_len(), |scratch| {
-            fft.process_with_scratch(samples, complex(spectrum), complex(scratch))
-                .map_err(|error| Error::Input(format!("transform of {n} samples: {error}")))
-        })
+    let spectrum = transformed(2 * (n / 2 + 1), fft.get_scratch_len(), |spectrum, scratch| {
+        fft.process_with_scratch(samples, complex(spectrum), scratch)
     })?;
     check(stop)?;
     Ok(spectrum)
@@ -173,7 +183,7 @@ pub(crate) fn cosine_transform(samples: &[f64], stop: &AtomicBool) -> Result<Vec
     if let ([x], Some(up)) = (last, even.last_mut()) {
         *up = (x - origin) - mean;
     }
-    let mut spectrum = transformed(&mut folded, stop)?;
+    let mut spectrum = spectrum_of(&mut folded, stop)?;
     let turns = HalfTurns::new(n);
     let scale = (2.0 / n as f64).sqrt();
     let mut ordinates = folded;
@@ -198,30 +208,26 @@ pub(crate) fn inverse_cosine_transform(ordinates: &[f64], stop: &AtomicBool) -> 
     }
     let turns = HalfTurns::new(n);
     let scale = (n as f64 / 2.0).sqrt();
-    let (mut spectrum, ()) = Buffer::written(2 * (n / 2 + 1), |room| {
-        let spectrum = complex(room);
-        for (block, values) in spectrum.chunks_mut(TURNS).enumerate() {
+    let (mut spectrum, ()) = Buffer::written(2 * (n / 2 + 1), |spectrum| {
+        for (block, values) in spectrum.chunks(2 * TURNS).enumerate() {
             let first = block * TURNS;
-            for ((j, value), (cos, sin)) in (first..).zip(values).zip(turns.from(first)) {
+            for ((j, value), (cos, sin)) in (first..).zip(complex(values.zeroed())).zip(turns.from(first)) {
                 // (re, im)·e^{−iπj/2n} = a + ib, undone by the conjugate turn.
                 let (a, b) =
                     if j == 0 { (0.0, 0.0) } else { (scale * ordinates[j], -scale * ordinates[n - j]) };
                 *value = Complex::new(a * cos + b * sin, b * cos - a * sin);
             }
         }
-        // The middle ordinate of an even length is real.
-        if n.is_multiple_of(2) {
-            spectrum[n / 2].im = 0.0;
-        }
         Ok(())
     })?;
+    // The middle ordinate of an even length is real.
+    if n.is_multiple_of(2) {
+        spectrum[n + 1] = 0.0;
+    }
     let fft = inverse(n);
     check(stop)?;
-    let (folded, _) = Buffer::written(n, |folded| {
-        Buffer::written(2 * fft.get_scratch_len(), |scratch| {
-            fft.process_with_scratch(complex(&mut spectrum), folded, complex(scratch))
-                .map_err(|error| Error::Input(format!("inverse transform of {n} ordinates: {error}")))
-        })
+    let folded = transformed(n, fft.get_scratch_len(), |folded, scratch| {
+        fft.process_with_scratch(complex(&mut spectrum), folded, scratch)
     })?;
     let mut samples = zeroed(n);
     let scale = 1.0 / n as f64;
@@ -242,11 +248,12 @@ pub(crate) fn inverse_cosine_transform(ordinates: &[f64], stop: &AtomicBool) -> 
 pub(crate) fn padded_periodogram(samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>> {
     let n = samples.len();
     let (mut padded, ()) = Buffer::written(2 * n, |padded| {
-        padded[..n].copy_from_slice(samples);
-        padded[n..].fill(0.0);
+        let (own, zeros) = padded.split_at(n);
+        own.copy_from(samples);
+        zeros.zeroed();
         Ok(())
     })?;
-    let mut spectrum = transformed(&mut padded, stop)?;
+    let mut spectrum = spectrum_of(&mut padded, stop)?;
     drop(padded);
     let mut power = zeroed(n + 1);
     for (found, value) in power.iter_mut().zip(&*complex(&mut spectrum)) {

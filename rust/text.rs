@@ -21,7 +21,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use dialect::Dialect;
+use dialect::{Dialect, no_rows};
 use rows::Rows;
 pub use rows::Sample;
 use source::Source;
@@ -151,7 +151,7 @@ impl Reader {
         };
         let source = &mut self.source;
         let rows = &mut self.rows;
-        let (ahead, blocks) = pooled(|| rayon::join(|| source.prefetch(stop), || rows.parse(&chunk)));
+        let (ahead, blocks) = pooled(|| rayon::join(|| source.prefetch(stop), || rows.parse(&chunk)))?;
         for block in blocks? {
             self.meta.comments += block.comments;
             self.meta.blank += block.blank;
@@ -166,11 +166,6 @@ impl Reader {
         Ok(true)
     }
 
-    /// Error for a log without rows.
-    fn empty(&self) -> Error {
-        Error::Input(format!("{}: no rows of numbers in it", self.source.name()))
-    }
-
     /// Up to `count` further rows, in row-major order; `None` at the end of the log.
     pub fn next(&mut self, count: usize, stop: &AtomicBool) -> Result<Option<Vec<f64>>> {
         let mut available = self.ready.iter().map(|block| block[0].len()).sum::<usize>() - self.used;
@@ -182,7 +177,7 @@ impl Reader {
             available += self.meta.rows - before;
         }
         if self.meta.rows == 0 && count > 0 {
-            return Err(self.empty());
+            return Err(no_rows(self.source.name()));
         }
         let take = available.min(count);
         if take == 0 && count > 0 {
@@ -229,7 +224,7 @@ impl Reader {
             }
         }
         if self.meta.rows == 0 {
-            return Err(self.empty());
+            return Err(no_rows(self.source.name()));
         }
         for column in &mut columns {
             column.shrink_to_fit();

@@ -44,12 +44,12 @@ proptest! {
         let stop = AtomicBool::new(false);
         let n = sizes.iter().sum();
         let mut whole = vec![0.0; n];
-        generator(&chosen, 1).fill(&mut whole, &stop).unwrap();
+        generator(&chosen, 1).fill(&mut whole[..], &stop).unwrap();
         let mut stream = generator(&chosen, threads);
         let mut pieces = Vec::new();
         for size in sizes {
             let mut piece = vec![0.0; size];
-            stream.fill(&mut piece, &stop).unwrap();
+            stream.fill(&mut piece[..], &stop).unwrap();
             pieces.extend(piece);
         }
         prop_assert_eq!(bits(&whole), bits(&pieces));
@@ -63,7 +63,7 @@ fn a_sum_equals_the_sum_of_its_parts() {
     let n = 10_000;
     let run = |list: &[(&str, &[f64])]| {
         let mut samples = vec![0.0; n];
-        Generator::new(&primitives(list), n, 1, 0, 0, 1).unwrap().fill(&mut samples, &stop).unwrap();
+        Generator::new(&primitives(list), n, 1, 0, 0, 1).unwrap().fill(&mut samples[..], &stop).unwrap();
         samples
     };
     let both = run(&[PROCESSES[3], PROCESSES[5]]);
@@ -81,7 +81,7 @@ fn an_effect_of_size_zero_adds_nothing() {
         [("flicker", &[0.0][..]), ("power_law", &[-1.5, 0.0]), ("gauss_markov", &[0.0, 0.9])]
     {
         let mut stream = Generator::new(&primitives(&[(name, values)]), 1 << 30, 1, 0, 0, 1).unwrap();
-        stream.fill(&mut samples, &AtomicBool::new(false)).unwrap();
+        stream.fill(&mut samples[..], &AtomicBool::new(false)).unwrap();
         assert!(samples.iter().all(|x| *x == 0.0), "{name}");
     }
 }
@@ -91,9 +91,9 @@ fn the_stop_flag_interrupts() {
     let mut samples = vec![0.0; 1 << 20];
     for threads in [1, 2] {
         let mut stream = generator(&[0, 3], threads);
-        let result = stream.fill(&mut samples, &AtomicBool::new(true));
+        let result = stream.fill(&mut samples[..], &AtomicBool::new(true));
         assert_eq!(result, Err(allanite::Error::Interrupted));
-        let again = stream.fill(&mut samples, &AtomicBool::new(false)).unwrap_err();
+        let again = stream.fill(&mut samples[..], &AtomicBool::new(false)).unwrap_err();
         assert!(again.to_string().contains("begin a new one"), "{again}");
     }
 }

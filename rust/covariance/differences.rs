@@ -3,7 +3,7 @@
 //! Δ_i^o f(x) = Σ_a (−1)^{o−a} C(o,a) f(x + (a − o/2) i) = (2 sinh(iD/2))^o f. Near x = 0 the sum is evaluated
 //! directly; far from 0 a series in i/x is used.
 
-use super::powers::{Powers, TERMS, power};
+use super::powers::{Powers, TERMS, power_series};
 
 /// Number of terms of the series. For x ≥ 4 o i each term is at least 64 times smaller than the previous one.
 const SERIES: usize = 8;
@@ -23,16 +23,7 @@ impl Series {
         if self.is_zero {
             return 0.0;
         }
-        let inverse = 1.0 / (x * x);
-        let (mut plain, mut with_log) = (0.0, 0.0);
-        for (a, b) in self.terms.iter().rev() {
-            plain = plain * inverse + a;
-            with_log = with_log * inverse + b;
-        }
-        if with_log != 0.0 {
-            plain += with_log * x.ln();
-        }
-        plain * power(x, self.p)
+        power_series(self.p, &self.terms, x)
     }
 
     /// The operator Σ_k g_k D^{first + 2k} applied to the tail series of a kernel.
@@ -70,14 +61,14 @@ fn hyperbolic(i: f64, order: usize) -> [f64; SERIES] {
         *slot = value;
         value *= (i / 2.0).powi(2) / ((2 * k + 2) * (2 * k + 3)) as f64;
     }
-    (1..order).fold(base, |product, _| convolve(&product, &base))
+    (1..order).fold(base, |power, _| product(&power, &base))
 }
 
 /// Product of two truncated power series.
-fn convolve(a: &[f64; SERIES], b: &[f64; SERIES]) -> [f64; SERIES] {
-    let mut out = [0.0; SERIES];
+pub(super) fn product<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
+    let mut out = [0.0; N];
     for (i, x) in a.iter().enumerate() {
-        for (j, y) in b.iter().take(SERIES - i).enumerate() {
+        for (j, y) in b.iter().take(N - i).enumerate() {
             out[i + j] += x * y;
         }
     }
@@ -134,7 +125,7 @@ impl<'a> Spaced<'a> {
         let j = j as f64;
         let reach = j * self.order as f64 / 2.0;
         let far = if self.kernel.polynomial { self.far + reach } else { (self.far + reach).max(8.0 * reach) };
-        let series = Series::of(self.kernel, 2 * self.order, &convolve(&self.g, &hyperbolic(j, self.order)));
+        let series = Series::of(self.kernel, 2 * self.order, &product(&self.g, &hyperbolic(j, self.order)));
         Crossed { inner: self, j, far, series }
     }
 }

@@ -7,7 +7,7 @@
 
 use faer::c64;
 
-use super::differences::binomial;
+use super::differences::{binomial, product};
 
 /// Number of terms in ε². The poles lie at ±2πi, so for |ε| < ½ each term is some hundred times smaller than the
 /// previous one, and twelve terms reach rounding.
@@ -40,26 +40,10 @@ fn series() -> ([f64; SERIES], [f64; SERIES]) {
         c *= 0.25 / ((2 * k + 1) * (2 * k + 2)) as f64;
         s *= 0.25 / ((2 * k + 2) * (2 * k + 3)) as f64;
     }
-    let inverse = divide(
-        &{
-            let mut one = [0.0; SERIES];
-            one[0] = 1.0;
-            one
-        },
-        &sinh,
-    );
-    (divide(&cosh, &sinh), multiply(&inverse, &inverse))
-}
-
-/// Product of two truncated power series.
-fn multiply(a: &[f64; SERIES], b: &[f64; SERIES]) -> [f64; SERIES] {
-    let mut out = [0.0; SERIES];
-    for i in 0..SERIES {
-        for j in 0..SERIES - i {
-            out[i + j] += a[i] * b[j];
-        }
-    }
-    out
+    let mut one = [0.0; SERIES];
+    one[0] = 1.0;
+    let inverse = divide(&one, &sinh);
+    (divide(&cosh, &sinh), product(&inverse, &inverse))
 }
 
 /// Quotient of two truncated power series.
@@ -124,23 +108,20 @@ impl Exponential {
         let g = if small { -a / e * evaluate(&cs, 0, e2) } else { -a * 0.5 * half.cosh() / half.sinh() };
         let c1 = -a / (sinh * sinh);
         if level == 1 {
-            let mut slope = [0.0; SERIES];
-            for k in 0..SERIES {
-                slope[k] = cs[k] - ws[k];
-            }
+            let slope: [f64; SERIES] = std::array::from_fn(|k| cs[k] - ws[k]);
             let linear = if small { -a * e * evaluate(&slope, 1, e2) } else { g + c1 * lambda };
             return Self { level, lambda, c: c1, polynomial: [g, zero], reduced: [linear, zero] };
         }
         let c2 = a / (sinh * sinh * sinh * sinh);
         let h = -c1 * 0.5 * half.cosh() / half.sinh();
         let polynomial = [h + g / 6.0, -g / 6.0];
-        let squared = multiply(&ws, &ws);
+        let squared = product(&ws, &ws);
         let reduced = if small {
-            let product = multiply(&cs, &ws);
+            let mixed = product(&cs, &ws);
             let mut linear = [0.0; SERIES];
             let mut cubic = [0.0; SERIES];
             for k in 0..SERIES {
-                linear[k] = product[k] - squared[k] - if k > 0 { cs[k - 1] / 6.0 } else { 0.0 };
+                linear[k] = mixed[k] - squared[k] - if k > 0 { cs[k - 1] / 6.0 } else { 0.0 };
                 cubic[k] = (cs[k] - squared[k]) / 6.0;
             }
             [a * e * evaluate(&linear, 2, e2), a * e * evaluate(&cubic, 1, e2)]
@@ -155,7 +136,7 @@ impl Exponential {
         self.lambda
     }
 
-    /// Value at |h|. With `reduced`, even powers of h that differences remove are omitted; use it where h is add_short
+    /// Value at |h|. With `reduced`, even powers of h that differences remove are omitted; use it where h is short
     /// against the time constant.
     pub(super) fn at(&self, h: f64, reduced: bool) -> c64 {
         let h = h.abs();
@@ -167,7 +148,7 @@ impl Exponential {
         self.c * wave + (one + three * (h * h)) * h
     }
 
-    /// Adds the twofold second difference at spacing m, which is add_short against the time constant, at places up to 2m.
+    /// Adds the twofold second difference at spacing m, which is short against the time constant, at places up to 2m.
     /// The five weights are 1, −4, 6, −4, 1.
     pub(super) fn add_short(&self, at: &[f64], m: f64, out: &mut [f64]) {
         let kernel = |h: f64| (self.c * exp_without(self.lambda * h, 3) + self.reduced[0] * h).re;

@@ -48,7 +48,7 @@ pub(super) fn variances(
         let square = s.mean_square(s, (*count, *count), &process.kinks, &waves);
         (s.with(s.i)(0.0) / scale, 2.0 * square / (scale * scale))
     };
-    Ok(pooled(|| spaced.par_iter().zip(&counts).map(of_one).unzip()))
+    pooled(|| spaced.par_iter().zip(&counts).map(of_one).unzip())
 }
 
 /// Expected variance (k,) and covariance of the estimates (k, k), row by row, at `factors` for records of `n` samples.
@@ -69,7 +69,7 @@ pub(super) fn covariance(
         let sum = spaced[low].mean_square(&spaced[high], (counts[low], counts[high]), &process.kinks, &waves);
         2.0 * sum / (kind.scale(factors[a]) * kind.scale(factors[b]))
     };
-    let values: Vec<f64> = pooled(|| pairs.par_iter().map(of_two).collect());
+    let values: Vec<f64> = pooled(|| pairs.par_iter().map(of_two).collect())?;
     let mut matrix = vec![0.0; k * k];
     for (&(a, b), value) in pairs.iter().zip(values) {
         matrix[a * k + b] = value;

@@ -37,16 +37,7 @@ impl Powers {
 
     /// Value of the series at h > 0.
     fn beyond(&self, h: f64) -> f64 {
-        let inverse = 1.0 / (h * h);
-        let (mut plain, mut with_log) = (0.0, 0.0);
-        for (a, b) in self.tail.iter().rev() {
-            plain = plain * inverse + a;
-            with_log = with_log * inverse + b;
-        }
-        if with_log != 0.0 {
-            plain += with_log * h.ln();
-        }
-        plain * power(h, self.p)
+        power_series(self.p, &self.tail, h)
     }
 
     /// The same function with its table computed from the series.
@@ -57,9 +48,18 @@ impl Powers {
     }
 }
 
-/// h^p, by repeated multiplication if p is a even_exponent number.
-pub(super) fn power(h: f64, p: f64) -> f64 {
-    if p.fract() == 0.0 { h.powi(p as i32) } else { h.powf(p) }
+/// h^p Σ_q (α_q + β_q ln h) h^(−2q) at h > 0. A whole power p is computed by repeated multiplication.
+pub(super) fn power_series(p: f64, terms: &[(f64, f64)], h: f64) -> f64 {
+    let inverse = 1.0 / (h * h);
+    let (mut plain, mut with_log) = (0.0, 0.0);
+    for (a, b) in terms.iter().rev() {
+        plain = plain * inverse + a;
+        with_log = with_log * inverse + b;
+    }
+    if with_log != 0.0 {
+        plain += with_log * h.ln();
+    }
+    plain * if p.fract() == 0.0 { h.powi(p as i32) } else { h.powf(p) }
 }
 
 /// The function Σ_q c_q h^(p − 2q).

@@ -9,7 +9,6 @@ const MAX_DECAY: f64 = 45.0;
 
 /// Interval in which the differences of a kernel follow a single formula, which is evaluated at all nodes of a panel
 /// at once: beyond their reach, between 0 and m, or between m and 2m.
-/// at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Zone {
     Far,

@@ -111,8 +111,8 @@ pub(super) fn variances(terms: &[Term], n: usize, factors: &[usize]) -> Result<(
         let scale = centers.len() as f64 * Kind::Total.scale(m);
         Ok((mean, 2.0 * sum / (scale * scale)))
     };
-    let found: Result<Vec<(f64, f64)>> = pooled(|| factors.par_iter().map(of_one).collect());
-    Ok(found?.into_iter().unzip())
+    let found = pooled(|| factors.par_iter().map(of_one).collect::<Result<Vec<_>>>())??;
+    Ok(found.into_iter().unzip())
 }
 
 /// Expected estimates (k,) and their covariance (k, k), row by row.
@@ -143,12 +143,12 @@ pub(super) fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<
             .sum();
         sum / (centers[a].len() * centers[b].len()) as f64
     };
-    let alone: Vec<f64> = pooled(|| (0..ends.len()).into_par_iter().map(|a| mean_square(a, a)).collect());
+    let alone: Vec<f64> = pooled(|| (0..ends.len()).into_par_iter().map(|a| mean_square(a, a)).collect())?;
     let pairs: Vec<(usize, usize)> = (0..ends.len()).flat_map(|a| (0..a).map(move |b| (a, b))).collect();
     let of_two = |&(a, b): &(usize, usize)| {
         mean_square(a, b) / (alone[a] * alone[b]).sqrt() * (own[ends[a]] * own[ends[b]]).sqrt()
     };
-    let found: Vec<f64> = pooled(|| pairs.par_iter().map(of_two).collect());
+    let found: Vec<f64> = pooled(|| pairs.par_iter().map(of_two).collect())?;
     for (&(a, b), value) in pairs.iter().zip(found) {
         matrix[ends[a] * k + ends[b]] = value;
         matrix[ends[b] * k + ends[a]] = value;

@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use super::loops::sums::{self, Group};
 use super::loops::tiles;
 use crate::Result;
-use crate::machine::buffer_pool::Buffer;
+use crate::machine::buffer_pool::{Buffer, Unwritten};
 use crate::machine::processor::Width;
 use crate::parallel::for_each;
 use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
@@ -161,21 +161,21 @@ impl<T: Sample> Pass<'_, '_, T> {
         }
     }
 
-    /// Sums over all blocks of `work(phase, block, global phase of the block if `theta` is not empty, sums)`.
+    /// Sums over all blocks of `work(phase, block, room for the global phase of the block if `theta` is not empty, sums)`.
     fn segmented(
         &self,
         threads: usize,
-        theta: &mut [f64],
-        work: impl Fn(&mut Vec<f64>, usize, Option<&mut [f64]>, &mut Terms) + Sync,
+        theta: Unwritten<'_>,
+        work: impl Fn(&mut Vec<f64>, usize, Option<Unwritten<'_>>, &mut Terms) + Sync,
     ) -> Result<Terms> {
         let (segments, size) = self.segments();
-        let mut chunks = theta.chunks_mut(size * BLOCK);
-        let items = (0..segments).map(|segment| (segment, chunks.next().unwrap_or_default()));
+        let mut chunks = theta.chunks(size * BLOCK);
+        let items = (0..segments).map(|segment| (segment, chunks.next()));
         let parts = for_each(threads, items, self.execution.stop, Vec::new, |phase, (segment, theta)| {
             let mut part = Terms::new(self.factors.len());
-            let mut chunks = theta.chunks_mut(BLOCK);
+            let mut chunks = theta.map(|theta| theta.chunks(BLOCK));
             for block in segment * size..((segment + 1) * size).min(self.blocks) {
-                work(phase, block, chunks.next(), &mut part);
+                work(phase, block, chunks.as_mut().and_then(Iterator::next), &mut part);
             }
             part
         })?;
@@ -191,7 +191,7 @@ impl<T: Sample> Pass<'_, '_, T> {
 
     /// Sums of the factors up to [`phase::LOCAL`], from the local phase of each block; fills the global phase `theta`
     /// unless it is empty.
-    fn near(&self, factors: &[(usize, usize)], theta: &mut [f64]) -> Result<Terms> {
+    fn near(&self, factors: &[(usize, usize)], theta: Unwritten<'_>) -> Result<Terms> {
         let points = self.record.points();
         let groups = sums::groups(self.execution.width, factors);
         let halo = factors.last().map_or(0, |(_, m)| 2 * m);

@@ -216,7 +216,7 @@ pub(crate) fn global_phase<T: Sample>(record: &Record<'_, T>, execution: Executi
     let threads = if points < 1 << 20 { 1 } else { execution.threads };
     let make = || vec![0.0; BLOCK];
     let (theta, _) = Buffer::written(points, |theta| {
-        let chunks = theta.chunks_mut(BLOCK).enumerate();
+        let chunks = theta.chunks(BLOCK).enumerate();
         for_each(threads, chunks, execution.stop, make, |local, (block, out)| {
             let local = &mut local[..out.len()];
             let slope = record.local(block * BLOCK, local);
@@ -229,8 +229,8 @@ pub(crate) fn global_phase<T: Sample>(record: &Record<'_, T>, execution: Executi
 /// Removes the mean rate from the phase. Only a whole number was subtracted from integer samples, but the time
 /// interval error needs the exact mean removed.
 fn remove_slope(theta: &mut [f64]) {
-    if let [_, .., term_count] = *theta {
-        let slope = term_count / (theta.len() - 1) as f64;
+    if let [_, .., last] = *theta {
+        let slope = last / (theta.len() - 1) as f64;
         for (k, value) in theta.iter_mut().enumerate() {
             *value -= slope * k as f64;
         }

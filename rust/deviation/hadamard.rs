@@ -102,9 +102,10 @@ compiled_for_each_width! {
     fn third_differences(parts: [&[f64]; 4]) -> f64 = third_differences_inline
 }
 
+/// Σ (d − 3c + 3b − a)² over four slices of equal length.
 #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
-fn third_differences_inline([a, b, c, d]: [&[f64]; 4]) -> f64 {
+pub(super) fn third_differences_inline([a, b, c, d]: [&[f64]; 4]) -> f64 {
     const LANES: usize = 16;
     let n = a.len();
     let mut sums = [0.0; LANES];

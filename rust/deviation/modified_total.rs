@@ -6,7 +6,7 @@
 //! sum E. E is odd, so that D(i) = D(−3m − i) and half of the differences suffice. Each costs O(1) from the running
 //! sum. For large m, all segments are summed together (`loops/segments.rs`).
 
-use super::hadamard::Overlapping;
+use super::hadamard::{Overlapping, third_differences_inline};
 use super::statistic::{Block, Part, Statistic};
 use crate::machine::processor::compiled_for_each_width;
 
@@ -183,20 +183,5 @@ fn around_inline(c: &[f64], m: usize, work: &mut [f64]) -> f64 {
 #[allow(clippy::inline_always)] // as above
 #[inline(always)]
 fn squares(e: &[f64], m: usize, n: usize) -> f64 {
-    let [a, b, c, d] = [0, m, 2 * m, 3 * m].map(|at| &e[at..at + n]);
-    let mut sums = [0.0; 16];
-    let whole = n - n % 16;
-    for at in (0..whole).step_by(16) {
-        let [a, b, c, d] = [a, b, c, d].map(|v| &v[at..at + 16]);
-        for i in 0..16 {
-            let value = (d[i] - a[i]) - 3.0 * (c[i] - b[i]);
-            sums[i] += value * value;
-        }
-    }
-    let mut sum = sums.iter().sum::<f64>();
-    for i in whole..n {
-        let value = (d[i] - a[i]) - 3.0 * (c[i] - b[i]);
-        sum += value * value;
-    }
-    sum
+    third_differences_inline([0, m, 2 * m, 3 * m].map(|at| &e[at..at + n]))
 }

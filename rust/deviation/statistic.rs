@@ -47,7 +47,7 @@ pub struct Block<'a> {
 impl Part<'_> {
     /// Sum and number of the terms that use no missing sample, by `sum` of each block between two gaps. A term uses
     /// the points up to `last_point` after its first.
-    pub fn between_gaps(
+    pub(crate) fn between_gaps(
         &self,
         last_point: usize,
         mut sum: impl FnMut(&Block<'_>) -> (f64, u64),

@@ -7,7 +7,8 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::{SEGMENT, check};
+use super::SEGMENT;
+use crate::parallel::check;
 use crate::{Error, Result};
 
 /// A first-order Gauss-Markov process with a stationary variance and a rate λ in 1/s.

@@ -3,6 +3,11 @@
 // Functions are inlined so that they are compiled with the instructions of their caller.
 #![allow(clippy::inline_always)]
 
+/// ln 2 in two parts. The first ends with zeros, so that its product with a small whole number is exact (Cody & Waite
+/// 1980).
+const LN2_HIGH: f64 = 6.93147180369123816490e-01;
+const LN2_LOW: f64 = 1.90821492927058770002e-10;
+
 /// a·b + c, rounded once if `FUSED`.
 #[inline(always)]
 pub(super) fn fused<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
@@ -12,9 +17,6 @@ pub(super) fn fused<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
 /// e^x for x ≤ 0 with a relative error of 3e-16; not less than 1e-304.
 #[inline(always)]
 pub(super) fn exp<const FUSED: bool>(x: f64) -> f64 {
-    // ln 2 in two parts. The first ends with zeros, so that its product with n is exact (Cody & Waite 1980).
-    const LN2_HIGH: f64 = 6.93147180369123816490e-01;
-    const LN2_LOW: f64 = 1.90821492927058770002e-10;
     // Adding this number rounds x to the nearest whole number in the last bits.
     const ROUND: f64 = 6755399441055744.0;
     // Coefficients 1/j!. For |r| ≤ ½ ln 2 the next term is 2e-16.
@@ -48,8 +50,6 @@ pub(super) fn exp<const FUSED: bool>(x: f64) -> f64 {
 /// other numbers is unspecified.
 #[inline(always)]
 pub(super) fn ln<const FUSED: bool>(x: f64) -> f64 {
-    const LN2_HIGH: f64 = 6.93147180369123816490e-01;
-    const LN2_LOW: f64 = 1.90821492927058770002e-10;
     // Minimax of (ln(1 + s) − ln(1 − s) − 2s)/s in s² (Sun's fdlibm, e_log.c).
     const SERIES: [f64; 7] = [
         1.479819860511658591e-01,

@@ -5,4 +5,4 @@ pub(crate) mod buffer_pool;
 pub(crate) mod process;
 pub mod processor;
 
-pub use buffer_pool::release;
+pub(crate) use buffer_pool::release;

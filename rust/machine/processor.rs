@@ -2,6 +2,10 @@
 //!
 //! Code for a wider unit is `unsafe` to call. A [`Width`] is the proof that the processor has the unit. [`keep_to`]
 //! restricts the process to narrower units, so that each code path can be tested on any machine.
+//!
+//! The crate `pulp` could replace only one of the three traits of registers (`deviation/loops/lanes.rs`, about 150
+//! lines). Its trait lacks the shuffles of four lanes (`noise/quad.rs`) and the table look-ups and exponents
+//! (`rng/registers.rs`) of the others, so that two ways of choosing a unit would remain.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -11,6 +11,7 @@ use std::time::Duration;
 
 use super::simple::add;
 use super::{Deviates, Primitive, Process, process};
+use crate::machine::buffer_pool::Unwritten;
 use crate::machine::processor::Width;
 use crate::parallel::{default_threads, for_each};
 use crate::rng::{Stream, StreamKey};
@@ -158,30 +159,32 @@ impl Generator {
     }
 
     /// Writes the next `out.len()` samples. Error if the generator was interrupted before.
-    pub fn fill(&mut self, out: &mut [f64], stop: &AtomicBool) -> Result<()> {
+    pub fn fill<'o>(&mut self, out: impl Into<Unwritten<'o>>, stop: &AtomicBool) -> Result<()> {
+        let out = out.into();
         if self.interrupted {
             return Err(Error::Input("the stream of samples was interrupted: begin a new one".into()));
         }
         let begun = out.len().min(BLOCK - self.used);
-        let (head, rest) = out.split_at_mut(begun);
-        head.copy_from_slice(&self.ready[self.used..][..begun]);
+        let (head, rest) = out.split_at(begun);
+        head.copy_from(&self.ready[self.used..][..begun]);
         self.used += begun;
-        let (whole, tail) = rest.split_at_mut(rest.len() / BLOCK * BLOCK);
+        let whole = rest.len() / BLOCK * BLOCK;
+        let (whole, tail) = rest.split_at(whole);
         self.blocks(whole, stop)?;
-        if !tail.is_empty() {
+        if tail.len() > 0 {
             let mut ready = std::mem::take(&mut self.ready);
-            self.blocks(&mut ready, stop)?;
-            tail.copy_from_slice(&ready[..tail.len()]);
+            self.blocks(ready.as_mut_slice().into(), stop)?;
             self.used = tail.len();
+            tail.copy_from(&ready[..self.used]);
             self.ready = ready;
         }
         Ok(())
     }
 
     /// Writes whole blocks.
-    fn blocks(&mut self, out: &mut [f64], stop: &AtomicBool) -> Result<()> {
+    fn blocks(&mut self, out: Unwritten<'_>, stop: &AtomicBool) -> Result<()> {
         let blocks = (out.len() / BLOCK) as u64;
-        let items = out.chunks_mut(ITEM_BLOCKS * BLOCK).enumerate();
+        let items = out.chunks(ITEM_BLOCKS * BLOCK).enumerate();
         let threads = if items.len() < MIN_THREADED_ITEMS { 1 } else { self.threads };
         self.interrupted = true;
         for_each(threads, items, stop, Vec::new, |scratch, (item, sum)| {
@@ -194,11 +197,14 @@ impl Generator {
     }
 
     /// Writes the sum of all processes over blocks from `first` on.
-    fn sum(&self, first: u64, sum: &mut [f64], scratch: &mut [f64], stop: &AtomicBool) {
+    fn sum(&self, first: u64, sum: Unwritten<'_>, scratch: &mut [f64], stop: &AtomicBool) {
         let Some((component, others)) = self.components.split_first() else {
-            sum.fill(0.0);
+            sum.zeroed();
             return;
         };
+        // SAFETY: `generate` draws deviates into each part before a process reads it. If it stops before the last part,
+        // nobody reads the sum, because the work ends with an error.
+        let sum = unsafe { sum.overwritten() };
         let width = Width::best();
         let mut running = component.generate(first, sum, stop, |_, _| ());
         for component in others {

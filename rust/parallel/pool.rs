@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicPtr, Ordering};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::default_threads;
+use crate::{Error, Result};
 
 struct Owned {
     process: u32,
@@ -19,35 +20,37 @@ struct Owned {
 /// Atomic pointer instead of a lock, because a forked process could inherit a locked lock.
 static POOL: AtomicPtr<Owned> = AtomicPtr::new(null_mut());
 
-/// Runs `work` inside the pool of this process, so that rayon's parallel iterators use it.
-pub fn pooled<R: Send>(work: impl FnOnce() -> R + Send) -> R {
-    pool().install(work)
+/// Result of `work` inside the pool of this process, so that rayon's parallel iterators use it. Error if the pool
+/// cannot start its threads.
+pub fn pooled<R: Send>(work: impl FnOnce() -> R + Send) -> Result<R> {
+    Ok(pool()?.install(work))
 }
 
 /// Runs `work` on the calling thread and on up to `others` threads of the pool.
-pub(super) fn run_also_on(others: usize, work: &(impl Fn() + Sync)) {
-    pool().in_place_scope(|scope| {
+pub(super) fn run_also_on(others: usize, work: &(impl Fn() + Sync)) -> Result<()> {
+    pool()?.in_place_scope(|scope| {
         for _ in 0..others {
             scope.spawn(|_| work());
         }
         work();
     });
+    Ok(())
 }
 
 /// The pool of this process, created on first use.
-fn pool() -> &'static ThreadPool {
+fn pool() -> Result<&'static ThreadPool> {
     let process = std::process::id();
     let known = POOL.load(Ordering::Acquire);
     // SAFETY: null, or made below from a box that is never freed.
     if let Some(owned) = unsafe { known.as_ref() }
         && owned.process == process
     {
-        return &owned.pool;
+        return Ok(&owned.pool);
     }
-    let pool =
-        ThreadPoolBuilder::new().num_threads(default_threads()).build().expect("the system gives threads");
+    let builder = ThreadPoolBuilder::new().num_threads(default_threads());
+    let pool = builder.build().map_err(|error| Error::no_thread(&error))?;
     let made = Box::into_raw(Box::new(Owned { process, pool }));
-    match POOL.compare_exchange(known, made, Ordering::AcqRel, Ordering::Acquire) {
+    Ok(match POOL.compare_exchange(known, made, Ordering::AcqRel, Ordering::Acquire) {
         // SAFETY: made above and never freed. A pool found here belongs to the parent process, whose threads do not
         // exist in this process and cannot be joined, so it is not freed.
         Ok(_) => unsafe { &(*made).pool },
@@ -57,5 +60,5 @@ fn pool() -> &'static ThreadPool {
             // SAFETY: not null, because the other thread has just stored it, and never freed.
             unsafe { &(*other).pool }
         }
-    }
+    })
 }

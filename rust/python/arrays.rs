@@ -4,8 +4,19 @@ use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
+use super::errors::to_python;
+use crate::Error;
 use crate::machine::buffer_pool::Buffer;
 use crate::phase::{Sample, Series};
+
+/// Averaging factors of an array of positive numbers.
+pub(super) fn averaging_factors(factors: &PyReadonlyArray1<'_, i64>) -> PyResult<Vec<usize>> {
+    let positive = |m: &i64| usize::try_from(*m).ok().filter(|m| *m > 0);
+    let of_one = |m| {
+        positive(m).ok_or_else(|| to_python(Error::Input(format!("averaging factor {m} is not positive"))))
+    };
+    factors.as_array().iter().map(of_one).collect()
+}
 
 /// Owner of the memory of an array. When the array is freed, the memory goes back to the buffer pool.
 #[pyclass(frozen, module = "allanite._core")]

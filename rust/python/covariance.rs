@@ -4,10 +4,10 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedStr;
 
+use super::arrays::averaging_factors;
 use super::errors::to_python;
-use super::gil::run_short;
+use super::gil::{run_at_once, run_short};
 use crate::covariance::{Kind, Term, covariance, ordinates, quantiles, variances};
-use crate::{Error, Result};
 
 /// A pair (name, values) becomes a term here, once.
 impl<'py> FromPyObject<'_, 'py> for Term {
@@ -21,19 +21,6 @@ impl<'py> FromPyObject<'_, 'py> for Term {
 
 type Curve<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
 
-/// Averaging factors as positive numbers, or an error.
-fn positive(factors: &[i64]) -> Result<Vec<usize>> {
-    factors
-        .iter()
-        .map(|m| {
-            usize::try_from(*m)
-                .ok()
-                .filter(|m| *m > 0)
-                .ok_or_else(|| Error::Input(format!("averaging factor {m} is not positive")))
-        })
-        .collect()
-}
-
 /// Expected variance (k,) and covariance of the estimates (k, k).
 #[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
 #[pyfunction]
@@ -45,10 +32,9 @@ pub(super) fn allan_covariance<'py>(
     factors: PyReadonlyArray1<'py, i64>,
     kind: &str,
 ) -> PyResult<Curve<'py>> {
-    let factors = factors.as_array().to_vec();
+    let factors = averaging_factors(&factors)?;
     let k = factors.len();
-    let (expected, matrix) =
-        run_short(py, || covariance(&terms, n, &positive(&factors)?, Kind::named(kind)?))?;
+    let (expected, matrix) = run_short(py, || covariance(&terms, n, &factors, Kind::named(kind)?))?;
     Ok((expected.into_pyarray(py), matrix.into_pyarray(py).reshape([k, k])?))
 }
 
@@ -63,8 +49,8 @@ pub(super) fn allan_variances<'py>(
     factors: PyReadonlyArray1<'py, i64>,
     kind: &str,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
-    let factors = factors.as_array().to_vec();
-    let (expected, own) = run_short(py, || variances(&terms, n, &positive(&factors)?, Kind::named(kind)?))?;
+    let factors = averaging_factors(&factors)?;
+    let (expected, own) = run_short(py, || variances(&terms, n, &factors, Kind::named(kind)?))?;
     Ok((expected.into_pyarray(py), own.into_pyarray(py)))
 }
 
@@ -95,9 +81,9 @@ impl Ordinates {
         Self(ordinates::Ordinates::new(j.as_array().iter().copied(), n))
     }
 
-    /// E c_j² (k,) of a sum of terms. The GIL is not released, because the call takes only microseconds.
+    /// E c_j² (k,) of a sum of terms.
     fn variance<'py>(&self, py: Python<'py>, terms: Vec<Term>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(self.0.variance(&terms).map_err(to_python)?.into_pyarray(py))
+        Ok(run_at_once(|| self.0.variance(&terms))?.into_pyarray(py))
     }
 
     /// Means (bins,) of E c_j² over bins. `owner` (k,) names the bin of each ordinate.
@@ -107,6 +93,7 @@ impl Ordinates {
         terms: Vec<Term>,
         owner: PyReadonlyArray1<'py, i64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(self.0.means(&terms, owner.as_slice()?).map_err(to_python)?.into_pyarray(py))
+        let owner = owner.as_slice()?;
+        Ok(run_at_once(|| self.0.means(&terms, owner))?.into_pyarray(py))
     }
 }

@@ -7,8 +7,8 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use super::arrays::with_series;
-use super::gil::{run, run_short};
+use super::arrays::{averaging_factors as factors_of, with_series};
+use super::gil::{run, run_at_once, run_short};
 use crate::Result;
 use crate::accumulator::{self, Accumulator, State};
 use crate::averaging::{Grid, factors as grid_factors};
@@ -81,7 +81,7 @@ pub(super) fn family_variance(
     threads: usize,
 ) -> PyResult<Found> {
     let statistic = statistic(kind).ok_or_else(|| PyValueError::new_err(format!("no estimator {kind}")))?;
-    let factors = averaging_times(&factors);
+    let factors = factors_of(&factors)?;
     with_series!(samples, series => {
         let operations = family::operations(statistic, &factors, series.len());
         found(py, series, angle, threads, (operations, &factors), |record, execution| {
@@ -98,7 +98,7 @@ fn allan(
     threads: usize,
     every: bool,
 ) -> PyResult<Found> {
-    let factors = averaging_times(factors);
+    let factors = factors_of(factors)?;
     with_series!(samples, series => {
         let operations = series.len().saturating_mul(factors.len());
         found(py, series, angle, threads, (operations, &factors), |record, execution| {
@@ -107,11 +107,6 @@ fn allan(
             Ok((terms.variance(&factors, quantity(angle)), terms.count, theta))
         })
     })
-}
-
-/// The averaging factors of an array.
-fn averaging_times(factors: &PyReadonlyArray1<'_, i64>) -> Vec<usize> {
-    factors.as_array().iter().map(|m| *m as usize).collect()
 }
 
 /// Result of `compute`, which takes about this many operations for these factors, with the noise at each factor.
@@ -148,7 +143,7 @@ pub struct PyAccumulator(Accumulator, usize);
 impl PyAccumulator {
     #[new]
     fn new(per_octave: usize, start: u64) -> PyResult<Self> {
-        let grid = accumulator::Grid::per_octave(per_octave).map_err(super::errors::to_python)?;
+        let grid = run_at_once(|| accumulator::Grid::per_octave(per_octave))?;
         Ok(Self(Accumulator::new(grid, start), per_octave))
     }
 
@@ -176,8 +171,7 @@ impl PyAccumulator {
     }
 
     fn __setstate__(&mut self, state: State) -> PyResult<()> {
-        let grid = accumulator::Grid::per_octave(self.1).map_err(super::errors::to_python)?;
-        self.0 = Accumulator::restored(grid, state).map_err(super::errors::to_python)?;
+        self.0 = run_at_once(|| Accumulator::restored(accumulator::Grid::per_octave(self.1)?, state))?;
         Ok(())
     }
 

@@ -1,13 +1,14 @@
 //! Release of the GIL for long calls, conversion of errors and panics, and handling of Ctrl-C.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use pyo3::prelude::*;
 
+use crate::parallel::locked;
 use crate::{Error, Result};
 
 /// Version of the crate, which is the version of the package.
@@ -22,16 +23,14 @@ static PANIC: Mutex<String> = Mutex::new(String::new());
 /// Stores the message of a panic instead of printing it, so that it becomes the message of an exception.
 pub(super) fn keep_panics() {
     std::panic::set_hook(Box::new(|panic| {
-        *PANIC.lock().unwrap_or_else(PoisonError::into_inner) = panic.to_string();
+        *locked(&PANIC) = panic.to_string();
     }));
 }
 
 /// Runs `work`; a panic in it becomes [`Error::Internal`].
 fn guarded<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
     // Data that a panic leaves incomplete are not used, because the error is a bug to report.
-    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
-        Err(Error::Internal(PANIC.lock().unwrap_or_else(PoisonError::into_inner).clone()))
-    })
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| Err(Error::Internal(locked(&PANIC).clone())))
 }
 
 /// How often the calling thread checks for Ctrl-C.
@@ -61,28 +60,26 @@ where
     }
     let stop = &stop;
     std::thread::scope(|scope| {
-        let (sender, receiver) = sync_channel(1);
+        let (sender, mut receiver) = sync_channel(1);
         let started = std::thread::Builder::new().spawn_scoped(scope, move || {
             // The channel is never closed before the caller has the result, because of the scope.
             let _ = sender.send(guarded(|| work(stop)));
         });
         if let Err(error) = started {
-            let said = format!("no thread can be started ({error}): too little memory is free");
-            return Err(super::errors::to_python(Error::Input(said)));
+            return Err(super::errors::to_python(Error::no_thread(&error)));
         }
-        // The receiver is Send but not Sync; a mutex makes the borrow usable with the GIL released.
-        let receiver = Mutex::new(receiver);
         let mut signal = None;
         loop {
-            let got = py.detach(|| {
-                receiver.lock().expect("only this thread locks the receiver").recv_timeout(CHECK_PERIOD)
+            // The receiver can be moved, but not borrowed, while the GIL is released.
+            let got;
+            (receiver, got) = py.detach(move || {
+                let got = receiver.recv_timeout(CHECK_PERIOD);
+                (receiver, got)
             });
-            match got {
-                Ok(result) => {
-                    return match signal {
-                        Some(error) => Err(error),
-                        None => result.map_err(super::errors::to_python),
-                    };
+            let result = match got {
+                Ok(result) => result,
+                Err(RecvTimeoutError::Disconnected) => {
+                    Err(Error::Internal("a thread has ended without a result".into()))
                 }
                 Err(RecvTimeoutError::Timeout) => {
                     if signal.is_none()
@@ -91,11 +88,20 @@ where
                         stop.store(true, Ordering::Relaxed);
                         signal = Some(error);
                     }
+                    continue;
                 }
-                Err(RecvTimeoutError::Disconnected) => unreachable!("the worker sends a result or a panic"),
-            }
+            };
+            return match signal {
+                Some(error) => Err(error),
+                None => result.map_err(super::errors::to_python),
+            };
         }
     })
+}
+
+/// Runs `work` of a few microseconds without releasing the GIL.
+pub(super) fn run_at_once<T>(work: impl FnOnce() -> Result<T>) -> PyResult<T> {
+    guarded(work).map_err(super::errors::to_python)
 }
 
 /// Runs `work` of at most a few milliseconds with the GIL released.

@@ -3,8 +3,7 @@
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use super::errors::to_python;
-use super::gil::run;
+use super::gil::{run, run_at_once};
 use crate::kalman::stamped::{Lag, Noise};
 use crate::kalman::{self, System, stamped};
 
@@ -14,7 +13,8 @@ type Series<'py> = Bound<'py, PyArray1<f64>>;
 
 /// System from `NumPy` arrays.
 fn system(f: &Matrix<'_>, q: &Matrix<'_>, h: &Vector<'_>, r: f64, p0: &Matrix<'_>) -> PyResult<System> {
-    System::new(f.as_slice()?, q.as_slice()?, h.as_slice()?, r, p0.as_slice()?).map_err(to_python)
+    let (f, q, h, p0) = (f.as_slice()?, q.as_slice()?, h.as_slice()?, p0.as_slice()?);
+    run_at_once(|| System::new(f, q, h, r, p0))
 }
 
 /// Estimated number of operations of a filter of `states` states: a product of two matrices at every sample.

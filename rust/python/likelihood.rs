@@ -6,8 +6,7 @@ use numpy::{
 };
 use pyo3::prelude::*;
 
-use super::errors::to_python;
-use super::gil::{run, run_short};
+use super::gil::{run, run_at_once, run_short};
 use crate::likelihood::{self, Evaluation, Problem};
 
 type Array<'py> = Bound<'py, PyArray1<f64>>;
@@ -34,7 +33,8 @@ impl Likelihood {
         scales: PyReadonlyArray1<'_, f64>,
         cells: Vec<usize>,
     ) -> PyResult<Self> {
-        likelihood::Likelihood::new(numbers(&count), numbers(&scales), cells).map(Self).map_err(to_python)
+        let (count, scales) = (numbers(&count), numbers(&scales));
+        run_at_once(|| likelihood::Likelihood::new(count, scales, cells)).map(Self)
     }
 
     /// Marginal logL and weights (bins,).

@@ -9,9 +9,10 @@ use pyo3::pybacked::PyBackedStr;
 
 use super::arrays::from_buffer;
 use super::errors::to_python;
-use super::gil::run;
+use super::gil::{run, run_at_once};
 use crate::machine::buffer_pool::Buffer;
 use crate::noise::{Generator, Primitive};
+use crate::parallel::locked;
 use crate::{Error, Result};
 
 /// A pair (name, values) becomes a process here, once.
@@ -70,16 +71,14 @@ impl Simulator {
     #[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
     #[pyo3(signature = (processes, seed, replicate, axis, total))]
     fn new(processes: Vec<Primitive>, seed: u64, replicate: u64, axis: u64, total: usize) -> PyResult<Self> {
-        let generator = Generator::new(&processes, total, seed, replicate, axis, 0).map_err(to_python)?;
+        let generator = run_at_once(|| Generator::new(&processes, total, seed, replicate, axis, 0))?;
         Ok(Self { generator: Mutex::new(generator), processes: processes.len() })
     }
 
     /// The next `n` samples.
     fn next<'py>(&self, py: Python<'py>, n: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let found = run(py, operations(n, self.processes), |stop| {
-            let mut generator = self.generator.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            samples(&mut generator, n, stop)
-        })?;
+        let found =
+            run(py, operations(n, self.processes), |stop| samples(&mut locked(&self.generator), n, stop))?;
         from_buffer(py, found)
     }
 }
@@ -87,5 +86,5 @@ impl Simulator {
 /// `noise::power_law_bank`: (φ, variance) of each first-order section.
 #[pyfunction]
 pub(super) fn power_law_bank(exponent: f64, n: usize) -> PyResult<Vec<(f64, f64)>> {
-    crate::noise::power_law_bank(exponent, n).map_err(to_python)
+    run_at_once(|| crate::noise::power_law_bank(exponent, n))
 }

@@ -3,7 +3,7 @@
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1};
 use pyo3::prelude::*;
 
-use super::gil::{run, run_short};
+use super::gil::{run, run_at_once, run_short};
 use crate::machine::processor::Width;
 use crate::spectrum::courses::Courses;
 use crate::spectrum::lapped::{Lapped, Sums, add_row};
@@ -120,7 +120,7 @@ impl PyLapped {
         taps: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Self> {
         let (after, before, taps) = (after.as_slice()?, before.as_slice()?, taps.as_slice()?);
-        Ok(Self(Lapped::new(after, before, taps, Width::best()).map_err(super::errors::to_python)?))
+        run_at_once(|| Lapped::new(after, before, taps, Width::best())).map(Self)
     }
 
     fn halved<'py>(

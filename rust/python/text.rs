@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::gil::{UNKNOWN, run};
+use crate::parallel::locked;
 use crate::text::{Meta, Options, Reader};
 use crate::{Error, Result};
 
@@ -74,7 +75,7 @@ pub struct TextReader {
 
 impl TextReader {
     fn with<T>(&self, work: impl FnOnce(&mut Reader) -> T) -> T {
-        work(&mut self.reader.lock().unwrap_or_else(std::sync::PoisonError::into_inner))
+        work(&mut locked(&self.reader))
     }
 }
 

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
-use super::check;
+use crate::parallel::check;
 use crate::{Error, Result};
 
 /// After this many rates the rotated series is recomputed from the input, to limit rounding errors.

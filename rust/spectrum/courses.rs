@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
-use super::check;
+use crate::parallel::check;
 use crate::{Error, Result};
 
 /// Number of independent partial maxima.

@@ -3,8 +3,9 @@
 //! The scalar product of two steps consists of sums over sines of the sum and of the difference of their places. Two
 //! transforms give these sums at all places, and [`best_pair`] receives them. So each pair costs one division.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
+use crate::parallel::check;
 use crate::{Error, Result};
 
 /// The pair of steps that explains most.
@@ -46,9 +47,7 @@ pub(crate) fn best_pair(
     let mut gain = vec![0.0; m];
     let min_distance = min_distance.max(1);
     for i in 0..m.saturating_sub(min_distance) {
-        if stop.load(Ordering::Relaxed) {
-            return Err(Error::Interrupted);
-        }
+        check(stop)?;
         let from = i + min_distance;
         let row = &explained[i * k..(i + 1) * k];
         for l in from..m {

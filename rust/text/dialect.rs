@@ -215,7 +215,7 @@ fn trimmed(line: &[u8]) -> &[u8] {
 }
 
 /// Error for a log without rows.
-fn no_rows(name: &str) -> Error {
+pub(super) fn no_rows(name: &str) -> Error {
     Error::Input(format!("{name}: no rows of numbers in it"))
 }
 

@@ -3,8 +3,9 @@
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
+use crate::parallel::check;
 use crate::{Error, Result};
 
 /// Number of bytes read at a time.
@@ -159,9 +160,7 @@ impl Source {
         self.carry.resize(start + count, 0);
         let mut end = start;
         while end < self.carry.len() {
-            if stop.load(Ordering::Relaxed) {
-                return Err(Error::Interrupted);
-            }
+            check(stop)?;
             if self.waits && !readable(&self.file) {
                 continue;
             }

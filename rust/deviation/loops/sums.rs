@@ -83,7 +83,7 @@ pub fn groups(width: Width, factors: &[(usize, usize)]) -> Vec<Group> {
 }
 
 /// Factors as pairs (place in the result, m).
-pub type Placed = Vec<(usize, usize)>;
+pub(crate) type Placed = Vec<(usize, usize)>;
 
 /// Doubling runs m, 2m, 4m, … of three or more factors, and the remaining factors, all in ascending order.
 pub(crate) fn doubling(factors: &[(usize, usize)]) -> (Vec<Placed>, Placed) {
