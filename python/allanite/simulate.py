@@ -13,7 +13,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.validation import SEEDS, positive, positive_rate, whole
-from allanite.effects import Model, Moving, as_model, weights
+from allanite.effects import Model, as_model, weights
 from allanite.effects.terms import Exponential, White
 from allanite.recording import Recording
 from allanite.recording.samples import covariate_of
@@ -328,7 +328,7 @@ def _in_turn(effect: Stochastic, span: tuple[float, float]) -> list[tuple[Stocha
     A moving band is a sum of processes, one for each segment of the record. Any other effect is one
     process.
     """
-    if not isinstance(effect, Moving):
+    if not effect.moving:
         return [(effect, [])]
 
     def gain(part: int) -> Gain:

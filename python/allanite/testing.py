@@ -21,7 +21,6 @@ from allanite.effects import (
     Model,
     Modifier,
     Parameter,
-    Periodic,
     Stochastic,
     find,
     model_from_dict,
@@ -159,7 +158,7 @@ def check_declaration(effect: Effect) -> None:
         _require(
             name in names, f"{kind}: `shown` names {name}, but the effect has no such parameter"
         )
-    if isinstance(effect, Periodic):
+    if effect.periodic:
         _require(
             cls.screened in {"line", "none"},
             f'{kind}: a periodic effect needs screened = "line" or "none"',

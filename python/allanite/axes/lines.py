@@ -9,7 +9,7 @@ import numpy as np
 
 from allanite.common.documents import fields_dict
 from allanite.common.parameters import Estimate
-from allanite.effects import Away, Deterministic, Modifier, Moving, Stochastic
+from allanite.effects import Deterministic, Modifier, Stochastic
 from allanite.fit.solution import Regressed
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
     out: list[_Occurrence] = []
     repeating: list[_Occurrence] = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
-        if isinstance(effect, Moving) and effect.stretches:
+        if isinstance(effect, Stochastic) and effect.stretches:
             bands = np.array([p.occupies for p in effect.stretches])
             # A moving band is located within half its width in each section.
             error = 0.5 * float(np.ptp(bands, axis=1).mean()) / np.sqrt(len(bands))
@@ -165,7 +165,7 @@ def _times(column: str, fit: Fit) -> list[_Occurrence]:
     for effect, values in zip(fit.model, fit.estimates, strict=True):
         if not isinstance(effect, Deterministic) or not effect.happens_once:
             continue
-        if isinstance(effect, Away):
+        if effect.returns:
             out += _excursion_times(column, fit, effect)
             continue
         first = next((p.name for p in effect.parameters if p.role == "shape"), "")
@@ -175,7 +175,7 @@ def _times(column: str, fit: Fit) -> list[_Occurrence]:
     return out
 
 
-def _excursion_times(column: str, fit: Fit, effect: Away) -> list[_Occurrence]:
+def _excursion_times(column: str, fit: Fit, effect: Deterministic) -> list[_Occurrence]:
     """List of `_Occurrence`: start time (s) of each excursion of an effect; times without a standard error are omitted."""
     own = next(own for own in fit.solution.effects if own.effect == effect)
     out = []

@@ -28,7 +28,7 @@ from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.effects.files import model_to_dict
 from allanite.effects.model import Model
-from allanite.effects.sinusoid import Sinusoid
+from allanite.effects.registry import single_line
 from allanite.spectrum.spectrum import bridge_gaps
 
 if TYPE_CHECKING:
@@ -261,10 +261,7 @@ def _working_state(fit: Fit, log: Recording) -> Working:
     bands, broad = _bands(f, smooth, floor, float(f[near][-1]))
     tones = [(one.frequency, one.rms) for one in lines]
     tones += [(float(np.sqrt(low * high)), rms) for low, high, rms in bands]
-    sines = [
-        Sinusoid(frequency=frequency, amplitude=float(np.sqrt(2.0) * rms), phase=0.0)
-        for frequency, rms in tones
-    ]
+    sines = [single_line(frequency, float(np.sqrt(2.0) * rms)) for frequency, rms in tones]
     entries = fit.body(searched=False)["effects"]
     for entry in entries:
         if entry["kind"] == white.kind:

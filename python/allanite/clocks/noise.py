@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import (
-    AngleRandomWalk,
-    BiasInstability,
-    FlickerPhase,
-    Quantization,
-    RateRandomWalk,
-    Stochastic,
-)
+from allanite.effects import parse_model
 from allanite.fit.stamped.candidates import Candidate, FittedNoise, fit_noise
 from allanite.fit.stamped.noise import integrated_noise
 
@@ -25,13 +18,7 @@ if TYPE_CHECKING:
     from allanite.fit.stamped.likelihood import StampedSeries
 
 #: White PM, flicker PM, white FM, flicker FM, random-walk FM: in order of the slope of their frequency densities.
-EFFECTS: tuple[Stochastic, ...] = (
-    Quantization(),
-    FlickerPhase(),
-    AngleRandomWalk(),
-    BiasInstability(),
-    RateRandomWalk(),
-)
+EFFECTS = parse_model("Q+F+N+B+K").stochastic
 #: Samples that `thinned` keeps of each part of the record; twice as many of the last. Chosen by judgment; not measured.
 SAMPLES_PER_PART = 512
 

@@ -57,6 +57,7 @@ from allanite.effects.rate_random_walk import RateRandomWalk as RateRandomWalk
 from allanite.effects.registry import CATALOGUE as CATALOGUE
 from allanite.effects.registry import find as find
 from allanite.effects.registry import register as register
+from allanite.effects.registry import single_line as single_line
 from allanite.effects.registry import standard as standard
 from allanite.effects.registry import title_of as title_of
 from allanite.effects.registry import white_noise as white_noise

@@ -193,6 +193,12 @@ class Effect(AsModel):
     interval: ClassVar[tuple[str, ...]] = ()
     #: Label used when an effect of several items (levels, excursions) is extended by more; empty for other effects.
     further: ClassVar[str] = ""
+    #: True for a sum of lines at multiples of one fitted frequency (`Deterministic.lines`).
+    periodic: ClassVar[bool] = False
+    #: True for a band whose frequency changes over time (`Stochastic.stretches`).
+    moving: ClassVar[bool] = False
+    #: True if the bias leaves its level and returns at a second edge, once or several times (`Deterministic.singly`).
+    returns: ClassVar[bool] = False
     #: True if the effect only describes a spectrum; two standard effects that explain as much are preferred.
     last_resort: ClassVar[bool] = False
     #: True if the effect has no physical name; it is used only if no other effect explains the record.
@@ -578,6 +584,16 @@ class Stochastic(Effect):
         Only effects of free form define it.
         """
         raise NotImplementedError
+
+    @property
+    def stretches(self) -> tuple[Stochastic, ...]:
+        """Tuple of the process in each of the equal segments of the record, in order; empty unless `moving`."""
+        return ()
+
+    @property
+    def middles(self) -> tuple[float, ...]:
+        """Tuple of the center frequency in each of the equal segments, in order, Hz; empty unless `moving`."""
+        return ()
 
     def banded(self, low: float, high: float) -> Self | None:
         """Copy with its band moved to `low` … `high` Hz; by default None: the effect has no movable band."""

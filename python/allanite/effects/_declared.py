@@ -10,13 +10,11 @@ from inspect import get_annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array as Array
 from allanite.common.errors import InputError
 from allanite.common.validation import MAX_NUMBER
 
-#: Samples, times, frequencies or densities.
-Array = NDArray[np.float64]
 #: Logged columns of a recording by name, shape (n,) each.
 Columns = Mapping[str, Array]
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,16 +72,7 @@ class Away(Event):
     """
 
     family = "event"
-
-    @property
-    def singly(self) -> tuple[Away, ...]:
-        """Tuple of effects with one departure from the level each, in order of time; by default the effect itself."""
-        return (self,)
-
-    @classmethod
-    def together(cls, events: Sequence[Away]) -> Self | None:
-        """One effect that combines several `events`; None if this kind can hold only one event (default)."""
-        return None
+    returns = True
 
 
 def sines(k: Array, j: NDArray[np.int64], n: int) -> Array:

@@ -94,13 +94,6 @@ class Follower(Deterministic):
 
     family = "covariate"
 
-    def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """Tuple with a weighted sum for each regressor, as pairs (weight, `LaggedColumn`).
-
-        Empty if a regressor is no such sum.
-        """
-        return ()
-
     def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of the weighted sums of `sums_of_lagged`, shape (n, regressors).
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from allanite.effects._base import Effect
 from allanite.effects._declared import Array, Columns
 from allanite.effects._waves import sines, sines_pointwise, waves
+
+if TYPE_CHECKING:
+    from allanite.effects._follower import LaggedColumn
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,10 @@ class Deterministic(Effect):
     (array([0. , 0.2, 0.2]), (3, 1), array([0.2, 0.2]))
     >>> step.amplitudes(), step.with_amplitudes(np.array([0.3])).height
     (array([0.2]), 0.3)
+    >>> step.lines, step.singly == (step,), al.effects.BiasStep.together([step]), al.effects.BiasStep.at(1.0, (1,))
+    ((), True, None, None)
+    >>> step.sums_of_lagged()  # not a function of a column
+    ()
     >>> step.amplitudes_held, al.effects.BiasStep(height=0.2, hold=("height",)).amplitudes_held
     (False, True)
     >>> al.RateRamp(R=0.1).own_allan_variance(np.array([10.0]), 1.0).round(6)
@@ -57,6 +64,38 @@ class Deterministic(Effect):
         `time` is in s from 0; `covariates` are the logged columns by name, shape (n,) each. Subclasses must define it.
         """
         raise NotImplementedError
+
+    @property
+    def lines(self) -> tuple[tuple[float, float, float], ...]:
+        """Tuple of (multiple of `base_frequency`, amplitude, phase) of each line; empty unless `periodic`."""
+        return ()
+
+    @property
+    def base_frequency(self) -> float | None:
+        """Frequency of the first line, Hz; None unless `periodic`, or without a frequency."""
+        return None
+
+    @classmethod
+    def at(cls, frequency: float, multiples: Sequence[float]) -> Self | None:
+        """New effect with a line at `frequency`, Hz, and further lines at `multiples` of it; None unless `periodic`."""
+        return None
+
+    @property
+    def singly(self) -> tuple[Deterministic, ...]:
+        """Tuple of effects with one departure from the level each, in order of time; by default the effect itself."""
+        return (self,)
+
+    @classmethod
+    def together(cls, events: Sequence[Deterministic]) -> Self | None:
+        """One effect that combines several `events`; None if this kind can hold only one event (default)."""
+        return None
+
+    def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
+        """Tuple with a weighted sum for each regressor, as pairs (weight, `LaggedColumn`).
+
+        Empty if a regressor is no such sum (default).
+        """
+        return ()
 
     def seen_between(self, start: float, end: float) -> tuple[float, float] | None:
         """Pair (lowest, highest) frequency of the function between two times, Hz.
@@ -171,6 +210,7 @@ class Periodic(Deterministic):
     screened = "line"
     family = "line"
     low = False
+    periodic = True
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self | None:
@@ -187,12 +227,9 @@ class Periodic(Deterministic):
         return lambda first, last: sines_pointwise(lines, np.arange(first, last) / rate)
 
     @property
-    def lines(self) -> tuple[tuple[float, float, float], ...]:
-        """Tuple of (multiple, amplitude, phase) of each line: amplitude · sin(2π·multiple·frequency·t + phase).
-
-        Subclasses must define it.
-        """
-        raise NotImplementedError
+    def base_frequency(self) -> float | None:
+        """Frequency of the first line, Hz; None without a frequency."""
+        return self.frequency
 
     @property
     def occupies(self) -> tuple[float, float] | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -58,18 +57,7 @@ def interval_errors(
 
 @dataclass(frozen=True)
 class Level(Modifier):
-    """White noise whose level changes over time; the spectrum of a record contains the mean power.
-
-    Examples
-    --------
-    How a check creates such effects:
-
-    >>> al.effects.NoiseLevels(times=(5.0, 9.0), factors=(2.0, 1.0)).switching_at((5.5, 9.0), (2.0, 1.0)).switches
-    ((5.5, 9.0), (2.0, 1.0))
-    >>> louder = al.effects.NoiseOfColumn(column="temp").following(np.linspace(10.0, 30.0, 5), 0.02)
-    >>> round(louder.reference, 2)
-    20.99
-    """
+    """White noise whose level changes over time; the spectrum of a record contains the mean power."""
 
     screened = "level"
     family = "level"
@@ -83,25 +71,6 @@ class Level(Modifier):
         Without `span` the variance is unchanged.
         """
         return (White(white if span is None else white * _mean_power(self, span)),)
-
-    def following(self, values: Array, coefficient: float) -> Self | None:
-        """Copy whose ln level is linear in a column's `values` with slope `coefficient`; by default None: it cannot.
-
-        None if the kind cannot (default).
-        """
-        return None
-
-    @property
-    def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Pair: tuple of the times of the level changes, s, and tuple of the factors after each.
-
-        By default both are empty.
-        """
-        return (), ()
-
-    def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """Copy with level changes at other `times`, s, and other `factors` after each; by default the effect itself."""
-        return self
 
 
 @lru_cache(maxsize=64)

@@ -35,6 +35,11 @@ class Modifier(Effect):
     >>> near, far = (al.effects.Resonance(frequency=f, damping=0.01) for f in (3.0, 5.0))
     >>> fan.swells(near), fan.swells(far)
     (True, False)
+    >>> al.effects.NoiseLevels(times=(5.0, 9.0), factors=(2.0, 1.0)).switching_at((5.5, 9.0), (2.0, 1.0)).switches
+    ((5.5, 9.0), (2.0, 1.0))
+    >>> warmer = al.effects.NoiseOfColumn(column="temp").following(np.linspace(10.0, 30.0, 5), 0.02)
+    >>> round(warmer.reference, 2)
+    20.99
     >>> louder.modify(1.0, 10.0, (0.0, 100.0))  # white noise of variance 1 over the whole record
     (White(variance=2.5),)
     """
@@ -70,6 +75,25 @@ class Modifier(Effect):
         By default all values are 1. Times are in s from the first sample.
         """
         return np.ones(np.shape(start))
+
+    def following(self, values: Array, coefficient: float) -> Self | None:
+        """Copy whose ln level is linear in a column's `values` with slope `coefficient`.
+
+        None if the kind cannot (default).
+        """
+        return None
+
+    @property
+    def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Pair: tuple of the times of the level changes, s, and tuple of the factors after each.
+
+        By default both are empty.
+        """
+        return (), ()
+
+    def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
+        """Copy with level changes at other `times`, s, and other `factors` after each; by default the effect itself."""
+        return self
 
     @property
     def whole(self) -> Modifier | None:

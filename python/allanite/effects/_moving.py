@@ -25,19 +25,7 @@ class Moving(Stochastic):
 
     screened = "moving band"
     family = "course"
-
-    @property
-    def stretches(self) -> tuple[Stochastic, ...]:
-        """Tuple of the process in each of the equal segments of the record, in order. Subclasses must define it."""
-        raise NotImplementedError
-
-    @property
-    def middles(self) -> tuple[float, ...]:
-        """Tuple of the center frequency of the band in each of the equal segments of the record, in order, Hz.
-
-        Subclasses must define it.
-        """
-        raise NotImplementedError
+    moving = True
 
 
 def weights(time: Array, span: tuple[float, float], parts: int) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from allanite.common.showing import brief
 from allanite.effects._declared import Array, Columns, Parameter
 from allanite.effects._event import Away
 from allanite.effects.excursion import Excursion
+
+if TYPE_CHECKING:
+    from allanite.effects._known import Deterministic
 
 #: Minimum net height where excursions overlap, relative to the largest height of these excursions. With a smaller net
 #: height the bias counts as back at its level. Chosen by judgment; not measured.
@@ -89,7 +92,7 @@ class Excursions(Away):
         return tuple(Excursion(start=a, end=b, height=h) for a, b, h in zip(*lists, strict=True))
 
     @classmethod
-    def together(cls, events: Sequence[Away]) -> Self | None:
+    def together(cls, events: Sequence[Deterministic]) -> Self | None:
         """One effect with all excursions of `events`, in order of time; never None.
 
         Overlapping excursions are split at all edges, and their heights add, so that no two overlap. If a sum is nearly

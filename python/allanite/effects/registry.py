@@ -6,10 +6,13 @@ from collections.abc import Iterator
 from threading import RLock
 from typing import TypeVar
 
+import numpy as np
+
 from allanite.common.errors import InputError
 from allanite.common.extensions import add_entry_points
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._declared import SCREENS
+from allanite.effects._known import Deterministic
 
 #: Entry-point group of effects in installed packages: ``name = "package.module:MyEffect"``.
 ENTRY_POINTS = "allanite.effects"
@@ -174,3 +177,10 @@ def white_noise(coefficient: float | None = None) -> Stochastic:
     """White-noise effect (angle random walk) with this `coefficient`; None is a coefficient to be fitted."""
     cls = next(e for e in CATALOGUE if issubclass(e, Stochastic) and e.white)
     return cls().with_values(**{cls.coefficient: coefficient})
+
+
+def single_line(frequency: float, amplitude: float) -> Deterministic:
+    """Effect with one line at `frequency`, Hz, with this `amplitude` (peak) and phase 0."""
+    kinds = (cls for cls in CATALOGUE if issubclass(cls, Deterministic) and cls.periodic)
+    made = next(one for cls in kinds if (one := cls.at(frequency, (1,))) is not None)
+    return made.with_amplitudes(np.array([amplitude, 0.0]))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.effects._base import Stochastic
-from allanite.effects._known import Deterministic, Periodic
+from allanite.effects._known import Deterministic
 from allanite.exports._axis import HORIZON
 from allanite.exports._follow import Quality, quality
 
@@ -270,7 +270,7 @@ def _is_covered(effect: Effect, axis: Axis, simulator: bool) -> bool:
     """
     if isinstance(effect, Stochastic):
         return not simulator or effect.occupies is None
-    if isinstance(effect, Periodic):
+    if effect.periodic:
         return not simulator
     if isinstance(effect, Deterministic):
         return bool(effect.own_allan_variance(np.ones(1), axis.sampling)[0] > 0.0)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects._known import Periodic
 from allanite.exports._axis import rate_of, split
 from allanite.exports._follow import small_walk
 from allanite.exports._head import head
@@ -99,8 +98,7 @@ def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = Fa
                     - float(term.spectrum(slower[:1])[0]) * slower[0] / np.pi
                 )
     for line in steady.deterministic:
-        if isinstance(line, Periodic):
-            total += sum(0.5 * amplitude**2 for _, amplitude, _ in line.lines)
+        total += sum(0.5 * amplitude**2 for _, amplitude, _ in line.lines)
     return axis.scale**2 * total
 
 

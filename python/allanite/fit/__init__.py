@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 from allanite.common.errors import InputError
 from allanite.common.several import results_by_column, warn_of_several_columns
 from allanite.common.validation import require_recording
-from allanite.effects import Modifier, Periodic, as_model
+from allanite.effects import Modifier, as_model
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import Data, SampleData, prepare
 from allanite.fit.locked import locked_error
@@ -222,10 +222,10 @@ def _check_values(model: Model, n: int, rate: float) -> None:
         if p.role == "time" and e.values[p.name] is None and not p.optional
     ]:
         raise InputError(f"{missing[0]} has no value; give one, or let `check` find the event")
-    for line in (e for e in model if isinstance(e, Periodic)):
-        if (line.frequency or 0.0) > 0.5 * rate:
+    for line in model.deterministic:
+        if (line.base_frequency or 0.0) > 0.5 * rate:
             raise InputError(
-                f"{line.kind}: frequency = {line.frequency:g} Hz is above half the sampling rate,"
+                f"{line.kind}: frequency = {line.base_frequency:g} Hz is above half the sampling rate,"
                 f" {rate / 2:g} Hz; give the alias frequency at which the samples show the line"
             )
     for effect in model:
@@ -238,7 +238,7 @@ def _check_limits(effect: Effect, name: str, n: int, rate: float) -> None:
     """Raise InputError if the limits of `name` (s or Hz) exclude all values that n samples at `rate` Hz resolve."""
     grids = [variant.grid(name, n, rate) for variant in effect.variants()]
     first, last = 0.5 * min(g.min() for g in grids), 2.0 * max(g.max() for g in grids)
-    if isinstance(effect, Periodic):
+    if effect.periodic:
         last = 0.5 * rate
     low, high = effect.limits[name]
     if high < first or low >= last:

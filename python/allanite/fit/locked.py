@@ -10,7 +10,7 @@ from allanite.common.errors import TooShortError
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
 from allanite.common.units import coefficient_unit
-from allanite.effects.angle_random_walk import AngleRandomWalk
+from allanite.effects import standard
 from allanite.effects.sheet_units import in_sheet_unit
 from allanite.recording.locked import locked_of
 
@@ -35,7 +35,7 @@ def locked_error(column: Recording) -> TooShortError | None:
     )
     if np.isfinite(locked.most):
         density = locked.most / np.sqrt(column.rate)
-        declared = AngleRandomWalk().parameter("N")
+        declared = standard()["N"].parameter("N")
         limit = Estimate(density, None, (0.0, density), coefficient_unit(column.unit, 0.5))
         limit = in_sheet_unit(limit, declared)
         found += f", only N < {float(limit):.3g} {printed(limit.unit)} (95 %) for white noise"

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Periodic
 from allanite.fit.likelihood.whitened import expected_level, white_power, whiten
 from allanite.fit.shapes.deterministic import window
 from allanite.fit.shapes.drifting import ordinates_of_drift
@@ -59,10 +58,10 @@ def function_costs(data: Data, solution: Solution) -> Array:
         numbers = own.amplitudes.size + len(effect.free_shapes)
         if effect.happens_once:
             total += numbers / BLOCKS
-        elif isinstance(effect, Periodic):
+        elif effect.periodic:
             lines = np.zeros(BLOCKS)
             for k, (multiple, _, _) in enumerate(effect.lines):
-                j = window(multiple * (effect.frequency or 0.0), data, ORDINATES_BESIDE_LINE)
+                j = window(multiple * (effect.base_frequency or 0.0), data, ORDINATES_BESIDE_LINE)
                 pair = slice(2 * k, 2 * k + 2)
                 lines += losses_of(j, own.matrix[:, pair], own.amplitudes[pair])
             total += _at_least(lines, numbers)

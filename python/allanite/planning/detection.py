@@ -22,7 +22,6 @@ from allanite.effects import (
     Effect,
     Model,
     Modifier,
-    Periodic,
     Stochastic,
     as_model,
     parse_model,
@@ -306,7 +305,7 @@ def detection_of(base: Model, effect: Effect, data: Data, grid: Data) -> Detecti
         measured = true + signal / data.bins.count
         null = _expected.best_fit(noise, measured, data)
         law = tested = _delta_logl_law(base, null, effect, true, data, grid)
-        if isinstance(effect, Deterministic) and not isinstance(effect, Periodic):
+        if isinstance(effect, Deterministic) and not effect.periodic:
             # `check` compares a slow function of time with the best random process instead.
             fits = [
                 null,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
-from allanite.effects import Deterministic, Model, Periodic
+from allanite.effects import Deterministic, Model
 from allanite.fit.engine import with_coefficients
 from allanite.fit.likelihood.data import MIN_SAMPLES, SampleData
 from allanite.fit.likelihood.expected import column, columns
@@ -100,8 +100,8 @@ def ordinates_of(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.in
 
     Ordinates near the lines for a periodic effect; the lowest ordinates for a slow one.
     """
-    if isinstance(effect, Periodic):
-        return comb_window(effect.frequency or 0.0, [m for m, _, _ in effect.lines], data)
+    if effect.periodic:
+        return comb_window(effect.base_frequency or 0.0, [m for m, _, _ in effect.lines], data)
     if not effect.low:
         return drifting.ordinates_of_drift(effect, data)
     last = grid.n // 4 if grid.n < data.n else grid.n
@@ -118,9 +118,9 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
     InputError
         A column without a description.
     """
-    if isinstance(effect, Periodic):
+    if effect.periodic:
         multiples = [m for m, _, _ in effect.lines]
-        lines = comb_ordinates(effect.frequency or 0.0, multiples, j, data)
+        lines = comb_ordinates(effect.base_frequency or 0.0, multiples, j, data)
         return np.asarray(lines @ effect.amplitudes())
     if not effect.low:
         whole = effect.signal(np.arange(data.n) / data.rate, {})

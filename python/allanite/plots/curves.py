@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
-from allanite.effects import Deterministic, Effect, Periodic, Stochastic
+from allanite.effects import Deterministic, Effect, Stochastic
 from allanite.fit.bands import expected_variance
 from allanite.fit.curve import MIN_FAILING_SCORE, components_at
 from allanite.fit.likelihood.expected import density
@@ -97,7 +97,7 @@ def component_styles(fit: Fit) -> tuple[ComponentStyle, ...]:
         name = effect_text(fit, effect)
         label = f"{name}: {numbers}" if numbers else name
         dash = "solid" if i < len(COMPONENTS) else "dot"
-        frequency = effect.frequency if isinstance(effect, Periodic) else None
+        frequency = effect.base_frequency if isinstance(effect, Deterministic) else None
         limit = _limit_ratio(effect, fit.estimates[place])
         if limit is not None:
             label, dash = f"{label} (95 % limit)", "dash"
@@ -330,9 +330,10 @@ def missing_lines(check: Check | None) -> tuple[float, ...]:
     """Tuple of floats: frequencies in Hz of the spectral lines that a check suggests significantly; () for None."""
     found = () if check is None else check.significant
     return tuple(
-        s.effect.frequency
+        frequency
         for s in found
-        if isinstance(s.effect, Periodic) and s.effect.frequency is not None
+        if isinstance(s.effect, Deterministic)
+        and (frequency := s.effect.base_frequency) is not None
     )
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.numbers import number
-from allanite.effects import Periodic
 from allanite.fit.likelihood.peaks import is_narrow
 from allanite.plots.axes import linear_axis, log_axis, step_axis
 from allanite.plots.curves import SINGLE, TAU, interval, spectrum_panels
@@ -184,9 +183,9 @@ def _density_panel(study: Study, column: int) -> Panel:
     Each line of the last model is a vertical stroke. The first model is left out if the study has one step.
     """
     first, last = study.ladder[0].fit, study.fit
-    lines = [e for e in last.model if isinstance(e, Periodic) and e.frequency is not None]
+    lines = [e for e in last.model.deterministic if e.base_frequency is not None]
     bands = [0.5 * (low + high) for e in last.model if is_narrow(e) for low, high in e.peaks]
-    places = [*(e.frequency for e in lines if e.frequency), *bands]
+    places = [*(e.base_frequency for e in lines if e.base_frequency), *bands]
     panel = spectrum_panels(first, column, (), places)[0]
     after = spectrum_panels(last, column)[0]
     marks: list[Mark] = [
@@ -201,7 +200,7 @@ def _density_panel(study: Study, column: int) -> Panel:
     for effect in lines:
         for multiple, amplitude, _ in effect.lines:
             # A line of amplitude A adds A² T / 2 to its ordinate of the two-sided density.
-            at = multiple * (effect.frequency or 0.0)
+            at = multiple * (effect.base_frequency or 0.0)
             peak = 0.5 * amplitude**2 * last.data.duration
             marks.append(Line(np.array([at, at]), np.array([panel.y.low, peak]), "c1", "", 2.2))
     # The measured ordinates are above the lines of the model, which would hide them. The points are those of the last

@@ -11,7 +11,7 @@ import numpy as np
 from allanite.common.numbers import duration_text, number, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
-from allanite.effects import Periodic, Stochastic, standard
+from allanite.effects import Stochastic, standard
 from allanite.effects.sheet_units import in_sheet_unit
 from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Bullets, Cell, Heading, Paragraph, Picture, Table
@@ -144,7 +144,7 @@ def _export_sentence(report: Report) -> str:
         return ""
     log = shlex.quote(Path(recording.path).name) if recording.path else "LOG"
     effects = [effect for entry in report.entries for effect in entry.study.fit.model]
-    shorts = (e.short for e in effects if isinstance(e, Stochastic | Periodic))
+    shorts = (e.short for e in effects if isinstance(e, Stochastic) or e.periodic)
     covered = [short for short in dict.fromkeys(shorts) if short not in FILTER]
     why = (
         f" N and K of a filter file also cover {', '.join(covered)}, so they can be larger."

@@ -18,16 +18,18 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
-from allanite.effects import Model, Periodic
 from allanite.fit.likelihood.expected import density
 from allanite.scale.power_bets import MAX_SQUARE, ClippedPower, PowerBets
+
+if TYPE_CHECKING:
+    from allanite.effects import Model
 
 #: Power of the alternatives divided by that of the model, at all frequencies and in octaves.
 RATIOS = (0.25, 0.5, 0.7, 0.85, 0.95, 1.05, 1.2, 1.5, 2.0, 4.0)
@@ -76,9 +78,9 @@ class Bets:
         j = np.arange(1, segment, dtype=np.int64)
         expected = density(model.terms(rate, (0.0, segment / rate)), j, segment)
         used = np.ones(j.size)
-        for line in (e for e in model if isinstance(e, Periodic)):
+        for line in model.deterministic:
             for multiple, _, _ in line.lines:
-                at = 2.0 * segment * multiple * (line.frequency or 0.0) / rate
+                at = 2.0 * segment * multiple * (line.base_frequency or 0.0) / rate
                 used[np.abs(j - at) <= 6.0] = 0.0
         self._deviation = np.sqrt(expected)
         self._used = used

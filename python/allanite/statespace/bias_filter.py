@@ -18,11 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
-from allanite.effects._known import Deterministic, Periodic
 from allanite.effects.terms import Exponential
 
 if TYPE_CHECKING:
-    from allanite.effects import Model
+    from allanite.effects import Deterministic, Model
     from allanite.effects.terms import Term
 
 #: Minimum duration of aiding before coasting, s. Aiding also lasts at least three times the horizon.
@@ -250,10 +249,7 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
         power = sum(term.power or 0.0 for term in terms)
         found += loose**2 * (power - left_out) * mission.step**2
     for effect in model.deterministic:
-        if (
-            not isinstance(effect, Periodic)
-            and effect.own_allan_variance(np.ones(1), rate)[0] > 0.0
-        ):
+        if not effect.periodic and effect.own_allan_variance(np.ones(1), rate)[0] > 0.0:
             found += _signal_error(effect, rate, mission, flat) ** 2
     return np.asarray(np.maximum(found, 0.0).reshape(errors.predicted.shape))
 
@@ -289,8 +285,7 @@ def _step_variogram(
 def _line_terms(model: Model, rate: float) -> list[Term]:
     """List of `Term`: one undamped term of random phase per spectral line of a model."""
     return [
-        Exponential(0.5 * amplitude**2, complex(np.exp(2j * np.pi * multiple * (e.frequency or 0.0) / rate)))
+        Exponential(0.5 * amplitude**2, complex(np.exp(2j * np.pi * multiple * (e.base_frequency or 0.0) / rate)))
         for e in model.deterministic
-        if isinstance(e, Periodic)
         for multiple, amplitude, _ in e.lines
     ]  # fmt: skip

@@ -13,7 +13,6 @@ from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.validation import require_recording
 from allanite.effects import as_model
-from allanite.effects._known import Periodic
 from allanite.statespace.model import StateSpace, state_space
 
 if TYPE_CHECKING:
@@ -229,7 +228,7 @@ def innovations(
     time = np.arange(n) / rate
     covariates = {k: np.asarray(v, dtype=np.float64) for k, v in recording.covariates.items()}
     for known in model.deterministic:
-        if not isinstance(known, Periodic):
+        if not known.periodic:
             samples -= known.signal(time, covariates)
     there = ~np.isnan(samples)
     if np.count_nonzero(there) < 2:

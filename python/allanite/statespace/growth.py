@@ -22,7 +22,7 @@ from allanite.common.units import parse_unit
 from allanite.common.validation import positive, positive_rate, require_recording
 from allanite.effects import Model, as_model
 from allanite.effects._base import Effect, Stochastic
-from allanite.effects._known import Deterministic, Periodic
+from allanite.effects._known import Deterministic
 from allanite.effects._modifier import Modifier
 from allanite.statespace.coasting import Coasting, Sums, integration_weights
 
@@ -370,13 +370,13 @@ def _known_error(model: Model, label: str, coasting: Coasting) -> float:
     Other effects count as their signal from the start of aiding on.
     """
     effect = model.effects[model.labels.index(label)]
-    if isinstance(effect, Periodic):
-        turn = 2.0 * np.pi * (effect.frequency or 0.0) / coasting.rate
+    assert isinstance(effect, Deterministic)
+    if effect.periodic:
+        turn = 2.0 * np.pi * (effect.base_frequency or 0.0) / coasting.rate
         power = (
             0.5 * (amplitude * coasting.line_error(multiple * turn)) ** 2
             for multiple, amplitude, _ in effect.lines
         )
         return float(np.sqrt(sum(power)))
-    assert isinstance(effect, Deterministic)
     time = np.arange(coasting.back + coasting.m) / coasting.rate
     return coasting.signal_error(effect.signal(time, {}))

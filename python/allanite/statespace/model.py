@@ -13,7 +13,7 @@ from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate
 from allanite.effects import Model, as_model
 from allanite.effects._base import Effect, Stochastic
-from allanite.effects._known import Deterministic, Periodic
+from allanite.effects._known import Deterministic
 from allanite.effects._modifier import Modifier
 from allanite.statespace.sections import Section, is_line, line, sections_of
 
@@ -251,12 +251,12 @@ def state_space(
             terms = _terms_of(model, effect, fs)
             own = sections_of(terms, n)
             exact += terms
-        elif isinstance(effect, Periodic):
-            if effect.frequency is None:
+        elif isinstance(effect, Deterministic) and effect.periodic:
+            if effect.base_frequency is None:
                 raise InputError(
                     f"{effect.kind}: frequency has no value: give a value, or fit the model first"
                 )
-            own = [line(a, 2 * np.pi * m * effect.frequency / fs) for m, a, _ in effect.lines]
+            own = [line(a, 2 * np.pi * m * effect.base_frequency / fs) for m, a, _ in effect.lines]
             exact += [t for s in own for t in s.terms]
         else:
             if _is_known_in_time(effect):
@@ -285,7 +285,7 @@ def _filtered(model: Model, rate: float, states: int | None, duration: float | N
     aside = [e for e in model.modifiers if e.whole is not None]
     noise = Model(tuple(e for e in model if not isinstance(e, Deterministic) and e not in aside))
     more = sum(len(f.response(rate).poles) for f in model.filters) + 1
-    lines = Model(tuple(e for e in model.deterministic if isinstance(e, Periodic)))
+    lines = Model(tuple(e for e in model.deterministic if e.periodic))
     line_space = state_space(lines, rate, duration=duration) if len(lines) else None
     more += line_space.states if line_space else 0
     within = None if states is None else max(1, states - more)
@@ -309,7 +309,7 @@ def _is_known_in_time(effect: Effect) -> bool:
     """True if the effect is a known function of time (except spectral lines) or changes the noise level for a while."""
     if isinstance(effect, Modifier):
         return effect.passing
-    return isinstance(effect, Deterministic) and not isinstance(effect, Periodic)
+    return isinstance(effect, Deterministic) and not effect.periodic
 
 
 def _terms_of(model: Model, effect: Stochastic, rate: float) -> tuple[Term, ...]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Deterministic, Modifier, Moving, Periodic
+from allanite.effects import Deterministic, Modifier
 from allanite.suggestion.constants import (
     MAX_BAND_WIDTH_RATIO,
     MAX_EXPLAINED_REMAINDER,
@@ -40,8 +40,8 @@ def is_same_feature(one: Effect, other: Effect, fit: Fit) -> bool:
     lines = (a[0] == a[1]) + (b[0] == b[1])
     if lines == 2:
         return False
-    for moving, (low, high), (first, last) in ((one, a, b), (other, b, a)):
-        if isinstance(moving, Moving) and low <= 0.5 * (first + last) <= high:
+    for effect, (low, high), (first, last) in ((one, a, b), (other, b, a)):
+        if effect.moving and low <= 0.5 * (first + last) <= high:
             return True
     if not (lines or isinstance(one, Modifier) or isinstance(other, Modifier)):
         widths = sorted((0.5 * (a[1] - a[0]), 0.5 * (b[1] - b[0])))
@@ -83,7 +83,7 @@ def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> b
 
 def _course(effect: Effect, fit: Fit) -> NDArray[np.float64] | None:
     """Array of the values of a function of time, or of the gain of a noise level, at all times; None for other effects."""
-    if isinstance(effect, Deterministic) and not isinstance(effect, Periodic):
+    if isinstance(effect, Deterministic) and not effect.periodic:
         return fit.data.signal((effect,))
     if isinstance(effect, Modifier) and effect.passing and effect.band is None:
         return effect.gain(fit.data.time, fit.data.covariates)

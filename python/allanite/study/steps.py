@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import TooShortError
-from allanite.effects import Away, Model, Modifier
+from allanite.effects import Model, Modifier
 from allanite.fit import refitted, removes
 from allanite.fit.likelihood.crowding import changing_effects
 from allanite.fit.rivals.alternatives import is_detected
@@ -129,7 +129,7 @@ def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
     """
     before = state_of(ladder)
     for suggestion in check.significant:
-        if suggestion.gives_way or isinstance(suggestion.effect, Away):
+        if suggestion.gives_way or suggestion.effect.returns:
             found = _step_with(ladder, before, suggestion, check)
             if found is not None and len(found[0].new) <= len(found[0].removed):
                 return found
@@ -308,7 +308,7 @@ def _settled(ladder: Sequence[Rung], before: State, added: State, check: Check) 
     """State after the merges and drops that an addition makes possible; None if noise levels must merge and cannot."""
     after = added
     new = [added.fit.model.effects[place] for place in added.new_since(before)]
-    if any(isinstance(effect, Away) for effect in new):
+    if any(effect.returns for effect in new):
         after = with_all_excursions(after, check.suggestions) or after
     if any(isinstance(effect, Modifier) and effect.passing for effect in new):
         if must_merge_levels(after):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING
 
-from allanite.effects import Model, Moving
+from allanite.effects import Model
 from allanite.fit import refitted, removes
 from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import evidence
@@ -125,7 +125,7 @@ def _step_with_record(
     """
     known = next((r for r in ladder if any(e.kind == new[0].kind for e in r.new)), None)
     # The mean spectrum does not show exclusions, levels over time and moving bands, so the search's ΔlogL is used.
-    elsewhere = excludes_or_changes_level(new[0]) or isinstance(new[0], Moving)
+    elsewhere = excludes_or_changes_level(new[0]) or new[0].moving
     risen = known.risen if known is not None and elsewhere else None
     trials = known.trials if known is not None else None
     kinds = tuple(e.kind for e in gone)

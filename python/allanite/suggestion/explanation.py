@@ -10,7 +10,7 @@ import numpy as np
 from allanite.common.numbers import number, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
-from allanite.effects import Periodic
+from allanite.effects import Deterministic
 from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.rivals.columns import column_slopes
 
@@ -58,13 +58,13 @@ def name_with_lines(effect: Effect, fit: Fit) -> str:
     Lines that are no multiples have the smallest spacing: ``…, 2.5 Hz apart``.
     """
     name = fit.display_name(effect)
-    if isinstance(effect, Periodic) and len(effect.lines) > 1:
+    if isinstance(effect, Deterministic) and len(effect.lines) > 1:
         further = [m for m, _, _ in effect.lines[1:]]
         if all(m == round(m) for m in further):
             name += f" with harmonics {', '.join(map(str, further))}"
         else:
             apart = min(b - a for a, b in itertools.pairwise([1.0, *further]))
-            name += f", {number(apart * (effect.frequency or 0.0), 4)} Hz apart"
+            name += f", {number(apart * (effect.base_frequency or 0.0), 4)} Hz apart"
     return name
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from allanite.common.extensions import values_of_modules
 from allanite.common.numbers import number
 from allanite.common.threads import Pool
-from allanite.effects import Modifier, Moving, Stochastic
+from allanite.effects import Modifier, Stochastic
 from allanite.fit.likelihood.remembered import MIN_TRIM_SAMPLES, trim_memory
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.result import Fit, plain
@@ -463,4 +463,4 @@ def _removed_misfit(fit: Fit, suggestion: Suggestion) -> float:
 
 def _changes_over_time(effect: Effect) -> bool:
     """True for exclusions, changes of level and moving bands, which change samples or their spectrum over time."""
-    return excludes_or_changes_level(effect) or isinstance(effect, Moving)
+    return excludes_or_changes_level(effect) or effect.moving

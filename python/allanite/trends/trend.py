@@ -22,13 +22,7 @@ from allanite.common.parameters import Estimate
 from allanite.common.several import Several, results_by_column, warn_of_several_columns
 from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import require_recording
-from allanite.effects import (
-    AngleRandomWalk,
-    BiasInstability,
-    Model,
-    PowerLaw,
-    RateRandomWalk,
-)
+from allanite.effects import Model, parse_model
 from allanite.fit.stamped.candidates import Candidate, FittedNoise, fit_noise
 from allanite.fit.stamped.likelihood import StampedSeries
 from allanite.fit.stamped.noise import sampled_noise
@@ -397,8 +391,8 @@ def _candidates(model: str | None) -> tuple[Candidate, ...]:
 
     The order of the parts of the name is free. Raises `InputError` for an unknown name.
     """
-    white, flicker, walk = AngleRandomWalk(), BiasInstability(), RateRandomWalk()
-    free, range_ = PowerLaw(), (-1.99, -0.01)
+    white, flicker, walk, free = parse_model("N+B+K+PL").stochastic
+    range_ = (-1.99, -0.01)
     known = (
         Candidate((white,)),
         Candidate((flicker,)),

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.effects import Moving, weights
+from allanite.effects import weights
 from allanite.fit.likelihood.expected import at_each_time, density
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from allanite.effects import Modifier
+    from allanite.effects import Modifier, Stochastic
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
 
@@ -52,7 +52,7 @@ def remove_level_change(
 
 
 def remove_motion(
-    white: NDArray[np.float64], own: Process, moving: Moving, solution: Solution, data: Data
+    white: NDArray[np.float64], own: Process, moving: Stochastic, solution: Solution, data: Data
 ) -> None:
     """Divide out a moving band's changes from the whitened ordinates `white`, in place.
 
@@ -89,7 +89,7 @@ def moving_power(
     """
     power = np.ones((times.size, j.size))
     for own in solution.processes:
-        if isinstance(own.effect, Moving) and own.theta:
+        if own.effect.moving and own.theta:
             loud = at_each_time(own.effect.stretches, j, data)
             there = weights(times, data.span, loud.shape[0]).T @ loud
             share = _shares(own, solution, data, j)

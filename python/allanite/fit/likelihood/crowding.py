@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Modifier, Moving
+from allanite.effects import Modifier
 from allanite.fit.likelihood.expected import at_each_time
 from allanite.fit.likelihood.whitened import expected_level
 
@@ -27,7 +27,7 @@ BINS_TO_EACH_SIDE = 7
 
 def has_changing_power(model: Model) -> bool:
     """True if the noise power of a model changes over time (level changes or moving bands)."""
-    moving = any(isinstance(effect, Moving) for effect in model.stochastic)
+    moving = any(effect.moving for effect in model.stochastic)
     return moving or any(effect.passing for effect in model.modifiers)
 
 
@@ -39,7 +39,7 @@ def changing_effects(model: Model) -> tuple[Effect, ...]:
     return tuple(
         effect
         for effect in model
-        if isinstance(effect, Moving)
+        if effect.moving
         or (isinstance(effect, Modifier) and (effect.passing or effect.band is not None))
     )
 
@@ -77,7 +77,7 @@ def _computed_freedom(model: Model, data: Data) -> NDArray[np.float64]:
     free = bins.count / (1.0 + share**2 * (crowding_ratio(model, data) - 1.0))
     middles = (bins.edges[:-1] + bins.edges[1:]) // 2
     for moving in model.stochastic:
-        if isinstance(moving, Moving) and moving.middles:
+        if moving.middles:
             # Only the part of a moving band above the white noise is correlated.
             loud = at_each_time(_segments_of_equal_width(moving), middles, data)
             free /= 1.0 + (1.0 - share) ** 2 * (np.mean(loud**2, axis=0) - 1.0)
@@ -93,7 +93,7 @@ def _computed_freedom(model: Model, data: Data) -> NDArray[np.float64]:
     return np.asarray(free)
 
 
-def _segments_of_equal_width(moving: Moving) -> list[Stochastic]:
+def _segments_of_equal_width(moving: Stochastic) -> list[Stochastic]:
     """List of the segments of a moving band, each with a half-width of 1/8 of its range (at least 1 µHz).
 
     The damping of the band is not used. Segments that cannot be moved are omitted.

@@ -14,7 +14,7 @@ from allanite import _kernels
 from allanite.common.memory import cleared_by_free_buffers
 from allanite.common.showing import brief
 from allanite.common.threads import stop_if_unwanted
-from allanite.effects import Level, Model
+from allanite.effects import Model
 from allanite.fit.likelihood.peaks import is_narrow, means_near
 from allanite.fit.likelihood.stop_band import EMPTY_BIN_DENSITY_FACTOR, is_empty
 from allanite.spectrum import Bins, bins_of
@@ -131,7 +131,7 @@ def _column_with_modifiers(
     opened, mixing = _without_coefficient(effect), data.mixing
     # Level changes multiply the column; cached columns do not depend on them.
     power, rest = 1.0, acting
-    levels = tuple(m for m in acting if isinstance(m, Level))
+    levels = tuple(m for m in acting if m.passing and m.band is None)
     if levels:
         power = Model(levels).mean_level(data.span) ** 2
         rest = tuple(m for m in acting if m not in levels)

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.common.threads import results_or_raise, side_by_side
-from allanite.effects import Moving
 from allanite.fit.likelihood.bands_in_time import (
     band_series,
     moving_power,
@@ -114,7 +113,7 @@ def whiten(solution: Solution, data: Data) -> Whitened:
         if effect.band is not None:
             remove_level_change(white, effect, solution, data)
     for own in solution.processes:
-        if isinstance(own.effect, Moving):
+        if own.effect.moving:
             remove_motion(white, own, own.effect, solution, data)
     bands = data.octaves(
         lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j))),

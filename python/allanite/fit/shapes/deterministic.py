@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.effects import Periodic
 from allanite.fit.shapes.drifting import ordinates_of_drift
 from allanite.fit.shapes.matched import regressor_ordinates
 
@@ -186,15 +185,17 @@ def design_of(
 
 def _ordinates_of(effect: Deterministic, data: Data) -> NDArray[np.int64]:
     """Array of the ordinates in which a line, a comb or a drifting line is regressed."""
-    if isinstance(effect, Periodic):
-        return comb_window(effect.frequency or 0.0, [m for m, _, _ in effect.lines], data)
+    if effect.periodic:
+        return comb_window(effect.base_frequency or 0.0, [m for m, _, _ in effect.lines], data)
     return ordinates_of_drift(effect, data)
 
 
 def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> NDArray[np.float64]:
     """Array of the ordinates j of the regressors of an effect, shape (k, p); lines have a sine and a cosine each."""
-    if isinstance(effect, Periodic):
-        return comb_ordinates(effect.frequency or 0.0, [m for m, _, _ in effect.lines], j, data)
+    if effect.periodic:
+        return comb_ordinates(
+            effect.base_frequency or 0.0, [m for m, _, _ in effect.lines], j, data
+        )
     return regressor_ordinates([effect], j, data).T
 
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from allanite.effects import (
     CATALOGUE,
     Deterministic,
-    Follower,
     LaggedColumn,
     Model,
     followed_column,
@@ -65,7 +64,7 @@ def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
             return _ordinates_of_means(series, data)
         return data.transform(series)[:CACHED_ORDINATES]
 
-    if isinstance(effect, Follower) and (sums := effect.sums_of_lagged()):
+    if sums := effect.sums_of_lagged():
         followed_column(effect, data.covariates)
         return np.array([weighted_sum([(w, of_lagged(part)) for w, part in s]) for s in sums])
     return data.lowest.get(effect.seen_alike, of_effect)

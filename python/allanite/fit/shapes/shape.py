@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Periodic
+from allanite.effects import CATALOGUE, Deterministic, Effect, Model
 from allanite.fit.models import with_effect
 from allanite.fit.shapes.deterministic import (
     LOWEST_ORDINATES,
@@ -180,8 +180,8 @@ def fit_deterministic_shapes(
         others = tuple(
             e for i, e in enumerate(model.effects) if i != place and isinstance(e, Deterministic)
         )
-        if isinstance(effect, Periodic):
-            start = effect.frequency
+        if effect.periodic:
+            start = effect.base_frequency
             if start is not None and not lines and place < len(model.effects) - 1:
                 continue
             rest = _with_values(others)

@@ -234,8 +234,6 @@ def require_summary_supports(summary: Summary, model: Model, method: str) -> Non
     InputError
         A method other than whittle, excluded samples, or a line above the frequencies whose phase is kept.
     """
-    from allanite.effects import Periodic
-
     if method != "whittle":
         raise InputError(
             f"method {method!r} needs samples, which a summary of this length does not keep"
@@ -245,10 +243,11 @@ def require_summary_supports(summary: Summary, model: Model, method: str) -> Non
             "outliers and disturbances need single samples, which a summary of this length does not keep"
         )
     top = phase_limit(summary.reading(), summary.rate)
-    for line in (e for e in model if isinstance(e, Periodic)):
-        if (line.frequency or 0.0) > top:
+    for line in model.deterministic:
+        frequency = line.base_frequency or 0.0
+        if frequency > top:
             raise InputError(
-                f"{line.kind}: frequency = {line.frequency:g} Hz, but the summary keeps phases only up to {top:.4g} Hz;"
+                f"{line.kind}: frequency = {frequency:g} Hz, but the summary keeps phases only up to {top:.4g} Hz;"
                 " fit a segment of the record"
             )
 

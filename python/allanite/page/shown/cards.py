@@ -9,7 +9,7 @@ import numpy as np
 from allanite.common.numbers import duration_text, number, p_text, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.criticism import over_frequency, over_time
-from allanite.effects import Deterministic, Effect, Periodic, find, limitable
+from allanite.effects import Deterministic, Effect, find, limitable
 from allanite.fit.curve import MIN_FAILING_SCORE
 from allanite.fit.table import is_wider, undecided_sentence
 from allanite.page.edits import factor_of, shown_unit
@@ -116,7 +116,7 @@ def telling_view(study: Study) -> str:
     if first is not None and first.follows:
         return "samples"
     scores = _largest_scores(study)
-    if isinstance(first, Periodic) or getattr(first, "occupies", None) is not None:
+    if first is not None and (first.periodic or first.occupies is not None):
         # A line or a band is a clear peak in the spectrum, but only a ripple on the Allan curve.
         return "psd"
     if scores:

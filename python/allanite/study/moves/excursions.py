@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Away, Model, Stochastic
+from allanite.effects import Deterministic, Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
@@ -35,8 +35,8 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
     known ones are merged. None if fewer than two remain.
     """
     fit = before.fit
-    places = [p for p in before.added if isinstance(fit.model.effects[p], Away)]
-    known = [e for p in places if isinstance(e := fit.model.effects[p], Away)]
+    places = [p for p in before.added if fit.model.effects[p].returns]
+    known = [e for p in places if isinstance(e := fit.model.effects[p], Deterministic)]
     rest = Model(tuple(e for p, e in enumerate(fit.model) if p not in places))
     events = list(known)
     wandering = [s for s in suggestions if isinstance(s.effect, Stochastic) and s.effect.wanders]
@@ -61,7 +61,9 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
     return None
 
 
-def _missing_excursion(solution: Solution, data: Data, rival: Solution | None) -> Away | None:
+def _missing_excursion(
+    solution: Solution, data: Data, rival: Solution | None
+) -> Deterministic | None:
     """Excursion that explains more than all other slow functions that may be missing; or None.
 
     None if it is not the best one or has a p-value above 1 %.
@@ -77,7 +79,7 @@ def _missing_excursion(solution: Solution, data: Data, rival: Solution | None) -
     if not found:
         return None
     best = max(found, key=score)
-    if not isinstance(best.effect, Away):
+    if not (isinstance(best.effect, Deterministic) and best.effect.returns):
         return None
     judged = best.gain if best.judged_gain is None else best.judged_gain
     chance = log_p_value(Family(best.family, screens[best.family].arcs, sides=2), judged)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Level, Model
+from allanite.effects import CATALOGUE, Model, Modifier
 from allanite.fit import refitted
 from allanite.fit.likelihood.whitened import expected_level, whiten
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
@@ -36,14 +36,14 @@ def with_merged_levels(before: State) -> State | None:
         return None
     price = 0.5 * np.log(max(series.freedom * series.judged.size, 2.0))
 
-    def explained(level: Level) -> float:
+    def explained(level: Modifier) -> float:
         """ΔlogL of the white-noise power over time with a `level`, against a constant level."""
         expected = expected_level(base.model + level, base.data, series.judged.size)
         model = 1.0 + series.share * (expected - 1.0)
         fits = np.log(model).sum() + model.size * np.log(np.mean(series.judged / model))
         return float(-0.5 * series.freedom * fits)
 
-    def worth(level: Level) -> float:
+    def worth(level: Modifier) -> float:
         """ΔlogL of a `level` less the BIC cost of its parameters."""
         return explained(level) - price * level.numbers
 
@@ -73,23 +73,23 @@ def must_merge_levels(state: State) -> bool:
     return len(changes) > (MAX_SEPARATE_LEVEL_INTERVALS if intervals else 1)
 
 
-def _added_level_changes(state: State) -> tuple[list[Level], list[int]]:
+def _added_level_changes(state: State) -> tuple[list[Modifier], list[int]]:
     """Pair of lists: the added effects that switch the noise level, and their indices in the model."""
     effects = state.fit.model.effects
-    found = [(e, p) for p in state.added if isinstance(e := effects[p], Level) and e.switches[0]]
+    found = [(e, p) for p in state.added if isinstance(e := effects[p], Modifier) and e.switches[0]]
     return [e for e, _ in found], [p for _, p in found]
 
 
-def _switching_levels(candidates: Iterable[Candidate]) -> list[Level]:
+def _switching_levels(candidates: Iterable[Candidate]) -> list[Modifier]:
     """List of the effects of the `candidates` that switch between noise levels."""
-    return [c.effect for c in candidates if isinstance(c.effect, Level) and c.effect.switches[0]]
+    return [c.effect for c in candidates if isinstance(c.effect, Modifier) and c.effect.switches[0]]
 
 
-def _product_levels(changes: list[Level]) -> list[Level]:
+def _product_levels(changes: list[Modifier]) -> list[Modifier]:
     """List of one effect for each suitable kind of the catalog, whose level is the product of the levels of `changes`."""
     times = np.array(sorted({t for change in changes for t in change.switches[0]}))
     gains = np.prod([change.gain(times) for change in changes], axis=0)
     kept = np.flatnonzero(np.diff([1.0, *gains]))
     many = {"times": tuple(times[kept].tolist()), "factors": tuple(gains[kept].tolist())}
-    kinds = [cls for cls in CATALOGUE if issubclass(cls, Level)]
+    kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier)]
     return [effect for cls in kinds if (effect := cls.from_values(**many)) is not None]

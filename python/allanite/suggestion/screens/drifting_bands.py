@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import CATALOGUE, Effect, Model, Moving, Stochastic
+from allanite.effects import CATALOGUE, Effect, Model, Stochastic
 from allanite.fit.engine import solve
 from allanite.suggestion.constants import MAX_BAND_SECTIONS, MIN_BAND_SECTIONS, MIN_ORDINATES
 from allanite.suggestion.screens.spectral import Candidate, bands_overlap
@@ -53,7 +53,7 @@ def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
     Empty if much of the record is missing. Bands on the course of a moving band are excluded, because its remainder
     moves as well.
     """
-    known = [e.occupies for e in solution.model if isinstance(e, Moving) and e.occupies is not None]
+    known = [e.occupies for e in solution.model if e.moving and e.occupies is not None]
     bands = [own for own in solution.processes if _may_move(own, data)]
     return [
         own
@@ -96,12 +96,12 @@ def _section_count(band: Stochastic, data: Data) -> int:
     return data.resolved_sections(band.occupies or (0.0, 0.0), MAX_BAND_SECTIONS, MIN_ORDINATES)
 
 
-def _moving(band: Stochastic, course: tuple[float, ...]) -> Moving | None:
+def _moving(band: Stochastic, course: tuple[float, ...]) -> Stochastic | None:
     """Moving band of the catalog with the form of `band` and the center frequencies `course` (Hz).
 
     None if there is none.
     """
-    kinds = (cls for cls in CATALOGUE if issubclass(cls, Moving))
+    kinds = (cls for cls in CATALOGUE if issubclass(cls, Stochastic) and cls.moving)
     return next((one for cls in kinds if (one := cls.like(band, course=course)) is not None), None)
 
 
@@ -171,7 +171,7 @@ def _without(model: Model, replaced: tuple[Effect, ...]) -> tuple[Effect, ...]:
 
 def _relative_half_width(moving: Effect) -> float:
     """Half-width of a moving band in its first segment, relative to its center frequency."""
-    assert isinstance(moving, Moving)
+    assert isinstance(moving, Stochastic)
     low, high = moving.stretches[0].occupies or (0.0, 0.0)
     return (high - low) / (high + low)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import CATALOGUE, Level, Modifier
+from allanite.effects import CATALOGUE, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.crowding import crowding_ratio, peak_level
 from allanite.fit.likelihood.whitened import end_samples, white_power, whiten
@@ -197,9 +197,9 @@ def _with_refined_times(
     times. The same candidate is returned without times, or if refined times are out of order.
     """
     effect = candidate.effect
-    if isinstance(effect, Level) and "period" in effect.values:
+    if isinstance(effect, Modifier) and "period" in effect.values:
         return _with_refined_gate(candidate, solution, data, whitened)
-    if not isinstance(effect, Level) or not effect.switches[0]:
+    if not isinstance(effect, Modifier) or not effect.switches[0]:
         return candidate
     times, factors = effect.switches
     if whitened.samples.size != data.n:
@@ -238,7 +238,6 @@ def _with_refined_gate(
     The same candidate is returned for a summary, or if the gate covers all samples or none.
     """
     effect = candidate.effect
-    assert isinstance(effect, Level)
     if whitened.samples.size != data.n:
         return candidate
     square, values = _square_with_ends(whitened), effect.values

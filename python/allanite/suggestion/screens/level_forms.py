@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.criticism.over_time import overdispersion
-from allanite.effects import CATALOGUE, Level
+from allanite.effects import CATALOGUE, Modifier
 from allanite.fit.likelihood.whitened import cell_means
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
@@ -105,7 +105,7 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
     kinds = [type(blank) for blank in _level_effects(model, {})]
     freedom = series.freedom
     price = 0.5 * np.log(max(freedom * series.judged.size, 2.0))
-    found: list[tuple[float, float, Level | None]] = []
+    found: list[tuple[float, float, Modifier | None]] = []
     for turns in (False, True):
         places = _level_borders(series.judged, freedom, turns=turns)
         if places.size < 2:
@@ -133,9 +133,9 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
     return [Candidate(chosen, gain, "level", None, chosen.numbers, min(0.0, -best))]
 
 
-def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Level]:
+def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Modifier]:
     """List of effects without values that change the noise level and may be added to a model."""
-    kinds = [cls for cls in CATALOGUE if issubclass(cls, Level)]
+    kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "level"]
     return [blank for cls in kinds for blank in cls.candidates(model, columns)]
 
 

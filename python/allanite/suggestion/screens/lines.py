@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.threads import stop_if_unwanted
-from allanite.effects import CATALOGUE, Periodic
+from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.stop_band import is_empty
@@ -120,7 +120,7 @@ def screen_lines(
 
 
 def _refitted(
-    effect: Periodic, start: float, solution: Solution, data: Data, band: tuple[int, float]
+    effect: Deterministic, start: float, solution: Solution, data: Data, band: tuple[int, float]
 ) -> Candidate | None:
     """Candidate of a line or comb after the refit near the frequency `start` (Hz); None if ΔlogL is not positive.
 
@@ -234,13 +234,13 @@ def _remove_line(ratio: NDArray[np.float64], place: int, reach: int) -> None:
 
 def _periodic_effects(
     start: float, multiples: Sequence[float], solution: Solution, data: Data
-) -> Iterator[Periodic]:
+) -> Iterator[Deterministic]:
     """Iterator over the periodic effects that a line with these harmonics may be.
 
     Effects of fixed frequencies come first.
     """
     for cls in reversed(tuple(CATALOGUE)):
-        if cls.screened == "line" and issubclass(cls, Periodic):
+        if cls.screened == "line" and issubclass(cls, Deterministic):
             found = cls.at(start, multiples)
             if found is not None and cls.candidates(solution.model, data.covariates):
                 yield found

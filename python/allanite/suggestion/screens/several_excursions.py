@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Away
+from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import solve
 from allanite.fit.shapes.matched import best_spans
 from allanite.suggestion.constants import MAX_EVENTS
@@ -19,31 +19,30 @@ from allanite.suggestion.p_values import log_chi2_tail
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
 
-def merged_excursions(events: Sequence[Away]) -> Away | None:
+def merged_excursions(events: Sequence[Deterministic]) -> Deterministic | None:
     """Effect of the catalog that has all the excursions of `events`; None if no kind can."""
-    kinds = (cls for cls in CATALOGUE if issubclass(cls, Away))
+    kinds = (cls for cls in CATALOGUE if issubclass(cls, Deterministic))
     return next((one for cls in kinds if (one := cls.together(events)) is not None), None)
 
 
-def overlap(one: Away, event: Away) -> bool:
+def overlap(one: Deterministic, event: Deterministic) -> bool:
     """True if the first excursion of `one` overlaps any excursion of `event` in time."""
     (start, end), *_ = _excursion_times(one)
     return any(start < last and end > first for first, last in _excursion_times(event))
 
 
-def _excursion_times(event: Away) -> list[tuple[float, float]]:
+def _excursion_times(event: Deterministic) -> list[tuple[float, float]]:
     """List of the (start, end) of each single excursion of an effect, s."""
     return [e.when for e in event.singly if e.when is not None]
 
 
 def several_excursions(
-    kind: type[Deterministic], first: Away, places: float, solution: Solution, data: Data
-) -> tuple[Away, float] | None:
+    kind: type[Deterministic], first: Deterministic, places: float, solution: Solution, data: Data
+) -> tuple[Deterministic, float] | None:
     """Pair: effect with the 2 to 32 excursions least likely by chance, and the cost of their number in ln p; or None.
 
     None if a second excursion does not lower the p-value, or if they cannot be merged. `solution` is that of the model
@@ -53,7 +52,7 @@ def several_excursions(
     ----------
     kind : type
         Effect whose `best_spans` finds an excursion.
-    first : Away
+    first : Deterministic
         The best single excursion.
     places : float
         Number of independent excursions that the search for one tries.
@@ -81,20 +80,24 @@ def several_excursions(
     return None if whole is None else (whole, _log_choices(len(events), places))
 
 
-def _next_excursion(kind: type[Deterministic], solution: Solution, data: Data) -> Away | None:
+def _next_excursion(
+    kind: type[Deterministic], solution: Solution, data: Data
+) -> Deterministic | None:
     """Best further excursion, with height 1, given the solution of a model with other excursions; None if there is none."""
     spans = best_spans(
         kind, solution.ordinates, solution.noise(data), data, solution.model.deterministic
     )
-    return next((_with_height_one(effect) for effect, _ in spans if isinstance(effect, Away)), None)
+    return next((_with_height_one(effect) for effect, _ in spans if effect.returns), None)
 
 
-def _with_height_one(event: Away) -> Away:
+def _with_height_one(event: Deterministic) -> Deterministic:
     """Copy of an excursion with height 1, a start value before several excursions are fitted together."""
     return event.with_amplitudes(np.ones(1))
 
 
-def _solution_with_excursions(events: Sequence[Away], solution: Solution, data: Data) -> Solution:
+def _solution_with_excursions(
+    events: Sequence[Deterministic], solution: Solution, data: Data
+) -> Solution:
     """`Solution` of the model plus the excursions `events` as one effect."""
     effect = merged_excursions(events) if len(events) > 1 else events[0]
     assert effect is not None

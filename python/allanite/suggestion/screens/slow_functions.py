@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.parameters import NORMAL
-from allanite.effects import Away, Deterministic
+from allanite.effects import Deterministic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.whitened import (
@@ -215,12 +215,12 @@ def _several_excursions(
     alone = [
         (_gain(effect, solution, noise, data), arc * starts, effect)
         for effect, (arc, starts, noise) in forms.items()
-        if isinstance(effect, Away)
+        if effect.returns
     ]
-    if not alone or any(isinstance(effect, Away) for effect in solution.model):
+    if not alone or any(effect.returns for effect in solution.model):
         return []
     _, arc, first = max(alone, key=lambda one: one[0])
-    judged = [c.judged_gain or 0.0 for c in singly if isinstance(c.effect, Away)]
+    judged = [c.judged_gain or 0.0 for c in singly if c.effect.returns]
     chance = log_p_value(Family(first.family, (arc,)), max(judged, default=0.0))
     # A check makes fewer than 1/p searches, so such a single one is significant after all of them.
     if chance < 2.0 * np.log(FALSE_ALARM_PROBABILITY):
@@ -304,8 +304,7 @@ def _refitted_candidate(
     found = refitted.model.effects[-1]
     assert isinstance(found, Deterministic)
     if found.happens_once and not found.lasting:
-        events = found.singly if isinstance(found, Away) else (found,)
-        short = [event for event in events if event.when is not None]
+        short = [event for event in found.singly if event.when is not None]
         if any(_rests_on_few_samples(event, base, data) for event in short):
             return None
         judged *= min((_share_with_normal_tails(e, data, whitened) for e in short), default=1.0)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.effects import Moving
 from allanite.fit.likelihood.discrepancy import MIN_DISCREPANCY_DELTA_LOGL, best_scale, judge
 from allanite.fit.shapes.drifting import MAX_EXHAUSTIVE_FREQUENCIES, Band
 from allanite.fit.shapes.tones import (
@@ -98,7 +97,7 @@ def _best_candidate(
 
 def _is_on_course(frequency: float, solution: Solution) -> bool:
     """True if the frequency, Hz, lies in the range of a moving band of the model: its turning points look like bursts."""
-    courses = [e.occupies for e in solution.model if isinstance(e, Moving)]
+    courses = [e.occupies for e in solution.model if e.moving]
     return any(course is not None and course[0] <= frequency <= course[1] for course in courses)
 
 
