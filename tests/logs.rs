@@ -127,5 +127,6 @@ fn many() {
             let judged = std::panic::catch_unwind(|| logs::text(&input));
             assert!(judged.is_ok(), "input {number}: {:?}", String::from_utf8_lossy(&input));
         }
-    });
+    })
+    .unwrap();
 }
