@@ -17,7 +17,7 @@ from allanite import _kernels
 from allanite.common.arrays import Array
 from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError, TooShortError
-from allanite.common.numbers import YEAR, duration_text
+from allanite.common.numbers import YEAR, duration_text, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.common.several import Several, results_by_column, warn_of_several_columns
 from allanite.common.threads import stop_if_unwanted
@@ -217,7 +217,7 @@ class Trend:
             "  standard error with record length: "
             + ", ".join(f"{duration_text(duration)} {error:.2g}" for duration, error in self.longer)
         )
-        return "\n".join(lines)
+        return with_readable_numbers("\n".join(lines))
 
     def _repr_html_(self) -> str:
         return f"<pre>{self}</pre>"

@@ -64,15 +64,22 @@ def command(
 
     from allanite.cli import output
     from allanite.cli.options import recording_of
+    from allanite.cli.pipe import log_file
     from allanite.common.errors import InputError, about
     from allanite.readers.texts.hector import offsets_of
     from allanite.trends import trend_columns
     from allanite.trends.design import seconds_of
 
-    # The unit of a series may be any text, which `read` does not know.
-    recording = recording_of(
-        log, replace(options, unit="1", quantity="rate", output_unit=None), for_fit=False
-    )
+    with log_file(log) as file:
+        own = replace(options, quantity="rate", output_unit=None)
+        try:
+            # The unit of a series may be any text, which `read` does not know.
+            recording = recording_of(log, replace(own, unit="1"), for_fit=False, copy=file)
+        except InputError as error:
+            if error.missing != "unit":
+                raise
+            # The log states a unit that `read` knows.
+            recording = recording_of(log, own, for_fit=False, copy=file)
     stated = {c.unit for c in recording.log_columns if c.name in recording.columns}
     unit = options.unit or (stated.pop() if len(stated) == 1 else None)
     if unit is None or (unit == "1" and options.unit is None):

@@ -221,3 +221,14 @@ def test_a_series_in_any_unit_needs_no_column(tmp_path, capsys):
         assert "mm/year" in out
         found.append(out)
     assert found[0] == found[1]
+
+
+def test_a_series_whose_unit_is_that_of_a_sensor(run, tmp_path):
+    x = np.random.default_rng(1).standard_normal(300)
+    log = tmp_path / "drift.csv"
+    log.write_text("gx [deg/s]\n" + "".join(f"{v:.6f}\n" for v in x))
+    code, out, err = run("trend", log, "--rate", 1, "--quiet")
+    assert (code, err) == (0, "")
+    assert "deg/s/year" in out
+    assert "e+" not in out
+    assert run("trend", log, "--rate", 1, "--unit", "m/s^2")[0] == 2
