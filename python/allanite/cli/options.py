@@ -463,11 +463,11 @@ def _prepared_recording(
 
 
 def is_shown_early(finding: Finding) -> bool:
-    """True if a finding is printed before the computation: unused columns, other rate, motion, or a missing unit.
+    """True if a finding is printed before the computation: unused columns, other rate, raw counts, motion, missing unit.
 
     A missing unit counts only as a warning. For a column that may belong to a clock it is a remark, printed later.
     """
-    kinds = ("not_used", "other_rate", "quiet_stretch", "motion")
+    kinds = ("not_used", "other_rate", "raw_counts", "quiet_stretch", "motion")
     return finding.kind in kinds or (finding.kind, finding.severity) == ("no_unit", "warning")
 
 

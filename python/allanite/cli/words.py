@@ -12,6 +12,7 @@ WORDS = {
     "quantity": "--quantity {}",
     "column": "--column",
     "covariate": "--covariate NAME",
+    "logged": "--covariate",
     "piece": "--piece",
     "topic": "--topic NAME",
     "time_column": "--time-column",

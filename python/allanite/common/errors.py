@@ -22,6 +22,7 @@ CALL: Mapping[str, str] = {
     "quantity": "quantity={}",
     "column": "column=",
     "covariate": "temperature=",
+    "logged": "covariate=",
     "piece": "piece=",
     "topic": "topic=",
     "time_column": "time_column=",

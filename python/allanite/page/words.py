@@ -11,6 +11,7 @@ WORDS = {
     "quantity": "the quantity {}",
     "column": "the list of columns",
     "covariate": "the column of temperature",
+    "logged": "the list of logged columns",
     "piece": "another segment",
     "topic": "the topic",
     "time_column": "the time column",

@@ -24,11 +24,12 @@ from allanite.readers.columns import Layout, ReadOptions, Request, layout_of
 from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
+from allanite.readers.plausibility import raw_count_findings
 from allanite.readers.sensor_names import kind_of_sensor, sensor_kind
 from allanite.readers.texts._lines import is_utf16, rewritten, utf16_lines
 from allanite.readers.topics import rosbag
 from allanite.readers.unit_names import no_unit_findings
-from allanite.recording import Recording
+from allanite.recording import Recording, find_column
 from allanite.recording.findings import Finding
 from allanite.recording.samples import read_only
 
@@ -262,6 +263,8 @@ def _recording(path: Path | None, request: Request, table: Table, layout: Layout
         piece=request.piece,
     )
     refuse_contradicting_rate(request, None, recording.stamps)
+    scaled = {table.names[find_column(name, table.names)] for name in request.scales}
+    all_findings += raw_count_findings(recording, scaled)
     return recording.told_of(all_findings, _columns_with_rates(recording, request, table, layout))
 
 

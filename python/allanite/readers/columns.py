@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypedDict
 
@@ -59,6 +60,8 @@ MIN_STAMPS = 100
 MJD_2000, YEAR = 51_544.5, 365.25
 #: Modified Julian Date of the first GPS week: 6 January 1980.
 GPS_EPOCH = 44_244
+#: Remedy for a column that is not used.
+USE_REMEDY = "; {column} reads a column as a sensor, {logged} as a temperature or another cause"
 #: Kind of sensor → name of such a sensor with its article, for messages.
 ARTICLES = {
     ANGULAR_RATE: "a gyroscope",
@@ -229,7 +232,8 @@ def layout_of(table: Table, request: Request) -> Layout:
 def roles_of(table: Table, request: Request) -> Roles:
     """`Roles` of all columns and the time columns, decided from names, units and numbers.
 
-    Options of the caller decide the time column. Raises `InputError` if it is unknown.
+    Options of the caller decide the time column and the logged columns, which are neither sensors nor times. Raises
+    `InputError` for an unknown time column.
     """
     found = Roles([], [], [])
     for i, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
@@ -241,9 +245,21 @@ def roles_of(table: Table, request: Request) -> Roles:
         found.roles.append(role)
         found.reasons.append(reason)
         found.sources.append(table.source if table.named else "guess")
+    for i in _places_of_covariates(table, request):
+        if found.roles[i] in ("sensor", "time"):
+            _demote(found, i, "a logged column")
     kinds = _demote_by_numbers(table, found, request)
     _set_time_columns(table, found, request, kinds)
     return found
+
+
+def _places_of_covariates(table: Table, request: Request) -> list[int]:
+    """List of the indices of the columns that the caller named as covariates; unknown names are left out."""
+    places = []
+    for name in request.covariates:
+        with suppress(InputError):  # `layout_from_roles` raises this error
+            places.append(find_column(name, table.names))
+    return places
 
 
 def _demote_by_numbers(table: Table, found: Roles, request: Request) -> dict[int, str]:
@@ -748,7 +764,7 @@ def _findings_about_unused(
             "warning" if loud else "info",
             f"not used: {listed}" + both,
             values={"count": sum(map(len, groups.values()))},
-            remedy="" if both else "; to use one, select it with {column}",
+            remedy="" if both else USE_REMEDY,
         )
     ]
 

@@ -13,6 +13,7 @@ from allanite.common.numbers import YEAR, number
 from allanite.common.plain import plain
 from allanite.readers._table import time_unit_of
 from allanite.readers.columns import (
+    USE_REMEDY,
     Layout,
     ReadOptions,
     Request,
@@ -61,7 +62,8 @@ class Column:
     name : str
         Name in the log, or x0, x1, … if the log has no names.
     role : str
-        ``sensor``, ``time``, ``temperature`` or ``other``.
+        ``sensor``, ``time``, ``temperature`` or ``other``. A used column with the role ``other`` is a logged column that
+        the option `covariate` names.
     used : bool
         Whether the column is read as a sensor, time or covariate.
     unit : str or None
@@ -168,7 +170,8 @@ class Inspection:
         rows = [
             (
                 ("" if c.used else "–") + (c.name or "(no name)"),
-                c.role + (f" {c.rate:.5g} Hz" if c.rate and c.role == "time" else ""),
+                ("logged column" if c.used and c.role == "other" else c.role)
+                + (f" {c.rate:.5g} Hz" if c.rate and c.role == "time" else ""),
                 (c.unit or "?" * (c.role == "sensor"))
                 + (f" × {number(c.scale)}" if c.scale != 1.0 else "")
                 + (f"{c.guessed_unit} (guess)" if c.guessed_unit else ""),
@@ -183,7 +186,9 @@ class Inspection:
             for row in (head, *rows)
         ]
         if any(not c.used for c in self.columns):
-            lines.append(remedy_text("– not used; to use one, select it with {column}", words))
+            # The finding about columns that are not used names the same remedy.
+            told = any(f.kind == "not_used" for f in self.findings)
+            lines.append("– not used" + ("" if told else remedy_text(USE_REMEDY, words)))
         open_ = [c.name for c in self.columns if NO_UNIT_DOUBT in c.doubts]
         if open_:
             give = remedy_text(f": {unit_remedy(open_)}; or write the unit into the header", words)
@@ -406,7 +411,7 @@ def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -
     x = table.columns[at]
     if at in table.texts:
         doubts.append(f'it holds text, such as "{plain(table.texts[at], 24)}"')
-    if known.role == "sensor" and known.unit is None:
+    if known.role == "sensor" and known.unit is None and (known.used or not known.reason):
         doubts.append(NO_UNIT_DOUBT)
     if x is not None:
         finite = x[np.isfinite(x)] if x.dtype.kind == "f" else x
@@ -414,6 +419,7 @@ def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -
             low, high = float(finite.min()), float(finite.max())
         if (
             NO_UNIT_DOUBT in doubts
+            and known.scale == 1.0
             and finite.size
             and high > low
             and bool((finite == np.round(finite)).all())

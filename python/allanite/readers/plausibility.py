@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.units import ACCELERATION, is_frequency, parse_unit, unit_kind
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, is_frequency, parse_unit, unit_kind
 from allanite.readers.sensor_names import sensor_kind
 from allanite.readers.unit_names import usual_units
 from allanite.recording.at_rest import motion_error
@@ -17,10 +17,18 @@ from allanite.recording.findings import Finding, names_text
 from allanite.recording.gravity import is_gravity, mean_acceleration, unit_by_gravity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
+
+    from numpy.typing import NDArray
 
     from allanite.readers._table import Table
     from allanite.recording import Recording
+
+#: Kind of sensor → smallest unit, in SI, whose whole numbers are taken for raw counts: 1 deg/s and 1 m/s². No inertial
+#: sensor has so coarse a resolution.
+MIN_RAW_COUNT_UNIT = {ANGULAR_RATE: parse_unit("deg/s").scale, ACCELERATION: 1.0}
+#: Number of first samples that are tested before all samples.
+FIRST_SAMPLES = 1000
 
 
 def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False) -> Recording:
@@ -78,9 +86,13 @@ def assumed_units(recording: Recording) -> dict[str, str]:
         for name, column in zip(recording.columns, recording, strict=True)
         if is_frequency(column.unit)
         and sensor_kind(name) is not None
-        # Whole numbers are raw counts.
-        and not np.all((column.samples == np.round(column.samples)) | np.isnan(column.samples))
+        and not _are_whole_or_nan(column.samples)
     }
+
+
+def _are_whole_or_nan(samples: NDArray[Any]) -> bool:
+    """True if all samples are whole numbers, infinite or NaN."""
+    return bool(np.all((samples == np.round(samples)) | np.isnan(samples)))
 
 
 def _error_for_assumed_units(refusal: InputError, assumed: Mapping[str, str]) -> InputError:
@@ -90,6 +102,36 @@ def _error_for_assumed_units(refusal: InputError, assumed: Mapping[str, str]) ->
         f"if the unit is {units}: {refusal.found}",
         remedy=f"{refusal.remedy}; add {{unit}} if the unit is another",
     )
+
+
+def raw_count_findings(recording: Recording, scaled: Collection[str]) -> list[Finding]:
+    """List of one warning for each unit whose columns hold whole numbers, which are probably raw counts; often empty.
+
+    Only units of at least 1 deg/s and 1 m/s² count, because logs in mdps or mg may hold whole numbers. Left out are
+    columns with one or two adjacent values (a sensor at its resolution) and the `scaled` columns, which have a factor.
+    """
+    found: dict[str, list[str]] = {}
+    for name, column in zip(recording.columns, recording, strict=True):
+        unit = parse_unit(column.unit)
+        if unit.scale < MIN_RAW_COUNT_UNIT.get(unit.kind, np.inf) or name in scaled:
+            continue
+        x = column.samples
+        if not (_are_whole_or_nan(x[:FIRST_SAMPLES]) and _are_whole_or_nan(x)):
+            continue
+        finite = x[np.isfinite(x)]
+        if finite.size and finite.max() - finite.min() > 1.0:
+            found.setdefault(column.unit, []).append(name)
+    return [
+        Finding(
+            "raw_counts",
+            "warning",
+            f"{names_text(names)}: whole numbers of {unit}, probably raw counts",
+            values={"count": len(names)},
+            remedy=f": give the scale from the data sheet ({{scale}}, {names[0]}=1/131;"
+            f" {names[0]}=1 if they are in {unit})",
+        )
+        for unit, names in found.items()
+    ]
 
 
 @dataclass(frozen=True, slots=True)

@@ -408,3 +408,42 @@ def test_a_refusal_takes_seconds(capsys, tmp_path, why):
     code, out, err = run(capsys, "characterize", log, *more)
     assert process_time() - begun < 5.0
     assert (code, out, err.count("\n")) == (3 if why == "locked" else 2, "", 1), err
+
+
+def _write_counts(path, head: str = "t [s],gx,gy") -> None:
+    counts = np.random.default_rng(1).normal(0, 12, (400, 2)).astype(int)
+    rows = "".join(f"{k / 100},{a},{b}\n" for k, (a, b) in enumerate(counts))
+    path.write_text(head + "\n" + rows)
+
+
+@pytest.mark.parametrize(
+    ("head", "options", "found"),
+    [
+        ("t [s],gx,gy", {"unit": "deg/s"}, ["gx, gy: whole numbers of deg/s"]),
+        ("t [s],gx [deg/s],gy [deg/s]", {}, ["gx, gy: whole numbers of deg/s"]),
+        ("t [s],gx,gy", {"unit": "deg/s", "scale": {"gx": 1 / 131}}, ["gy: whole numbers"]),
+        ("t [s],gx,gy", {"unit": "deg/s", "scale": {"gx": 1, "gy": 1}}, []),
+        ("t [s],ax [mg],ay [mg]", {}, []),
+        ("t [s],x,y", {"unit": "1"}, []),
+    ],
+)
+def test_whole_numbers_with_a_unit_are_probably_raw_counts(tmp_path, head, options, found):
+    _write_counts(tmp_path / "raw.csv", head)
+    told = [f for f in al.read(tmp_path / "raw.csv", **options).audit if f.kind == "raw_counts"]
+    assert [f.severity for f in told] == ["warning"] * len(found)
+    assert all(f.message.startswith(text) for f, text in zip(told, found, strict=True))
+
+
+def test_a_column_named_as_covariate_is_neither_sensor_nor_time(tmp_path):
+    rows = "".join(f"{k / 100},{k % 7},{25 + 1e-4 * k},{k % 11}\n" for k in range(400))
+    (tmp_path / "log.csv").write_text("t [s],x,T_imu,y\n" + rows)
+    read = al.read(tmp_path / "log.csv", covariate=["T_imu", "y"])
+    assert (read.columns, list(read.covariates)) == (("x",), ["T_imu", "y"])
+    assert not [f for f in read.audit if f.kind == "two_clocks"]
+    seen = al.inspect(tmp_path / "log.csv", covariate=["T_imu", "y"])
+    assert [(c.role, c.used) for c in seen.columns] == [
+        ("time", True),
+        ("sensor", True),
+        ("other", True),
+        ("other", True),
+    ]
