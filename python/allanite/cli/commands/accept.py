@@ -74,8 +74,8 @@ def command(
 ) -> None:
     """Test the sensor in LOG against the limits of its data sheet.
 
-    LOG is a file, or - for standard input. Each figure of the sheet is measured with a 95 % interval. The verdict is
-    "meets" if the whole interval does not exceed the limit, and "does not meet" if the whole interval lies above.
+    LOG is a file, or - for standard input. Each figure (limit) of the sheet is measured with a 95 % interval. The verdict
+    is "meets" if the whole interval does not exceed the limit, and "does not meet" if the whole interval lies above.
     Otherwise the figure is undecided, and the table shows the record length that would probably decide.
 
     Coefficients, such as N, B and K, come from a model of the log. The model is built as in allanite improve, so lines,
@@ -85,7 +85,9 @@ def command(
 
     Prints a table for each tested axis, with one row per figure. An axis is tested if the sheet has figures for its kind
     of sensor. Exit codes, of the worst axis: 0 every figure meets the sheet; 1 at least one does not meet; 3 none fails,
-    but at least one is undecided.
+    but at least one is undecided, or the log is too short. 2: the log or an option is wrong, and nothing was tested.
+
+    For several units, run the command for each log. allanite fleet does not compare with a sheet.
     """
     from pathlib import Path
 

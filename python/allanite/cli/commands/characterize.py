@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 @click.option(
     "--tolerance",
     type=Percent(),
-    help="Stop once the model differs from the spectrum by less than this percentage of the Allan deviation, e.g. 5%"
-    " (model discrepancy).",
+    help="Stop once the model discrepancy δ is below this, e.g. 5%. δ is the typical difference between model and"
+    " spectrum, in % of the square root of the spectrum.",
 )
 @click.option(
     "--steps",
