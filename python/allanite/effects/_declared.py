@@ -152,7 +152,7 @@ def frequency_parameter(description: str) -> Parameter:
     )
 
 
-def time_constant_parameter(name: str, description: str) -> Parameter:
+def lag_parameter(name: str, description: str) -> Parameter:
     """Declaration of a fitted time constant, s, with the symbol T."""
     return Parameter(name, "s", description, "shape", low=1e-12, aliases=("T",), symbol="T")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from allanite.effects._base import Stochastic
-from allanite.effects._declared import Array, Parameter, texts_for_clocks, time_constant_parameter
+from allanite.effects._declared import Array, Parameter, lag_parameter, texts_for_clocks
 from allanite.effects.terms import Exponential, Term
 
 
@@ -37,7 +37,7 @@ class GaussMarkov(Stochastic):
     title = "Gauss-Markov process"
     coefficient = "q_c"
     parameters = (
-        time_constant_parameter("correlation_time", "time constant of the lag"),
+        lag_parameter("correlation_time", "time constant of the lag"),
         Parameter("q_c", -0.5, "root of the driving white density"),
         Parameter("sigma", 0.0, "standard deviation of the process", "derived", symbol="σ"),
     )

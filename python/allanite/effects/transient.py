@@ -9,13 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._declared import (
-    Array,
-    Columns,
-    Parameter,
-    texts_for_clocks,
-    time_constant_parameter,
-)
+from allanite.effects._declared import Array, Columns, Parameter, lag_parameter, texts_for_clocks
 from allanite.effects._event import Event, cosines, sines
 
 
@@ -43,7 +37,7 @@ class Transient(Event):
     interval = ("time", "time")
     parameters = (
         Parameter("time", "s", "time, from the first sample", "shape", aliases=("t",), symbol="t"),
-        time_constant_parameter("time_constant", "time constant of the decay"),
+        lag_parameter("time_constant", "time constant of the decay"),
         Parameter(
             "height", 0.0, "initial change of the bias", low=-np.inf, aliases=("h",), symbol="h"
         ),

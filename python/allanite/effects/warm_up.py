@@ -9,13 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._declared import (
-    Array,
-    Columns,
-    Parameter,
-    texts_for_clocks,
-    time_constant_parameter,
-)
+from allanite.effects._declared import Array, Columns, Parameter, lag_parameter, texts_for_clocks
 from allanite.effects._known import Deterministic
 
 
@@ -40,7 +34,7 @@ class WarmUp(Deterministic):
     one_of = ("warm_up",)
     memoryless = True
     parameters = (
-        time_constant_parameter("time_constant", "time constant of the settling"),
+        lag_parameter("time_constant", "time constant of the settling"),
         Parameter(
             "amplitude",
             0.0,
