@@ -36,7 +36,11 @@ from allanite.study.moves.replace import replacements
 from allanite.study.moves.split import splits
 from allanite.study.state import state_of
 from allanite.suggestion import same_misfit, suggestions_elsewhere
-from allanite.suggestion.constants import MAX_EXPLAINED_REMAINDER, MIN_SCORE_GAIN
+from allanite.suggestion.constants import (
+    MAX_EVENT_LOG10_P,
+    MAX_EXPLAINED_REMAINDER,
+    MIN_SCORE_GAIN,
+)
 from allanite.suggestion.exclusions_first import excludes_or_changes_level
 from allanite.suggestion.screens.slow_functions import is_placed
 
@@ -192,9 +196,9 @@ def further_steps(
     """Iterator over further steps from the same check, as long as a new check would find the same.
 
     It would if 90 % of the ΔlogL of the check remain beside the additions, and no effect of the user's model leaves. For an
-    effect whose evidence is not in the mean spectrum, the spectrum must not have changed. Suggestions that explain the
-    same misfit as those `added`, or as one with a higher score, are left to the next check. Those before the first of
-    `added` were refused, and are not tried again. The arguments are not changed.
+    effect whose evidence is not in the mean spectrum, and for an event with p > 1e-4, the spectrum must not have changed.
+    Suggestions that explain the same misfit as those `added`, or as one with a higher score, are left to the next check.
+    Those before the first of `added` were refused, and are not tried again. The arguments are not changed.
     """
     ladder, added, candidates = list(ladder), list(added), _candidates(check)
     unchanged = leaves_others_unchanged(check.fit, ladder[-1])
@@ -204,6 +208,8 @@ def further_steps(
         if before.removed:
             return
         elsewhere = excludes_or_changes_level(suggestion.effect)
+        # The p-value of an event depends on the noise, which an addition may change.
+        doubtful = suggestion.effect_happens_once and suggestion.log10_p > MAX_EVENT_LOG10_P
         if (
             suggestion in added
             or any(
@@ -212,7 +218,7 @@ def further_steps(
                 if s in added or s.score > suggestion.score
             )
             or is_already_explained(suggestion, before.fit)
-            or (elsewhere and not unchanged)
+            or ((elsewhere or doubtful) and not unchanged)
         ):
             continue
         found = _step_with(ladder, state_of(ladder), suggestion, check, alone=True)

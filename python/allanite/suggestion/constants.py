@@ -231,7 +231,8 @@ MIN_SCORE_GAIN = 0.5
 #: Unit: expected scatter. Allan errors, and their rises on a step, beyond this multiple are a fault of the model.
 #: Basis: simulation; of 200 true models each, 3 (white noise), 2 (with a random walk) and 0 (with flicker) exceed it.
 MAX_ALLAN_ERROR_SCATTERS = 2.0
-#: Unit: log10 of the p-value. An event with a larger p-value is refused if it raises an Allan error beyond its scatter.
+#: Unit: log10 of the p-value. An event with a larger p-value is refused if it raises an Allan error beyond its scatter, and
+#: is not added from a check of another spectrum.
 #: Basis: judgment.
 MAX_EVENT_LOG10_P = -4.0
 
