@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.arrays import Array
+from allanite.common.arrays import Array, runs_of
 from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import number
@@ -317,8 +317,7 @@ def _lines(f: Array, S: Array, nu: float, rate: float) -> tuple[tuple[Line, ...]
     level = median_filter(S, 2 * LEVEL_BINS + 1, mode="nearest") * nu / chi2.median(nu)
     high = level * chi2.isf(FALSE_LINE_PROBABILITY / S.size, nu) / nu < S
     found = []
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], high, [0]])))
-    for first, last in zip(edges[::2], edges[1::2], strict=True):
+    for first, last in zip(*runs_of(high), strict=True):
         around = slice(max(first - LOBE_BINS, 0), min(last + LOBE_BINS, S.size))
         excess = np.maximum(S[around] - level[around], 0.0)
         smooth[around] = level[around]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.arrays import runs_of
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, conversion, parse_unit
 from allanite.recording.axis_names import axis_letter
@@ -393,13 +394,14 @@ def _longest_still_segment(
         moved[1:] |= over
         moved[:-1] |= over
     still = quiet.copy()
-    for first, last in _runs(moved):
+    for first, last in zip(*runs_of(moved), strict=True):
         if last - first > MAX_TAP_AVERAGES:
             still[first:last] = False
-    runs = _runs(still)
-    if not runs:
+    starts, ends = runs_of(still)
+    if not starts.size:
         return None
-    first, last = max(runs, key=lambda run: run[1] - run[0])
+    longest = np.argmax(ends - starts)
+    first, last = int(starts[longest]), int(ends[longest])
     near = min(WINDOW_AVERAGES, (last - first) // 2)
     after, before = (
         np.flatnonzero(moved[first : first + near]),
@@ -409,12 +411,6 @@ def _longest_still_segment(
     first += int(after[-1]) + 1 if after.size else 0
     last -= near - int(before[0]) if before.size else 0
     return first * m / recording.rate, last * m / recording.rate if end is None else end
-
-
-def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """List of (first, end) of each run of True in a mask, `end` exclusive."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(int), [0])))).tolist()
-    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def quiet_span(recording: Recording) -> tuple[float, float]:

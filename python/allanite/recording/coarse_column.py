@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.arrays import Array
+from allanite.common.arrays import Array, runs_of
 
 #: Smallest mean number of samples between changes of a coarse column. A thermometer that changes more often resolves its
 #: quantity by its own noise.
@@ -164,8 +164,5 @@ def _relaxation_curve(place: Array, values: Array, count: int) -> Array:
 
 def _largest_per_run(mask: NDArray[np.bool_], size: Array) -> NDArray[np.int64]:
     """Index of the largest `size` within each run of True of the mask, shape (runs,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
-    pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
-    return np.array(
-        [first + int(np.argmax(size[first:end])) for first, end in pairs], dtype=np.int64
-    )
+    runs = zip(*runs_of(mask), strict=True)
+    return np.array([first + np.argmax(size[first:end]) for first, end in runs], dtype=np.int64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import median_filter
 
-from allanite.common.arrays import Array
+from allanite.common.arrays import Array, runs_of
 
 #: Averaging time of the search for turns, s.
 AVERAGING_TIME = 1.0
@@ -56,8 +56,7 @@ def turns_of(rates: Array, rate: float) -> list[tuple[float, float, float]]:
     found = []
     for sign in (1.0, -1.0):
         fast = sign * change > limit
-        edges = np.flatnonzero(np.diff(np.concatenate(([0], fast.astype(np.int8), [0]))))
-        for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        for first, end in zip(*(edge.tolist() for edge in runs_of(fast)), strict=True):
             angle = float(change[first:end].sum()) * seconds
             short = end - first < MIN_AVERAGES or (end - first) * seconds > MAX_SECONDS
             if not short and abs(angle) >= MIN_ANGLE:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.aligned import align_when_unpickled
+from allanite.common.arrays import runs_of
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.validation import check_size, positive_rate
@@ -200,10 +201,8 @@ def bridge_gaps(
     # For a normal distribution the median absolute deviation is Φ⁻¹(¾) σ = σ/1.4826.
     scatter = 1.4826 * float(np.median(np.abs(steps - np.median(steps)))) / np.sqrt(2.0)
     noise = np.random.default_rng(0).standard_normal(int(bad.sum())) * scatter
-    change = np.diff(np.concatenate([[0], bad.astype(np.int8), [0]]))
-    starts, ends = np.flatnonzero(change == 1), np.flatnonzero(change == -1)
     index = np.flatnonzero(good)
-    for start, end in zip(starts, ends, strict=True):
+    for start, end in zip(*runs_of(bad), strict=True):
         at = int(np.searchsorted(index, start))
         left = values[index[max(0, at - 8) : at]]
         right = values[index[at : at + 8]]

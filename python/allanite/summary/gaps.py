@@ -7,7 +7,7 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.arrays import Array
+from allanite.common.arrays import Array, runs_of
 from allanite.common.errors import TooShortError
 
 Places = NDArray[np.int64]
@@ -32,8 +32,7 @@ def fill_missing(x: Array) -> Array:
         return x
     if bad.all():
         raise TooShortError("all samples are missing: nothing is left to analyze")
-    change = np.diff(np.concatenate([[0], bad.astype(np.int8), [0]]))
-    starts, ends = np.flatnonzero(change == 1), np.flatnonzero(change == -1)
+    starts, ends = runs_of(bad)
     out = _fill_by_mirror_images(x, bad, starts, ends)
     _redraw_short_runs(out, ~bad, starts, ends - starts)
     return out

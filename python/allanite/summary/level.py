@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.aligned import align_when_unpickled
-from allanite.common.arrays import Array
+from allanite.common.arrays import Array, runs_of
 from allanite.common.showing import brief
 from allanite.summary.gaps import fill_missing
 from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, kernel, segments
@@ -296,9 +296,8 @@ def halve_tile(x: Array, spectral: bool) -> tuple[Array, Array, float]:
 def long_gap_mask(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Mask of shape (n / 2,), one per pair of samples: True in runs of more than `MARGIN` pairs with both missing."""
     pairs = gaps[0::2] & gaps[1::2]
-    change = np.diff(np.concatenate([[0], pairs.astype(np.int8), [0]]))
     out = np.zeros(pairs.size, dtype=bool)
-    for start, end in zip(np.flatnonzero(change == 1), np.flatnonzero(change == -1), strict=True):
+    for start, end in zip(*runs_of(pairs), strict=True):
         out[start:end] = end - start > MARGIN
     return out
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import runs_of
 from allanite.spectrum import Bins, bins_of
 
 #: Maximum power of an empty bin, as a fraction of the pass-band power. Only the lobes of the stop band, the rounding of the
@@ -57,9 +58,8 @@ def is_empty(bins: Bins) -> NDArray[np.bool_]:
 def empty_ranges(bins: Bins, rate: float) -> list[tuple[float, float]]:
     """List of the frequency ranges (low, high) of consecutive empty bins, Hz."""
     low, high = bins.limits(rate)
-    empty = np.concatenate([[False], is_empty(bins), [False]]).astype(np.int8)
-    first, end = np.flatnonzero(np.diff(empty) == 1), np.flatnonzero(np.diff(empty) == -1)
-    return [(float(low[a]), float(high[b - 1])) for a, b in zip(first, end, strict=True)]
+    runs = zip(*runs_of(is_empty(bins)), strict=True)
+    return [(float(low[first]), float(high[end - 1])) for first, end in runs]
 
 
 def is_mostly_empty(bins: Bins, low: int, high: int) -> bool:

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array, runs_of
 from allanite.common.threads import stop_if_unwanted
 from allanite.fit.likelihood.data import CACHE_BYTES_LOWEST
 from allanite.fit.likelihood.expected import column
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data, SampleData
     from allanite.fit.solution import Solution
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 #: Maximum rounds of completion and fit. Chosen by judgment; not measured.
@@ -90,8 +90,8 @@ class _ConditionalMean:
         if self.exact is not None:
             return
         # Inside a gap of L samples only periods below 2L matter; there S is a good preconditioner for Q.
-        change = np.diff(np.concatenate([[0], missing.astype(np.int8), [0]]))
-        lengths = (np.flatnonzero(change == -1) - np.flatnonzero(change == 1)).astype(float)
+        first, end = runs_of(missing)
+        lengths = (end - first).astype(float)
         typical = float((lengths**2).sum() / lengths.sum())
         slow = min(missing.size - 1, int(missing.size / typical))
         self.rough = np.minimum(spectrum, spectrum[max(1, slow)])
