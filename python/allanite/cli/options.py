@@ -170,8 +170,8 @@ _LOG_OPTIONS = (
         "--quantity",
         type=click.Choice(["rate", "increment", "angle"]),
         help="Meaning of the samples: rate (default), increment (its integral over one sample) or angle (its integral"
-        " from the start; also velocity or clock phase). A unit of s, ms, us or ns implies angle. Increments and angles in"
-        " deg may be given as deg/s or as deg.",
+        " from the start; also velocity or clock phase). A unit of s, ms, us or ns implies angle. The unit may be that of"
+        " the rate (deg/s) or that of the samples (deg, rad, m/s).",
     ),
     click.option(
         "--column",

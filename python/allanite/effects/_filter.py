@@ -226,9 +226,10 @@ def _filtered(term: Term, response: Response) -> tuple[Term, ...]:
 
 
 def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[Term]:
-    """List of the terms of a sum of rational terms (`pieces`) after the filter, minus `less` times the unfiltered sum.
+    """List of the terms of a sum of `pieces` after the filter, minus `less` times the unfiltered sum.
 
-    Exponentials at the poles of the filter are added. Terms of variance 0 are omitted.
+    The pieces are `White`, `RandomWalk` and `Exponential`; others are ignored. One exponential is added for each pole of
+    the filter, even if its amplitude is 0. White noise and a random walk of variance 0 are omitted.
     """
     out: list[Term] = []
     # Spectra at the few poles of the filter; arrays would be slower than loops.

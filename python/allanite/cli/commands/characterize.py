@@ -119,8 +119,8 @@ def command(
     of all axes, with the effects that axes share and the correlation of their residuals. Two axes are computed at a time.
     LOG is a file, or - for standard input.
 
-    Further LOGs show the same sensor, each recorded after another switch-on. The models are those of the first LOG. All
-    LOGs together give the spread of the bias at switch-on, which is the initial covariance of filters. allanite fit
+    Further LOGs show the same sensor, each recorded after another switch-on. The models are fitted to the first LOG only.
+    All LOGs together give the spread of the bias at switch-on, which is the initial covariance of filters. allanite fit
     tests whether the noise of several logs agrees.
 
     With --output FOLDER/ the files of each axis are written as soon as the axis is finished. After an interrupt, or with

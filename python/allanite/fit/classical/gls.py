@@ -74,9 +74,10 @@ class GlsFit:
         return np.sqrt(np.diag(self.covariance))
 
     def intervals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Tuple (low, high, p) of arrays, shape (p,): 95 % interval of each coefficient, and p-value of a coefficient of 0.
+        """Tuple (low, high, p) of arrays, shape (coefficients,): two-sided 95 % intervals of the coefficients, and p-values.
 
-        The low end is 0 if the coefficient is not significant; the high end is then an upper limit.
+        p is the probability of an estimate at least as large if the coefficient is 0. Where p ≥ 0.025, low is 0 and high
+        is an upper limit. With a single coefficient, p is 0.
         """
         found = [
             interval(self.mixtures, self.target, self.squares, k) for k in range(self.squares.size)

@@ -232,9 +232,10 @@ def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
 
 
 def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
-    """Dict from name to index, among the random effects, of each coefficient that can be pooled by likelihood; or empty.
+    """Dict from name to index, among the random effects, of each coefficient that can be pooled by likelihood.
 
-    All fits must be Whittle fits, and the effects must have no free shapes and no held parameters.
+    Effects with free shapes are left out. Empty if a fit is not a Whittle fit, or if any random effect has a held
+    parameter.
     """
     out: dict[str, int] = {}
     if any(fit.method != "whittle" for fit in fits):

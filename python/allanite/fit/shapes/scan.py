@@ -134,7 +134,10 @@ def _maxima_of_selected(
 
 
 def _even_starts(matrices: Array, part: RandomPart) -> Array:
-    """Array of a start of each grid point, shape (m, p), that fits all coefficients with similar weights of all bins."""
+    """Array of the squared coefficients from which the climb of each grid point starts, shape (m, p), at least 0.
+
+    All of them are fitted with similar weights of all bins.
+    """
     votes = np.minimum(part.count, MAX_EQUAL_WEIGHT_FREEDOM)
     return np.stack([first_guess(part.power, votes, matrix, None) for matrix in matrices])
 

@@ -74,7 +74,7 @@ class SummaryData(Data):
 
     @property
     def n(self) -> int:
-        """Number of samples of the record."""
+        """Number of samples that the kept samples cover: their number times `factor`. `summary.n` counts all samples."""
         return int(self.samples.size) * self.factor
 
     @property

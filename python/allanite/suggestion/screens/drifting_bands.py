@@ -229,20 +229,28 @@ class _Sections:
         return found
 
     def _course(
-        self, width: float, theta: float, within: tuple[float, float], replaced: tuple[Effect, ...]
+        self,
+        relative_width: float,
+        theta: float,
+        within: tuple[float, float],
+        replaced: tuple[Effect, ...],
     ) -> _Course | None:
-        """Most likely course of a band of one half-width within a frequency range, Hz; or None.
+        """Most likely course, within a range (Hz), of a band with the half-width `relative_width` times its frequency.
 
-        The frequency is constant in each of several sections of the record, or follows straight lines between corners.
-        The number of sections or lines is the one with the largest ΔlogL. None if the range has at most four places or
-        a place has no band.
+        The band replaces the effects `replaced`; `theta` is its squared coefficient. The frequency is constant in each of several sections of the record, or follows straight lines between corners.
+        The number of sections or lines is the one with the largest ΔlogL less the cost of the
+        course. None if the range has at most four places, or if the effect has no band at one of them.
         """
-        step = width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
+        step = relative_width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)
         effect = self.own.effect
         if places.size <= PLACES_PER_HALF_WIDTH:
             return None  # none of them is far enough from another
-        bands = [b for f in places if (b := effect.banded(f * (1 - width), f * (1 + width)))]
+        bands = [
+            b
+            for f in places
+            if (b := effect.banded(f * (1 - relative_width), f * (1 + relative_width)))
+        ]
         if len(bands) < places.size:
             return None
         cells = self._cells(within, step)
