@@ -319,7 +319,7 @@ def _columns_with_rates(
         source = "file"
     else:
         guessed = stamps is None or stamps.why in ("size", "usual", "epoch")
-        source = "guess" if guessed else "header" if layout.time is not None else "file"
+        source = "guess" if guessed else "header" if layout.roles.time is not None else "file"
     return [
         replace(column, rate=recording.rate, sources={**column.sources, "rate": source})
         if column.used
@@ -334,7 +334,7 @@ def _time_and_unit(table: Table, layout: Layout, request: Request) -> tuple[Any,
     A time in several columns is joined to one array in seconds. Without a time column, the stamps are those of the
     file; None if time is ignored.
     """
-    time, parts = layout.time, layout.parts
+    time, parts = layout.roles.time, layout.roles.parts
     if parts is not None:
         return parts.joined([table[i] for i in parts.columns]), "s"
     if time is None:

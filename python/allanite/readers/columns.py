@@ -16,8 +16,8 @@ from allanite.common.units import (
     FREQUENCY,
     MAGNETIC_FIELD,
     is_frequency,
-    parse_unit,
     rate_unit,
+    unit_kind,
     units_by_kind,
 )
 from allanite.readers._table import time_unit_of
@@ -175,12 +175,10 @@ class Layout:
         Unit of each column of samples in the recording.
     quantity : str
         Meaning of the samples: ``rate``, ``increment`` or ``angle``.
-    time : int or None
-        Column of the time.
+    roles : Roles
+        Roles of the columns, with those of the time.
     time_unit : str or None
         Unit of the time, if the header states it.
-    parts : TimeParts or None
-        The columns of a time in several columns.
     findings : tuple of Finding
         Remarks on guesses and on columns that are not used.
     """
@@ -190,22 +188,15 @@ class Layout:
     covariates: tuple[int, ...]
     units: tuple[str, ...]
     quantity: str
-    time: int | None
+    roles: Roles
     time_unit: str | None
-    parts: TimeParts | None
     findings: tuple[Finding, ...]
 
     @property
     def used(self) -> tuple[int, ...]:
         """Tuple of the indices of all columns that are read: samples, then covariates, then time, each index once."""
-        return tuple(dict.fromkeys((*self.samples, *self.covariates, *self.time_columns)))
-
-    @property
-    def time_columns(self) -> tuple[int, ...]:
-        """Tuple of the indices of the columns that make up the time; empty without a time."""
-        if self.parts is not None:
-            return self.parts.columns
-        return () if self.time is None else (self.time,)
+        time = self.roles.time_columns
+        return tuple(dict.fromkeys((*self.samples, *self.covariates, *time)))
 
 
 def layout_of(table: Table, request: Request) -> Layout:
@@ -553,7 +544,6 @@ def layout_from_roles(table: Table, found: Roles, request: Request) -> Layout:
         at = find_column(name, names)
         if at not in covariates and at not in samples:
             covariates.append(at)
-    time, parts = found.time, found.parts
     own = [units[i] for i in samples]
     quantity = request.quantity
     if quantity is None:
@@ -571,9 +561,8 @@ def layout_from_roles(table: Table, found: Roles, request: Request) -> Layout:
         tuple(covariates),
         tuple(unit for unit, _ in read),
         quantity,
-        time,
-        None if time is None else _time_unit(table, found, time),
-        parts,
+        found,
+        None if found.time is None else _time_unit(table, found, found.time),
         (),
     )
     scales = dict(zip(samples, (scale for _, scale in read), strict=True))
@@ -590,7 +579,7 @@ def layout_from_roles(table: Table, found: Roles, request: Request) -> Layout:
             reason = "not named as a column to use"
         sources = {"name": table.source if table.named else "guess", "role": source}
         unit = corrected[i]
-        if role == "time" and unit is None and not (parts and i in parts.columns):
+        if role == "time" and unit is None and not (found.parts and i in found.time_columns):
             unit = _time_unit(table, found, i)
         if i in samples and quantity != "rate" and is_frequency(unit) and time_unit(request.unit):
             # A header may state a wrong unit, such as 1; the given unit of time says that the numbers are a phase.
@@ -690,7 +679,10 @@ def _default_samples(
             if sensor_kind(names[i]) is None and kinds[i] is None:
                 reasons[i] = "no unit, and not named like a sensor"
         sensors = [i for i in sensors if sensor_kind(names[i]) is not None or kinds[i] is not None]
-    inertial = any(_is_inertial(names[i], units[i]) for i in sensors)
+    inertial = any(
+        sensor_kind(names[i]) is not None or unit_kind(units[i]) in (ANGULAR_RATE, ACCELERATION)
+        for i in sensors
+    )
     phases = [i for i in sensors if kinds[i] == PHASE]
     integrals = [i for i in sensors if kinds[i] == INTEGRAL]
     if request.quantity is None and request.unit is None and phases and not inertial:
@@ -722,19 +714,6 @@ def _default_samples(
         missing="column",
         remedy=": select it with {column}",
     )
-
-
-def _is_inertial(name: str, unit: str | None) -> bool:
-    """True if the name is that of a gyroscope or accelerometer, or the unit that of a rate or acceleration.
-
-    False for an unknown unit.
-    """
-    if sensor_kind(name) is not None:
-        return True
-    try:
-        return unit is not None and parse_unit(unit).kind in (ANGULAR_RATE, ACCELERATION)
-    except InputError:
-        return False
 
 
 def _findings_about_unused(

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
+from allanite.common.documents import fields_dict
 from allanite.common.errors import CALL, AllaniteError, InputError, about, remedy_text
 from allanite.common.numbers import YEAR, number
 from allanite.common.plain import plain
+from allanite.common.showing import aligned
 from allanite.readers._table import time_unit_of
 from allanite.readers.columns import (
     USE_REMEDY,
@@ -54,60 +56,26 @@ COUNTS_DOUBT = "whole numbers, probably raw counts: give the scale from the data
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
-    """One column of a log.
+class Column(LogColumn):
+    """One column of a log, with its first values and problems. `rate` of a time column is that of its stamps, Hz.
 
     Attributes
     ----------
-    name : str
-        Name in the log, or x0, x1, … if the log has no names.
-    role : str
-        ``sensor``, ``time``, ``temperature`` or ``other``. A used column with the role ``other`` is a logged column that
-        the option `covariate` names.
-    used : bool
-        Whether the column is read as a sensor, time or covariate.
-    unit : str or None
-        Unit in the log, or the given unit for a used sensor.
-    rate : float or None
-        Rate of the stamps in a time column, or sampling rate of a used column, Hz.
     first : tuple of float
         First values.
     low, high : float
         Minimum and maximum; NaN for text.
     doubts : tuple of str
         Problems to check before the column is used.
-    scale : float
-        Factor on the numbers in the log.
-    source : str
-        Least certain source of role, unit and scale: ``header``, ``file``, ``option`` or ``guess``.
-    sources : mapping of str to str
-        Source of the name, the role, the unit, the scale and the rate.
-    reason : str
-        Why the column is not used.
     guessed_unit : str
         Unit of time stamps that was guessed from their size; empty if it is stated.
     """
 
-    name: str
-    role: str
-    used: bool
-    unit: str | None
-    rate: float | None
-    first: tuple[float, ...]
-    low: float
-    high: float
-    doubts: tuple[str, ...]
-    scale: float = 1.0
-    source: str = "file"
-    sources: Mapping[str, str] = field(default_factory=dict)
-    reason: str = ""
+    first: tuple[float, ...] = ()
+    low: float = np.nan
+    high: float = np.nan
+    doubts: tuple[str, ...] = ()
     guessed_unit: str = ""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON with all attributes; `source` has the key ``from``."""
-        shown = {name: getattr(self, name) for name in self.__slots__ if name != "source"}
-        lists = {"first": list(self.first), "doubts": list(self.doubts)}
-        return {**shown, **lists, "from": self.source, "sources": dict(self.sources)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,17 +112,8 @@ class Inspection:
         """Dict for JSON with the schema ``allanite/inspect/1``."""
         from allanite._kernels import version
 
-        return {
-            "schema": "allanite/inspect/1",
-            "version": version(),
-            "path": self.path,
-            "n": self.n,
-            "rate_hz": self.rate,
-            "duration_s": self.duration,
-            "problem": self.problem,
-            "columns": [column.to_dict() for column in self.columns],
-            "findings": [finding.to_dict() for finding in self.findings],
-        }
+        head = {"schema": "allanite/inspect/1", "version": version()}
+        return head | fields_dict(self, rate="rate_hz", duration="duration_s", refused="")
 
     def __str__(self) -> str:
         return self.worded()
@@ -180,11 +139,7 @@ class Inspection:
             )
             for c in self.columns
         ]
-        widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
-        lines += [
-            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-            for row in (head, *rows)
-        ]
+        lines += aligned([head, *rows])
         if any(not c.used for c in self.columns):
             # The finding about columns that are not used names the same remedy.
             told = any(f.kind == "not_used" for f in self.findings)
@@ -405,9 +360,7 @@ def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -
     `joined` is true for a time in several columns. Such a used time column has no own rate.
     """
     doubts: list[str] = []
-    rate, low, high = known.rate, np.nan, np.nan
-    first: tuple[float, ...] = ()
-    guessed = ""
+    found: dict[str, Any] = {f.name: getattr(known, f.name) for f in fields(known)}
     x = table.columns[at]
     if at in table.texts:
         doubts.append(f'it holds text, such as "{plain(table.texts[at], 24)}"')
@@ -417,43 +370,24 @@ def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -
         finite = x[np.isfinite(x)] if x.dtype.kind == "f" else x
         if finite.size:
             low, high = float(finite.min()), float(finite.max())
-        if (
-            NO_UNIT_DOUBT in doubts
-            and known.scale == 1.0
-            and finite.size
-            and high > low
-            and bool((finite == np.round(finite)).all())
-        ):
-            doubts.append(COUNTS_DOUBT)
-        if known.role == "sensor" and finite.size and low == high:
-            doubts.append("it never changes")
+            found |= {"low": low, "high": high}
+            whole = bool((finite == np.round(finite)).all())
+            if NO_UNIT_DOUBT in doubts and known.scale == 1.0 and high > low and whole:
+                doubts.append(COUNTS_DOUBT)
+            if known.role == "sensor" and low == high:
+                doubts.append("it never changes")
         if finite.size < x.size:
             missing = x.size - finite.size
             doubts.append("1 value is missing" if missing == 1 else f"{missing} values are missing")
         if known.role == "time" and not (joined and known.used):
             try:
                 stamps = read_stamps(x, time_unit_of(known.name, known.unit))
-                rate = stamps.rate
-                guessed = "" if stamps.why == "given" else stamps.unit
+                found["rate"] = stamps.rate
+                found["guessed_unit"] = "" if stamps.why == "given" else stamps.unit
             except InputError as error:
                 doubts.append(str(error))
-        first = tuple(float(v) for v in x[:SHOWN_ROWS])
-    return Column(
-        known.name,
-        known.role,
-        known.used,
-        known.unit,
-        rate,
-        first,
-        low,
-        high,
-        tuple(doubts),
-        known.scale,
-        known.source,
-        known.sources,
-        known.reason,
-        guessed,
-    )
+        found["first"] = tuple(float(v) for v in x[:SHOWN_ROWS])
+    return Column(**found, doubts=tuple(doubts))
 
 
 def _describe_stamps(time: NDArray[Any]) -> Column:
@@ -478,4 +412,5 @@ def _describe_stamps(time: NDArray[Any]) -> Column:
     real = numbers.dtype.kind in "iuf"
     first = tuple(float(v) for v in numbers[:SHOWN_ROWS]) if real else ()
     low, high = (float(numbers.min()), float(numbers.max())) if real else (np.nan, np.nan)
-    return Column("(time)", "time", True, unit, rate, first, low, high, doubts)
+    sources = {"name": "file", "role": "file"}
+    return Column("(time)", "time", True, unit, 1.0, rate, "", sources, first, low, high, doubts)

@@ -124,7 +124,7 @@ def summary_of_log(
 
 def _stamps_of(rows: _Rows, layout: Layout, request: Request) -> Stamps | None:
     """`Stamps` of the time columns of a log, or None without a time column."""
-    roles, unit = layout, layout.time_unit
+    roles, unit = layout.roles, layout.time_unit
     if roles.time is None:
         return None
     chunks = rows(roles.time_columns)

@@ -21,7 +21,8 @@ class LogColumn:
     name : str
         Name in the log; x0, x1, … in a log without names.
     role : str
-        ``"time"``, ``"sensor"``, ``"temperature"`` or ``"other"``.
+        ``"time"``, ``"sensor"``, ``"temperature"`` or ``"other"``. A used column with the role ``"other"`` is a logged
+        column that the option `covariate` names.
     used : bool
         True if the column is read as samples, as time or as a covariate.
     unit : str or None
