@@ -60,7 +60,8 @@ MAX_TAUS_PER_OCTAVE = 16
     default="octave",
     show_default=True,
     metavar="GRID",
-    help="Averaging times τ: octave, decade, all, or a number of points per decade. Single times, s: al.oadev(recording, taus=[1, 100]) in Python.",
+    help="Averaging times τ: octave, decade, all, or a number of points per decade."
+    " Single times, s: al.oadev(recording, taus=[1, 100]) in Python.",
 )
 @plot_option
 @log_options

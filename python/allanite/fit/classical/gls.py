@@ -74,7 +74,7 @@ class GlsFit:
         return np.sqrt(np.diag(self.covariance))
 
     def intervals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Tuple (low, high, p) of arrays, shape (coefficients,): two-sided 95 % intervals of the coefficients, and p-values.
+        """Tuple (low, high, p) of arrays, shape (coefficients,): two-sided 95 % intervals, and p-values.
 
         p is the probability of an estimate at least as large if the coefficient is 0. Where p ≥ 0.025, low is 0 and high
         is an upper limit. With a single coefficient, p is 0.

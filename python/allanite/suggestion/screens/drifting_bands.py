@@ -237,9 +237,10 @@ class _Sections:
     ) -> _Course | None:
         """Most likely course, within a range (Hz), of a band with the half-width `relative_width` times its frequency.
 
-        The band replaces the effects `replaced`; `theta` is its squared coefficient. The frequency is constant in each of several sections of the record, or follows straight lines between corners.
-        The number of sections or lines is the one with the largest ΔlogL less the cost of the
-        course. None if the range has at most four places, or if the effect has no band at one of them.
+        The band replaces the effects `replaced`; `theta` is its squared coefficient. The frequency is constant in each of
+        several sections of the record, or follows straight lines between corners. The number of sections or lines is the
+        one with the largest ΔlogL less the cost of the course. None if the range has at most four places, or if the effect
+        has no band at one of them.
         """
         step = relative_width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)
