@@ -213,7 +213,7 @@ class Effect(AsModel):
     on_sheets: ClassVar[str] = ""
     #: Display name for gyroscopes, and for all sensors without an entry in `titles`.
     title: ClassVar[str]
-    #: Display names by kind of sensor (``units.Unit.kind``: "acceleration", "fractional frequency").
+    #: Display names by kind of sensor (`Fit.sensor`).
     titles: ClassVar[Mapping[str, str]] = {}
     #: `physics`, `looks_like` and `check_by` by kind of sensor, where they differ from those of all sensors.
     texts: ClassVar[Mapping[str, Mapping[str, str]]] = {}

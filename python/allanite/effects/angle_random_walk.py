@@ -35,6 +35,7 @@ class AngleRandomWalk(Stochastic):
     titles: ClassVar[dict[str, str]] = {
         "acceleration": "velocity random walk",
         "fractional frequency": "white FM",
+        "magnetic field": "white noise",
     }
     family = "coefficient"
     coefficient = "N"

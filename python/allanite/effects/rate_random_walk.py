@@ -33,6 +33,7 @@ class RateRandomWalk(Stochastic):
     titles: ClassVar[dict[str, str]] = {
         "acceleration": "acceleration random walk",
         "fractional frequency": "random-walk FM",
+        "magnetic field": "random walk",
     }
     family = "coefficient"
     coefficient = "K"
