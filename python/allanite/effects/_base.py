@@ -381,7 +381,8 @@ class Effect(AsModel):
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
         """Pair (lowest, highest) value of the shape `name` that a fit of n samples at `rate` Hz may reach.
 
-        They are half of the lowest and twice the highest grid value. Frequencies are at most the Nyquist frequency.
+        They are half of the lowest and twice the highest value of `searched`. A parameter named ``frequency`` is at most
+        the Nyquist frequency.
         """
         grid = self.searched(name, n, rate)
         most = 0.5 * rate if name == "frequency" else np.inf

@@ -45,5 +45,5 @@ class FlickerPhase(Stochastic):
     rivals = ("quantization", "power_law")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple with one term: a power law with exponent 1 and level² `rate`² per sample."""
+        """Tuple with one term: a power law with exponent 1 and squared level `rate`²."""
         return (PowerLawTerm(1.0, rate**2),)

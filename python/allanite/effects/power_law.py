@@ -62,6 +62,6 @@ class PowerLaw(Stochastic):
         return np.array([-2.6, -2.3, -1.7, -1.4, -1.2, -0.8, -0.6, -0.4, 0.4, 0.7])
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple with one term: a power law with exponent a (−1 without a value) and level² rate^{a+1} per sample."""
+        """Tuple with one term: a power law with exponent a (−1 without a value) and squared level `rate`^{a+1}."""
         a = round(self.exponent if self.exponent is not None else -1.0, 6)
         return (PowerLawTerm(a, rate ** (a + 1.0)),)

@@ -51,10 +51,7 @@ class _Reader:
             self.at += 1
 
     def take(self, signs: str) -> str | None:
-        """Next character, consumed, if it is one of `signs`; otherwise None, and only white space is consumed.
-
-        Otherwise None, and nothing but white space is consumed.
-        """
+        """Next character, consumed, if it is one of `signs`; otherwise None, and only white space is consumed."""
         self.skip_space()
         if self.at < len(self.text) and self.text[self.at] in signs:
             self.at += 1

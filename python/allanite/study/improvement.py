@@ -40,17 +40,17 @@ def improve(
     Parameters
     ----------
     recording : Recording or Summary
-        One column; `improve_columns` improves each of several.
+        One column. For several columns this function warns and returns the result of `improve_columns`.
     model : Model, Effect or str
-        Where to start.
+        First model. Filter designs and orders that have a value are held.
     on_progress : callable, optional
-        Called with (steps done, most steps).
+        Called after each check with (number of models so far, maximum number of models).
     limit : int
-        Most steps.
+        Maximum number of steps after the first model.
     tolerance : float, optional
         % of the deviation. The search ends if the model discrepancy is below it.
     seconds : float, optional
-        Time limit of the search, s. The first model is always fitted and checked. By default the limit is 60 s of
+        Limit of the elapsed time, s. The first model is always fitted and checked. By default the limit is 60 s of
         processor time and 10 s more for each million samples.
 
     Returns

@@ -53,9 +53,10 @@ def discrepancy_rises(before: Fit, after: Fit) -> bool:
 def no_error_rises(before: Fit, after: Fit) -> bool:
     """True if neither the discrepancy nor the Allan error rises by more than its own scatter.
 
-    The discrepancy rises if its interval lies above the old one. The Allan error may rise to twice its scatter, but at
-    no single τ by more. Without an Allan error only the discrepancy counts. Always True if the last effect excludes
-    outliers.
+    The discrepancy rises if its interval lies above the old one. The Allan error (rms, %) may rise to the larger of
+    twice its expected scatter and √(old² + scatter²), but at no single τ by more than twice the scatter. Without an
+    Allan error only the discrepancy counts. If the last effect excludes a segment, single τ are not compared; if it
+    excludes outliers, the result is always True.
     """
     old, new = before.curve, after.curve
     other = after.data is not before.data and removes(after.model.effects[-1])
@@ -101,8 +102,8 @@ def is_as_good(before: Fit, after: Fit) -> bool:
 def refusal_reason(before: Fit, after: Fit, once: bool) -> str:
     """Clause that states why a significant suggestion was not added, such as "raises the Allan error".
 
-    `once` is True for an effect that happens once, which cannot predict unseen data. If no error rises, the
-    suggestion's place is taken, or an effect that it needs raises an error.
+    It is the first that holds: the suggestion predicts unseen data worse (not tested if `once`: an effect that happens
+    once), raises the Allan error, or raises the discrepancy. Otherwise it is "acts where another effect already acts".
     """
     if not once and not predicts_as_well(before, after):
         return "predicts unseen data worse"

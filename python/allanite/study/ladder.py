@@ -263,7 +263,10 @@ class Study:
 
     @property
     def unexplained(self) -> dict[str, Any]:
-        """Dict of the worst interval [low, high] of the last model over ``tau``, ``frequency`` and ``time``, or None."""
+        """Dict with keys ``tau``, ``frequency`` and ``time``; each value is the worst interval [low, high], or None.
+
+        The intervals are those in which the last model fails most.
+        """
         return self.check.where.worst()
 
     def to_dict(self) -> dict[str, Any]:

@@ -117,8 +117,9 @@ class Search:
         return self.tolerance is not None and fit.discrepancy.percent < self.tolerance
 
     def study(self, stop: str) -> Study:
-        """`Study` of the checked steps, in the order that users read; `stop` is the reason why the search ended.
+        """`Study` of the checked steps; `stop` is the reason why the search ended.
 
+        The steps are rearranged by `story`, except after "time" and "interrupted".
         If an adequate study has doubts, its reason becomes "nothing helps".
         """
         assert self.check is not None

@@ -65,7 +65,8 @@ def next_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
 def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
     """Pair of the next step after a check of the last fit and the suggestions that it adds; None if nothing helps.
 
-    Suggestions are tried first, then a replacement (empty suggestions), then suggestions that are not significant.
+    Significant suggestions are tried first, then a replacement (with an empty tuple of suggestions), then bands beside
+    the refused ones, then suggestions that are not significant.
     """
     before = state_of(ladder)
     for suggestion in _candidates(check):

@@ -118,10 +118,10 @@ def _fit_of_step(
 def _step_with_record(
     ladder: Sequence[Rung], fit: Fit, new: list[Effect], gone: list[Effect]
 ) -> Rung:
-    """Step of a fit with the trials that the search recorded for its first effect; None for an unknown effect.
+    """Step (`Rung`) of a fit; its `trials` are those that the search recorded for the kind of the first `new` effect.
 
-    The recorded ΔlogL is used as well for exclusions, levels over time and moving bands, which the mean spectrum does
-    not show.
+    For exclusions, levels over time and moving bands, which the mean spectrum does not show, `risen` is the recorded
+    ΔlogL as well. Both are None if the search recorded nothing.
     """
     known = next((r for r in ladder if any(e.kind == new[0].kind for e in r.new)), None)
     # The mean spectrum does not show exclusions, levels over time and moving bands, so the search's ΔlogL is used.

@@ -57,7 +57,10 @@ class Check:
 
     @property
     def adequate(self) -> bool:
-        """True if no view fails and no effect is significantly missing; false alarms are at most 1 % in all."""
+        """True if the fit is adequate, no view fails and no effect is significantly missing.
+
+        False alarms are at most 1 % in all.
+        """
         return self.fit.adequate and not self.where.fails and not self.significant
 
     @property

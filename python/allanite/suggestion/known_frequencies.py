@@ -33,8 +33,8 @@ MAINS = (50.0, 60.0, 100.0, 120.0)
 def known_bands(n: int, rate: float) -> NDArray[np.float64]:
     """Array of the bands (low, high), Hz, in which n samples at `rate` Hz show known frequencies or their aliases.
 
-    Its shape is (bands, 2). A band is at least one resolution 1/T wide. Periods longer than half of the record are
-    omitted.
+    Its shape is (bands, 2), unsorted. A band is at least one resolution 1/T wide. Frequencies and aliases of at most 2/T
+    are omitted.
     """
     width = rate / n
     exact = np.array([1.0 / period for period in PERIODS])

@@ -231,8 +231,9 @@ class Suggestion:
 def same_misfit(first: Suggestion, other: Suggestion) -> bool:
     """True if two suggestions explain the same misfit.
 
-    They are declared alternatives, are events in one band at one time, or share over half of the smaller ΔlogL at the
-    same frequencies. Exclusions and changes of the noise level leave the spectrum as it is.
+    They are listed as each other's `rivals`, overlap in both frequency and time, or share over half of the smaller ΔlogL
+    at the same frequencies. The last test is omitted for exclusions and changes of the noise level, which leave the
+    spectrum as it is.
     """
     if other.kind in first.rivals or first.kind in other.rivals:
         return True

@@ -29,11 +29,12 @@ if TYPE_CHECKING:
 def with_addition(
     before: State, addition: Effect | Suggestion, lines: Sequence[Effect] = ()
 ) -> State | None:
-    """State with one more effect, without the effects in its place; None if it does not help.
+    """State with one more effect, without the effects in its place; None if the user's model has an effect there.
 
-    Of a line and a band at one frequency only the one with 3 nats more evidence stays. Several of the suggested `lines`
-    may together replace one band. Added effects inside an excluded segment are removed. None as well if an effect of
-    the user's model would have to leave.
+    An effect at the same feature of the spectrum, such as a band at the frequency of a line, is replaced if the score
+    rises by more than 3 nats; otherwise None is returned. Several of the suggested `lines` may replace one band
+    together. If the new effect excludes a segment, added effects that lie mostly inside are removed. Whether the new
+    effect helps is not tested otherwise.
     """
     fit = before.fit
     effect = addition if isinstance(addition, Effect) else addition.effect
@@ -135,9 +136,9 @@ def _first_tolerable_pair(
 
 
 def is_already_explained(suggestion: Suggestion, fit: Fit) -> bool:
-    """True if the model has the effect, an effect at the same feature of the spectrum, or one that excludes its samples.
+    """True if the model has an effect at the same feature of the spectrum, or one that excludes its samples.
 
-    True as well if the suggestion would replace another effect.
+    True as well if the suggestion would replace another effect, and for a `single` kind that the model has already.
     """
     effect = suggestion.effect
     if suggestion.gives_way or (effect.single and any(e.kind == effect.kind for e in fit.model)):

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 def without_needless(before: State, after: State, needed: Collection[str]) -> State | None:
     """State without the effects that the last addition makes needless; None if all stay.
 
-    They stay if an error rises without them, unless none of them is detected. Kinds in `needed` stay.
+    All stay if an error rises beyond its scatter without them. All stay as well if one of them is detected and the Allan
+    error rises above its expected scatter. Kinds in `needed` stay.
     """
     less = without_needless_effects(before, after, needed)
     lost = less.lost_since(after)
@@ -42,7 +43,7 @@ def without_needless(before: State, after: State, needed: Collection[str]) -> St
 
 
 def without_needless_effects(before: State, after: State, needed: Collection[str]) -> State:
-    """State without the effects that gain the score when they are dropped, tried from the last to the first.
+    """State without each effect whose removal raises the score by 0.5 nats, tried from the last but one to the first.
 
     An effect of the user's model is dropped only if it was detected before and now explains nothing. The interval of a
     function of time depends on the slow noise of the user's model, which therefore stays. Kinds in `needed` stay.
@@ -64,8 +65,9 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
 
 
 def _is_line_needed_as_before(before: State, after: State, number: int) -> bool:
-    """True if the effect with this number is a line, and dropping it gains no more than before the last addition.
+    """True if the effect is a line whose removal gains less than 0.5 nats more than before the last addition.
 
+    The effect has this `number` in the states `before` and `after` the addition. False if `before` lacks the line.
     A new effect can explain a line only at the frequency of the line, so that the line then explains less already with
     fixed shapes. This saves a complete fit for each line of a comb.
     """
@@ -91,9 +93,10 @@ def drops(state: State, needed: Collection[str]) -> Iterator[tuple[float, tuple[
 
 
 def gain_without(fit: Fit, place: int, less: Solution) -> float:
-    """Score gained by dropping the effect at index `place`, nats; `less` is the solution without it.
+    """Score gained by dropping the effect at index `place`, nats; positive if the model without it is better.
 
-    The prior of a usual cause decides between causes. It does not keep an effect that costs more than it explains.
+    It is the change of log evidence, minus the prior of the effect if that is negative: a positive prior keeps no effect
+    that costs more than it explains. `less` is the solution without the effect.
     """
     return evidence_gain(less, fit.solution, fit.data) - min(prior(fit.model.effects[place]), 0.0)
 

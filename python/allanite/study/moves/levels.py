@@ -67,7 +67,10 @@ def with_merged_levels(before: State) -> State | None:
 
 
 def must_merge_levels(state: State) -> bool:
-    """True if the added changes of level are more than two separate louder intervals."""
+    """True if the search added more than two changes of level, or two of which one is no interval.
+
+    An interval is a change after which the level returns to that of the start.
+    """
     changes, _ = _added_level_changes(state)
     intervals = all(len(e.switches[0]) == 2 and e.switches[1][-1] == 1.0 for e in changes)
     return len(changes) > (MAX_SEPARATE_LEVEL_INTERVALS if intervals else 1)

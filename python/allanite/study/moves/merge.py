@@ -34,7 +34,8 @@ def with_wandering_line(before: State, suggestion: Suggestion) -> State | None:
     """State in which one narrow band replaces the lines near a suggested line, that line included; or None.
 
     Lines within 3/T count. The band is taken if its score is at most 3 nats below that of the lines, or 8 nats for
-    lines closer than 1/T, which beat. None without such lines, if one is the user's, or if an error rises.
+    lines closer than 1/T, which beat. None without such lines, if one is the user's, if an error rises beyond its
+    scatter, or if more than 10 % of the samples are missing.
     """
     fit, line = before.fit, suggestion.effect
     if not _is_single_line(line) or fit.data.lost > MAX_MISSING_FRACTION:

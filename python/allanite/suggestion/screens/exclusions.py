@@ -61,7 +61,7 @@ _SeenByOctave = tuple[float, float, float, NDArray[np.float64], float]
 
 
 def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Array of shape (n,): standardized scores of outliers among the first and last samples, 0 for other samples.
+    """Array of shape (n,): standardized scores (positive) of outliers among the first and last samples, otherwise 0.
 
     The whitened record has no values at the ends. From the middle outwards, each sample is compared with the median of
     the inner neighbors that are no outliers. Scores are in units of the robust deviation of such distances. One record
@@ -129,7 +129,7 @@ def _robust_std(size: NDArray[np.float64]) -> float:
 def screen_outliers(
     solution: Solution, data: Data, samples: NDArray[np.float64]
 ) -> Callable[[], Candidate | None] | None:
-    """Function that refits the candidate that excludes outliers; None if the record has none.
+    """Function without arguments that returns the refitted candidate to exclude outliers; None if there are none.
 
     Outliers are samples of the whitened record beyond the limit that normal noise reaches in 1 % of records. The scale
     comes from quantiles. The ΔlogL is that of a separate level for each outlier, less ln n for choosing it. None as

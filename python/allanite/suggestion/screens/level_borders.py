@@ -61,7 +61,10 @@ def borders_between_values(
 
 
 def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[float]) -> Array:
-    """Array of the mean power of each interval; intervals with the same factor have one mean. The first factor is 1."""
+    """Array of the mean power of each interval; intervals with the same factor have one mean.
+
+    `places` are the borders, `factors` those of the intervals after each border; the first interval has the factor 1.
+    """
     known = np.array([1.0, *factors])
     ends = [0, *places, power.size]
     total = np.array([power[low:high].sum() for low, high in pairwise(ends)])

@@ -315,7 +315,7 @@ def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> b
     """True if the trimmed mean of a short event has less than half of its mean: it rests on outliers.
 
     The means are relative to an equal time before the event. False for events above 4096 samples, events without
-    duration, and summaries. With fewer than 16 samples present, True only if they are missing inside the event.
+    duration, and summaries. With fewer than 16 samples in the event or before it: True if those in the event are fewer.
     """
     if event.when is None or event.when[0] == event.when[1] or data.samples.size < data.n:
         return False
