@@ -53,7 +53,7 @@ class Form:
 
     @property
     def numbers(self) -> int:
-        """Number of fitted coefficients, without the offsets of the runs."""
+        """Number of fitted parameters of the law (coefficients, lag, width), without the offsets of the runs."""
         return self.power + {"none": 0, "lag": 1}.get(self.memory, 2)
 
     @property

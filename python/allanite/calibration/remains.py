@@ -55,7 +55,7 @@ def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
 
 
 def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
-    """`NoiseLaw`: change of the white noise in % per °C, from the slope of ln(level) against temperature.
+    """`NoiseLaw`: change of the standard deviation of the white noise in % per °C, with its 95 % interval.
 
     None if the level cannot be followed over time, or if the temperature is constant.
     """
@@ -92,7 +92,7 @@ def law_signal(fit: Fit) -> Array:
 
 
 def walk_of_steps(fit: Fit, runs: Runs) -> float:
-    """Largest random-walk coefficient K that the steps of a coarse thermometer can cause.
+    """Largest random-walk coefficient K, unit of the samples per √s, that the steps of a coarse thermometer can cause.
 
     This is the K of the thermometer's rounding passed through the law. The fit uses a temperature without steps, whose
     error is smaller than the rounding. In the residual, this error looks like a random walk. 0 without steps, without a
@@ -157,7 +157,8 @@ def deviations_before_and_after(fit: Fit, runs: Runs) -> Remainder:
 def error_growths(fit: Fit, runs: Runs) -> tuple[Growth, ...]:
     """Tuple of one `Growth`: angle, velocity or phase error due to the random effects after 1 min, 10 min and 1 h.
 
-    Times longer than the runs are left out. Empty for other sensors, or if no time is left.
+    Times longer than the longest run, and those above 2²⁰ samples, are left out. Empty for other sensors, or if no time
+    is left.
     """
     if parse_unit(fit.recording.unit).kind not in QUANTITIES:
         return ()

@@ -63,7 +63,7 @@ class Runs:
         return self.recording.covariates[self.column]
 
     def averaged(self, most: int) -> Runs:
-        """`Runs` decimated (averaged) to about `most` samples; the same object if it has at most `most` samples."""
+        """`Runs` decimated (averaged) to about `most` samples, with `rounding` 0; the same object if it has no more."""
         k = -(-self.recording.n // most)
         if k < 2:
             return self

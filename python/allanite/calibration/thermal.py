@@ -149,7 +149,8 @@ def thermal(
     Raises
     ------
     InputError
-        There is no log, the logs have no temperature or no axis in common, or their rates differ.
+        There is no log, the logs have no temperature or no axis in common, their rates differ by over 1 %, or the noise
+        model has effects that are not random.
     TooShortError
         The temperature never changes, or there are too few samples.
 

@@ -44,7 +44,7 @@ def jumps_of(times: Array, values: Array) -> list[Jump]:
 
     A jump is a change between neighboring samples so large that normal increments cause one in a hundred records. The
     median frequency is subtracted. Across a pause of k intervals, increments may be k times as large as usual. A jump
-    is an outlier if the next change takes back more than half of it; that change is no jump then.
+    is an outlier if less than half of it remains after the next change; that change is no jump then.
 
     Parameters
     ----------

@@ -213,7 +213,8 @@ class Axis:
     def allan(self, taus: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
         """Allan variance of the model at the averaging times `taus` (s), SI, shape of `taus`; includes known functions.
 
-        With `upper`, the largest variance within the intervals of the model at each τ.
+        With `upper`, the largest variance within the intervals of the model at each τ. White noise is at its mean
+        level, with `upper` at that of the loudest segment.
         """
         rate, whole = self.sampling, self.steady()
         if not upper:
@@ -227,7 +228,7 @@ class Axis:
         """Two-sided density of the model's random processes at the frequencies `f` (Hz), SI, shape of `f`.
 
         With `upper`, the largest density within the intervals of the model at each frequency. White noise is at its
-        mean level.
+        mean level, with `upper` at that of the loudest segment.
         """
         rate = self.sampling
         if not upper:

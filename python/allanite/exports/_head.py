@@ -265,8 +265,8 @@ def _omitted_effects(
 def _is_covered(effect: Effect, axis: Axis, simulator: bool) -> bool:
     """True if numbers that follow the model cover this effect.
 
-    True for random processes, spectral lines, filters, and known functions with a positive Allan variance at 1 s. With
-    `simulator`, false for lines and narrow bands.
+    True for random processes, spectral lines, all modifiers, and known functions whose Allan variance does not depend
+    on the record (a ramp). With `simulator`, false for lines and narrow bands.
     """
     if isinstance(effect, Stochastic):
         return not simulator or effect.occupies is None

@@ -19,8 +19,9 @@ def in_xyz(
 ) -> tuple[list[tuple[float, ...]], list[str]]:
     """Pair: list of the numbers (tuples) of x, y and z in this order, and list of remarks on axes without an own model.
 
-    The letter in its name assigns an axis; three axes without letters are taken in their order. An axis without a model
-    gets the largest of each number. All three get the largest numbers if a letter is unknown or repeated.
+    The letter in its name assigns an axis. If any of exactly three axes has no letter, they are taken in their order.
+    An axis without a model gets the largest of each number. All three get the largest numbers if a letter is repeated,
+    or if it is missing and the number of axes is not three.
 
     Notes
     -----

@@ -218,6 +218,11 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
     mission : Mission
     errors : Errors
         Weights of the filters.
+
+    Raises
+    ------
+    InputError
+        The mission has more than 2²⁴ samples.
     """
     m = round(mission.step * rate)
     if mission.steps * m > MAX_SAMPLES:

@@ -122,7 +122,7 @@ def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tu
     Raises
     ------
     InputError
-        A kind of sensor is missing.
+        A kind of sensor is missing, or the times and the aiding are more than 2²⁴ samples or not positive.
     """
     kinds = {kind: [a for a in axes if parse_unit(a.unit).kind == kind] for kind in SENSORS}
     for kind, own in kinds.items():

@@ -88,7 +88,7 @@ class Coasting:
         return float(self.weights.sum()) / self.back
 
     def deviation(self, sums: Sums) -> float:
-        """Standard deviation of the error due to noise with the variogram in `sums`."""
+        """Standard deviation of the error due to noise with the variogram in `sums` (U²), in U·s^`order`."""
         back, m, below = self.back, self.m, sums.below
         each = below[back + 1 : back + 1 + m] - below[1 : 1 + m]
         across = self.weights @ each

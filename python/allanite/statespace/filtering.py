@@ -187,7 +187,7 @@ def innovations(
         One column; missing samples are predicted and skipped.
     model : Model, Effect, Fit or str
         Model with all values, in the unit of the recording. Known functions of time are subtracted; lines are states of
-        unknown phase; outliers count as missing.
+        unknown phase; samples that effects exclude count as missing.
     states : int, optional
         Largest number of states; `state_space` reduces the model to it.
 
@@ -198,7 +198,7 @@ def innovations(
     Raises
     ------
     InputError
-        A value or a covariate of the model is missing.
+        A value or a covariate of the model is missing, or the model has a noise level that changes over time.
     TooShortError
         Fewer than two samples.
 
@@ -241,7 +241,10 @@ def innovations(
 
 
 def filter_samples(samples: Array, space: StateSpace) -> tuple[Array, Array]:
-    """Tuple (innovations of the samples, their variances), each of shape (n,); NaN marks a missing sample."""
+    """Tuple (innovations of the samples, their variances), each of shape (n,).
+
+    A missing sample (NaN) has the innovation NaN and a finite variance.
+    """
     return _kernels.kalman_filter(np.ascontiguousarray(samples), *matrices(space))
 
 

@@ -230,7 +230,8 @@ def state_space(
     Raises
     ------
     InputError
-        A missing value, a rate or duration that is not positive, or fewer states than the model needs.
+        A missing value, a rate that is not positive, a duration above 2⁴⁰ samples, no random part, or fewer `states`
+        than the model needs. Also if `states` would reduce a power law steeper than −2.
     """
     model = as_model(model)
     fs = positive_rate(rate)

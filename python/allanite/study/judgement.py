@@ -120,7 +120,7 @@ def allan_error_within_scatter(fit: Fit) -> bool:
 
 
 def delta_logl(before: Fit, after: Fit) -> float:
-    """LogL of `after` minus that of `before`; 0 if they use different samples, whose likelihoods are not comparable."""
+    """LogL of `after` minus that of `before`; 0 if the numbers of missing samples differ (not comparable)."""
     counts = [0 if f.data.missing is None else int(f.data.missing.sum()) for f in (before, after)]
     if counts[0] != counts[1]:
         return 0.0

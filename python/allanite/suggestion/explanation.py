@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
     """Sentences: name and values of the effect, its share of the Allan variance and at which τ, and its physics.
 
-    `note` precedes the physics; without it, differing slopes of a followed column are mentioned. The share is omitted
-    for modifiers.
+    `found` is the fit whose last effect is `effect`, `before` the fit without it. `note` precedes the physics; without
+    a note, differing slopes of a followed column are mentioned. The share is omitted for modifiers.
     """
     values = found.estimates[-1]
     numbers = ", ".join(

@@ -23,6 +23,7 @@ SCAN_RATE = 10.0
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of the file: N, and K/√(scan rate) as standard deviation of the bias change per scan.
 
+    The scan rate is `rate`, by default 10 Hz.
     imu_integration.cpp squares N.
 
     odometry_estimation_imu.cpp (koide3 d1c23be) uses one number for all six biases. It is the larger one of both

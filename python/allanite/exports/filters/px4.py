@@ -36,7 +36,7 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text with commands of PX4's shell that set N/√dt and K/√dt, with the step dt of the filter.
+    """Text with commands of PX4's shell that set N/√dt and K/√dt, with the step dt of the filter, 1/`rate` or 0.01 s.
 
     The filter uses the variances (dt·σ)². Each number is the largest of the axes of its sensor.
     """

@@ -70,7 +70,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _diagonal(values: dict[str, float]) -> str:
-    """Text of the full matrix, row by row, because older versions accept no diagonal."""
+    """Text of the full 15 × 15 matrix, row by row, with `values` (by state) on its diagonal and 0 elsewhere.
+
+    Older versions accept no diagonal.
+    """
     rows = [", ".join(f"{values[a]:.6e}" if a == b else "0.0" for b in STATES) for a in STATES]
     return "[" + (",\n" + 8 * " ").join(rows) + "]"
 

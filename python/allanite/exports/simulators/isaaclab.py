@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of a Python file: N·√rate for a sample, σ of the slow noise for the bias.
 
-    The simulator draws the bias at each reset (noise_model.py, 046b71b). Raises `InputError` without one sampling rate.
+    The simulator draws the bias at each reset (noise_model.py, 046b71b). Each number is the largest of the axes of its
+    sensor. Raises `InputError` without one sampling rate.
     """
     fs = rate_of(axes, rate, "isaaclab")
     pairs = []

@@ -198,7 +198,8 @@ def _exclusion_candidate(
 ) -> Candidate | None:
     """Candidate that excludes samples, refitted to the remaining samples.
 
-    None if the effect is None or excludes only samples that are already missing, or if the samples are not kept.
+    `gain` is its ΔlogL, `numbers` its number of parameters, and `chance` its ln p. None if the effect is None or
+    excludes only samples that are already missing, or if the samples are not kept.
     """
     if effect is None or not isinstance(data, SampleData):
         return None
