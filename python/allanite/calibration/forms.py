@@ -189,7 +189,7 @@ def with_near_best_evidence(tried: Sequence[Tried]) -> list[Tried]:
 
 
 def chosen(tried: Sequence[Tried]) -> Tried:
-    """`Tried` with the fewest coefficients among `with_near_best_evidence`; with equally many, the higher evidence."""
+    """`Tried` whose form has the fewest parameters among `with_near_best_evidence`; of equal ones the best evidence."""
     return min(
         with_near_best_evidence(tried), key=lambda one: (one.form.numbers, -one.log_evidence)
     )

@@ -163,7 +163,7 @@ class AxisLaw:
 
     @property
     def alternatives(self) -> tuple[Form, ...]:
-        """Tuple of `Form`: forms, except the chosen one, whose evidence is nearly the highest."""
+        """Tuple of `Form`: forms, except the chosen one, whose log evidence is within 3 nats of the highest."""
         near = (one.form for one in with_near_best_evidence(self.tried))
         return tuple(form for form in near if form != self.form)
 

@@ -254,7 +254,8 @@ def timing(
     Parameters
     ----------
     recording : Recording
-        Phase in s, with ``quantity="angle"``, in one column; `timing_columns` takes several.
+        Phase in s, with ``quantity="angle"``, in one column. For several columns this function warns and returns the
+        result of `timing_columns`.
     masks : sequence of str or Mask
         Names such as ``G.8272-A``; `allanite.clocks.MASKS` contains all of them.
     after : sequence of float
@@ -273,7 +274,8 @@ def timing(
     Raises
     ------
     InputError
-        The samples or their unit are not those of a phase, or a mask or column is unknown.
+        The samples or their unit are not those of a phase, a mask or column is unknown, or a time in `after` is not
+        positive.
     TooShortError
         There are fewer than 32 samples.
 

@@ -121,7 +121,10 @@ class Parameter:
 
 
 def texts_for_clocks(**texts: str) -> Mapping[str, Mapping[str, str]]:
-    """Declaration `texts` of an effect whose `physics`, `looks_like` or `check_by` differs for clocks."""
+    """Value for the declaration `texts` of an effect: a mapping from the kind of clocks to these `texts`.
+
+    The names are ``physics``, ``looks_like`` and ``check_by``; omitted ones are as for other sensors.
+    """
     return {"fractional frequency": texts}
 
 
@@ -146,14 +149,14 @@ COLUMN = Parameter("column", "text", "name of the column", "choice")
 
 
 def frequency_parameter(description: str) -> Parameter:
-    """Declaration of the fitted frequency of a line, a band or a gap, Hz."""
+    """`Parameter` named ``frequency``: the fitted frequency of a line, a band or a gap, Hz."""
     return Parameter(
         "frequency", "Hz", description, "shape", low=1e-12, aliases=("f", "f0"), symbol="f"
     )
 
 
 def lag_parameter(name: str, description: str) -> Parameter:
-    """Declaration of a fitted time constant, s, with the symbol T."""
+    """`Parameter` with this `name`: a fitted time constant, s, with the symbol T."""
     return Parameter(name, "s", description, "shape", low=1e-12, aliases=("T",), symbol="T")
 
 

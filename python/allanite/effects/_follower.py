@@ -14,7 +14,7 @@ from allanite.effects._known import Deterministic
 
 
 def coefficient_parameter(unit: str, description: str) -> Parameter:
-    """Declaration of the coefficient of a column."""
+    """`Parameter` named ``coefficient``: coefficient of a column, in this `unit`, of any sign."""
     return Parameter("coefficient", unit, description, low=-np.inf, symbol="c")
 
 

@@ -67,17 +67,17 @@ class Deterministic(Effect):
 
     @property
     def lines(self) -> tuple[tuple[float, float, float], ...]:
-        """Tuple of (multiple of `base_frequency`, amplitude, phase) of each line; empty unless `periodic`."""
+        """Tuple of (multiple of `base_frequency`, amplitude, phase in rad) of each line; by default empty."""
         return ()
 
     @property
     def base_frequency(self) -> float | None:
-        """Frequency of the first line, Hz; None unless `periodic`, or without a frequency."""
+        """Frequency of the first line, Hz; by default None: the effect is not `periodic`."""
         return None
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self | None:
-        """New effect with a line at `frequency`, Hz, and further lines at `multiples` of it; None unless `periodic`."""
+        """New effect with lines at `multiples` of `frequency`, Hz; by default None: the kind is not `periodic`."""
         return None
 
     @property
@@ -100,8 +100,8 @@ class Deterministic(Effect):
     def seen_between(self, start: float, end: float) -> tuple[float, float] | None:
         """Pair (lowest, highest) frequency of the function between two times, Hz.
 
-        `start` and `end` are in s from the first sample. None for functions whose power is in the lowest ordinates
-        (`low`), and for `Periodic` functions, which have constant frequencies.
+        By default None: for functions whose power is in the lowest ordinates (`low`), and for `Periodic` functions,
+        which have constant frequencies. `start` and `end` are in s from the first sample.
         """
         return None
 

@@ -51,7 +51,10 @@ class Modifier(Effect):
 
     @classmethod
     def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple as for other effects; empty if the `model` has no white noise, unless the effect excludes samples."""
+        """Tuple of effects of this kind that a check tries to add, as `Effect.candidates` returns it.
+
+        Empty if the `model` has no white noise, unless the effect excludes samples.
+        """
         if model.white is None and not cls.removes:
             return ()
         return super().candidates(model, columns)

@@ -241,7 +241,7 @@ def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
 
 
 def _sections(poles: Poles, zeros: Poles) -> list[float]:
-    """List of coefficients b0, b1, b2, a1, a2 of second-order sections in series, each with gain 1 at frequency zero."""
+    """Flat list: b0, b1, b2, a1, a2 of each second-order section in series, each with gain 1 at frequency zero."""
     upper = [p for p in poles if p.imag > 0.0]
     real = [p for p in poles if p.imag == 0.0]
     pairs = [(p, p.conjugate()) for p in upper]

@@ -127,7 +127,10 @@ def export(
 
 
 def axes_named(axes: Sequence[Axis], column: str | Sequence[str] | None) -> list[Axis]:
-    """List of the axes with the given names, in the order of the names; all axes for None or an empty sequence."""
+    """List of the axes with the given names, in the order of the names; all axes for None or an empty sequence.
+
+    A number in `column` is an index from 0. Raises `InputError` for an unknown name.
+    """
     names = [column] if isinstance(column, str) else column or []
     known = [axis.name for axis in axes]
     return [axes[find_column(name, known)] for name in names] or list(axes)

@@ -160,7 +160,10 @@ def bias_filter_errors(
 
 
 def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
-    """Tuple (F, Q, P₀) of the states (integral, bias), each (c, 2, 2): transition, noise of a step, first covariance."""
+    """Tuple (F, Q, P₀) of the states (integral, bias), each (c, 2, 2): transition, noise of a step, first covariance.
+
+    `q` is K/N or q_c/N, 1/s, and `T` the correlation time, s, infinite for a random walk; both have shape (c,).
+    """
     x = step / T
     # Integrals of exponentials; for nearly constant ones the first terms of their series.
     small = x < 1e-3
@@ -188,7 +191,7 @@ def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
 def _aided_gains(F: Array, Q: Array, P: Array, count: int, fix: float) -> tuple[Array, Array]:
     """Tuple (Kalman gains at each fix, shape (count, c, 2), covariance after the last fix, shape (c, 2, 2)).
 
-    `P` itself is not changed.
+    `count` is the number of fixes, `fix` the variance of each. `P` is the first covariance; it is not changed.
     """
     gains = np.zeros((count, len(F), 2))
     for k in range(count):

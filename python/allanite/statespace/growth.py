@@ -199,7 +199,7 @@ def error_growth(
         Times since the fix, s; by default eleven times from a hundredth of `aided` to ten times `aided`.
     duration : float, optional
         Length of the record over which a changing noise level is averaged, s; by default that of a fit's recording.
-        Without a duration, the usual level is used and the level changes are omitted.
+        Without a duration, white noise has its coefficient N, and the level changes are listed in `Growth.left_out`.
 
     Returns
     -------

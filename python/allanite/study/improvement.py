@@ -35,7 +35,7 @@ def improve(
     tolerance: float | None = None,
     seconds: float | None = None,
 ) -> Study:
-    """Study that adds the best missing effect until nothing significant is left.
+    """`Study`: steps that each add the best missing effect to the first model, until nothing significant is left.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def improve(
     Raises
     ------
     InputError
-        Samples that cannot be fitted, or an unknown model.
+        Samples that cannot be fitted, an unknown model, or a tolerance or time that is not positive.
     TooShortError
         Fewer than 32 samples, or constant ones.
     SearchInterrupted

@@ -99,8 +99,8 @@ class Rung:
     ) -> dict[str, Any]:
         """JSON record (dict) of the step; `misfit_left` is the unexplained misfit, % of the largest of all steps.
 
-        Alternatives of its effects, intervals `over_rivals`, and correlations of its parameters are given for the last
-        step only, since earlier models are wrong.
+        Alternatives of its effects and correlations of its parameters are given only if `last`, since earlier models
+        are wrong. Intervals over the alternative models are given if `over_rivals` is not None.
         """
         body = self.fit.body(searched=last)
         if last:

@@ -44,7 +44,7 @@ class Family:
 
 
 def log_p_value(family: Family, x: float) -> float:
-    """Ln of the probability that any candidate of a family raises logL by x if its effect is absent.
+    """Ln of the probability that any candidate of a family raises logL by x or more if its effect is absent.
 
     At most 0; 0 for x ≤ 0. A family with `width` uses Baluev's formula for lines, others use `arcs` and `sides`.
     """

@@ -151,7 +151,7 @@ class Suggestion:
 
     @cached_property
     def estimates(self) -> dict[str, Any]:
-        """Dict of the values of the effect with standard errors and intervals, by JSON name."""
+        """Dict from JSON name to the value of the effect: an `Estimate` (with error and interval), or a plain value."""
         return self.found.estimates[-1]
 
     @cached_property
@@ -192,9 +192,9 @@ class Suggestion:
 
     @property
     def effect_happens_once(self) -> bool:
-        """True for one-time events, which one half of a record cannot predict from the other.
+        """True for one-time events, and for all effects whose parameters are found over time (levels, exclusions).
 
-        Only their p-value decides.
+        One half of a record cannot predict them from the other, so only their p-value decides.
         """
         return any(p.role == "time" for p in self.effect.parameters) or getattr(
             self.effect, "happens_once", False

@@ -22,7 +22,7 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the file with N, K and the sampling rate.
+    """Text of a YAML file with N and K in SI, not converted, and the sampling rate.
 
     cuvslam.h refers to Kalibr's noise model for the units. Each number is the largest of the axes of its sensor. Raises
     `InputError` unless both sensors and one sampling rate are known.

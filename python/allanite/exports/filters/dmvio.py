@@ -21,7 +21,7 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Text of the file with N and K.
+    """Text of lines ``key: value`` with N and K in SI, not converted; `rate` is not used.
 
     GTSAM's preintegration squares N. The bias changes by K·√Δt between frames (IMUUtils.cpp, fcc306b). Each number is
     the largest of the axes of its sensor. Raises `InputError` unless both sensors are given.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the file with the keys that ImuFrontendParams.cpp reads.
+    """Text of ImuParams.yaml: N and K in SI, not converted, and the other keys that ImuFrontendParams.cpp reads.
 
     ImuFrontend.cpp squares the densities for GTSAM (MIT-SPARK 293b4ff).
 

@@ -21,7 +21,7 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Text of the file with N and K.
+    """Text of lines ``key: value`` with N and K in SI, not converted; `rate` is not used.
 
     GTSAM's preintegration squares N. LIO-SAM multiplies K by √Δt between key frames. Each number is the largest of the
     axes of its sensor.

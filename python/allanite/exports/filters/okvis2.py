@@ -24,7 +24,7 @@ INITIAL = {"gyro": "sigma_bg", "accel": "sigma_ba"}
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Text of the file with N and K.
+    """Text of the YAML node ``imu_parameters`` with N and K in SI, not converted; `rate` is not used.
 
     OKVIS2 adds dt·sigma² in each step of length dt (okvis_ceres/src/ImuError.cpp, 0f18f34). Each number is the largest
     of the axes of its sensor. Raises `InputError` unless both sensors are given.

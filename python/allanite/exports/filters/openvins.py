@@ -27,7 +27,7 @@ MATRICES = {
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the file that ``relative_config_imu`` names: YAML 1.0 of OpenCV, with all keys below ``imu0``.
+    """Text of the file that ``relative_config_imu`` names: YAML 1.0 with N and K in SI, not converted, below ``imu0``.
 
     The loader also reads the rotation ``T_i_b``, ``model`` and the calibration matrices
     (ov_core/utils/opencv_yaml_parse.h, ov_msckf/core/VioManagerOptions.h). The file sets the matrices to the identity

@@ -22,7 +22,7 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the file with N and K without conversion.
+    """Text of YAML lines with N and K in SI, not converted, and the sampling rate, rounded to an integer.
 
     ORB-SLAM3 itself multiplies N by √frequency and divides K by √frequency.
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of a Python file with the standard deviation of a sample, N·√rate.
+    """Text of a Python file: dict of blueprint attributes with the standard deviation of a sample, N·√rate.
 
     InertialMeasurementUnit.cpp adds white noise and a constant bias. Each of x, y and z has its own numbers. Raises
     `InputError` without one sampling rate.

@@ -235,9 +235,9 @@ def _remove_line(ratio: NDArray[np.float64], place: int, reach: int) -> None:
 def _periodic_effects(
     start: float, multiples: Sequence[float], solution: Solution, data: Data
 ) -> Iterator[Deterministic]:
-    """Iterator over the periodic effects that a line with these harmonics may be.
+    """Iterator over effects, one for each suitable periodic kind of the catalog, with a line at `start`, Hz.
 
-    Effects of fixed frequencies come first.
+    `multiples` are the harmonics found. The kinds come in reverse order of the catalog, so those of users come first.
     """
     for cls in reversed(tuple(CATALOGUE)):
         if cls.screened == "line" and issubclass(cls, Deterministic):

@@ -107,10 +107,10 @@ def screen_slow(
 
 
 def is_placed(own: object, data: Data) -> bool:
-    """False if the time of a one-time event is hardly known or may be outside the record; True otherwise.
+    """False if the time of a fitted one-time event `own` is hardly known or may be outside the record; True otherwise.
 
-    True for other effects. The limit of a standard error is 2 % of the record. The 95 % interval of a time must be
-    inside the record: the level beyond a jump at an end of the record is not known.
+    True for all other fitted effects. The limit of a standard error is 2 % of the record. The 95 % interval of a time
+    must be inside the record: the level beyond a jump at an end of the record is not known.
     """
     if not isinstance(own, Regressed) or not (own.effect.happens_once and own.effect.low):
         return True
