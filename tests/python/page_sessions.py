@@ -29,11 +29,12 @@ def until(client, tab, holds, seconds=60.0):
 
 
 def wait(client, tab, checked=True):
-    """The state once the job is done; without `checked` the search for missing effects may still run."""
+    """The state once the job is done; without `checked` only the first fit must be done."""
 
     def holds(state):
         return state["job"] and (
-            not state["job"]["busy"] or (state["job"]["gives_way"] and not checked)
+            not state["job"]["busy"]
+            or (state["job"]["gives_way"] and state["ladder"] and not checked)
         )
 
     state = until(client, tab, holds)

@@ -197,11 +197,11 @@ def test_compare_prints_one_unit(tmp_path, capsys):
     sheet.write_text('[gyroscope]\nangle_random_walk = "1.2 deg/sqrt(h)"\n', encoding="utf-8")
     code, out, err = run(capsys, "compare", part(tmp_path, 0.2), sheet)
     assert code == 0, err
-    head = next(line for line in out.splitlines() if "tau s" in line)
+    head = next(line for line in out.splitlines() if "tau (s)" in line)
     assert "[1] °/h" in head
     assert "[2] °/h" in head
     assert "rad/s" not in head
-    table = out.partition("tau s")[2].splitlines()[1:]
+    table = out.partition("tau (s)")[2].splitlines()[1:]
     one, other, ratio = map(float, table[0].split()[1:4])
     assert ratio == pytest.approx(other / one, rel=2e-3)
 

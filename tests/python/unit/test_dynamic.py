@@ -28,7 +28,7 @@ def test_table(dynamic):
     assert float(lines[2].split()[1]) == pytest.approx(dynamic.deviation[0, 0], rel=5e-3)
     html = dynamic._repr_html_()
     assert "<table>" in html
-    assert "deg/s" in html
+    assert "°/s" in html
     assert "4000 of 20000 samples are missing" in html
 
 
