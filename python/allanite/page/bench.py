@@ -251,7 +251,7 @@ class Bench:
     def rest(self, job: Job, step: Step) -> None:
         """Check a step in a job that any action of the user cancels (sets `gives_way`).
 
-        A check that exists is not repeated.
+        A check that exists is not repeated. Returns when the audit of the samples is also finished.
         """
         job.gives_way = True
         self.finish(job, step)
@@ -413,7 +413,7 @@ class Bench:
     def start(self, job: Job, column: int) -> Step:
         """Current `Step` of a column; fits and stores the first model if the column has no step.
 
-        The first model is that of the former part of the log, or the usual start model.
+        The first model is that of the former part of the log, or else N+B+K (Q+F+N+B+K for a clock).
         """
         known = self.board.ladders[column].step
         if known is not None:

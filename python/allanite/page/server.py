@@ -42,7 +42,7 @@ STATIC = sorted(p.name for p in resources.files("allanite.page").joinpath("stati
 
 @cache
 def _plotly() -> bytes:
-    """JavaScript source of plotly, cached."""
+    """JavaScript source of plotly as bytes (UTF-8), cached."""
     from plotly.offline import get_plotlyjs
 
     return str(get_plotlyjs()).encode()

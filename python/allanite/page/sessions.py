@@ -136,6 +136,6 @@ def _give_back_after(job: Job) -> None:
 
 
 def _give_back() -> None:
-    """Collect garbage and return freed memory to the system, which only the command does."""
+    """Collect garbage; in a process of the command, also return freed memory to the system."""
     gc.collect()
     _kernels.trim()

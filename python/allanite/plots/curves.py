@@ -275,7 +275,10 @@ def residuals_between(
 
 
 def _ordinate_groups(fit: Fit, low: float, high: float, most: int) -> tuple[Ordinates, Ordinates]:
-    """Tuple (ordinates between `low` and `high` Hz, index of the first of each of at most `most` groups); see above."""
+    """Tuple (j, starts): ordinates at j·rate/(2 n) from `low` to `high` Hz, first index of each of up to `most` groups.
+
+    Both are empty for summaries, and if many samples are missing.
+    """
     data = fit.data
     step = data.rate / (2.0 * data.n)
     first, last = max(1, int(np.ceil(low / step))), min(data.n - 1, int(high / step))

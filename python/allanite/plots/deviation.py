@@ -104,12 +104,12 @@ def plot_stability(
     Parameters
     ----------
     deviations : sequence of Deviation
-        Deviations in the same unit.
+        Deviations in the same unit. The first six are drawn; the table has all.
     path : str or Path, optional
         SVG, PNG or PDF, written if given.
     theme : {"light", "dark"}
     recording : Recording, optional
-        Named in the title.
+        Named in the subtitle.
 
     Raises
     ------

@@ -138,7 +138,10 @@ def render(
     size: tuple[float, float] | None = None,
     style: str = "screen",
 ) -> bytes:
-    """Bytes of a figure as SVG, PNG or PDF (`kind`); `size` in inches of 100 pixels, None for that of the style."""
+    """Bytes of a figure as SVG, PNG or PDF (`kind`); `size` in inches, None for that of the style.
+
+    A PNG has 100 pixels per inch, 300 in the style ``paper``.
+    """
     canvas = draw(figure, theme, size, style)
     stream = io.BytesIO()
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)

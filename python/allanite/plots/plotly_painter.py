@@ -179,7 +179,7 @@ def html_text(text: str) -> str:
 
 
 def _numbers(values: Any) -> list[float | None]:
-    """List of the numbers, with None for values that are not finite."""
+    """List of floats of a one-dimensional array, with None for values that are not finite."""
     return [float(v) if math.isfinite(v) else None for v in np.asarray(values, dtype=float)]
 
 

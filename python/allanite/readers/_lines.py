@@ -17,7 +17,7 @@ HEAD = 8192
 
 
 def head_of(path: Path) -> bytes:
-    """First bytes of a file, from which its format is recognized."""
+    """Bytes at the start of a file, from which its format is recognized: 8192, or fewer if the file is shorter."""
     with path.open("rb") as stream:
         return stream.read(HEAD)
 

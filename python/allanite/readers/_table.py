@@ -42,7 +42,7 @@ class Table:
     notes : tuple of str
         Remarks of the reader for the user.
     texts : mapping of int to str
-        Index of each column of text, with one of its cells.
+        Mapping from the index of each column of text to one of its cells.
     dates : frozenset of int
         Columns whose date-times were converted to seconds.
     source : str
@@ -159,7 +159,8 @@ _NOT_A_UNIT = re.compile(
 def split_unit(cell: str) -> tuple[str, str | None]:
     """Tuple (name, unit or None) from a text such as ``"gyro x [deg/s]"``; both are stripped of blanks.
 
-    An index such as ``gyro[0]`` is part of the name. A text of over 1000 characters has no unit.
+    An index such as ``gyro[0]`` is part of the name; ``[1]`` is a unit unless the name is that of a gyroscope or
+    accelerometer. A text of over 1000 characters has no unit.
     """
     match = _WITH_UNIT.match(cell) if len(cell) <= LONGEST_HEADER else None
     if match is None or not match["name"]:

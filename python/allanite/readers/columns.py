@@ -223,7 +223,7 @@ def layout_of(table: Table, request: Request) -> Layout:
 def roles_of(table: Table, request: Request) -> Roles:
     """`Roles` of all columns and the time columns, decided from names, units and numbers.
 
-    Options of the caller decide the time column and the logged columns, which are neither sensors nor times. Raises
+    A requested time column comes first. A column that is requested as a covariate is neither sensor nor time. Raises
     `InputError` for an unknown time column.
     """
     found = Roles([], [], [])
@@ -254,11 +254,12 @@ def _places_of_covariates(table: Table, request: Request) -> list[int]:
 
 
 def _demote_by_numbers(table: Table, found: Roles, request: Request) -> dict[int, str]:
-    """Set the role ``other`` in `found` for columns that count, repeat or are magnitudes.
+    """Set the role ``other`` in `found` for sensors that are magnitudes, or whose numbers count, repeat or are constant.
 
-    Only columns without a unit may count or repeat, and only if samples are rates; a sensor's name outweighs its
-    numbers. If no sensor would be left, repeating columns and clocks stay. Returns a dict from the index of a counting
-    or repeating column to its kind, such as ``"an index"``.
+    Returns a dict from the index of a column to its kind, such as ``"an index"``; magnitudes are not in it. Besides
+    magnitudes, only columns without a unit change, and only if samples are rates. A column with the name of a sensor
+    changes only if its numbers count and rise in every row. If no sensor would be left, only indices, counters and
+    dates change, and nothing in a log of one column.
     """
     kinds: dict[int, str] = {}
     sensors = [
@@ -471,8 +472,8 @@ def _findings_about_other_times(
 ) -> list[Finding]:
     """List of one finding for each time column that is not used; a warning if its rate differs by over 0.1 %.
 
-    `at` is the time column that is used, `others` are the other ones. Empty if `at` is None. Columns that were not read
-    have no finding.
+    `at` is the time column that is used, `others` are the other ones. Empty if `at` is None. Columns that were not
+    read, and days with decimal years of the same time, have no finding.
     """
     notes = []
     for other in others:
@@ -525,11 +526,11 @@ def _column_name(table: Table, at: int) -> str:
 
 
 def layout_from_roles(table: Table, found: Roles, request: Request) -> Layout:
-    """`Layout` of a table from the roles of its columns: samples, covariates, unit and factor of each, time, and findings.
+    """`Layout` of a table from the roles of its columns: samples, covariates, units and factors, time, and findings.
 
-    Columns and covariates named in the request come before the recognized ones. The quantity is ``"angle"`` if all
-    units are phases, unless it is given. Raises `InputError` if no column is a sensor, a column is unknown, or a unit
-    contradicts the given one.
+    Columns named in the request replace the recognized sensors; its covariates are added to the temperatures. The
+    quantity is the given one, or ``"angle"`` if all units are phases and no unit is given, or ``"rate"``. Raises
+    `InputError` if no column is a sensor, a column is unknown, or a unit contradicts the given one.
     """
     names, units = table.names, table.units
     roles, reasons = list(found.roles), list(found.reasons)

@@ -39,8 +39,8 @@ MAX_ROUGHNESS = 0.3
 def is_deviation_table(names: Sequence[str], columns: Sequence[Array | None]) -> bool:
     """True if the columns are averaging times and deviations, by their names or their numbers.
 
-    The numbers decide only without names: at least 8 rows, all positive; regularly rising times; every other column
-    falls smoothly.
+    The numbers decide only without names: at least 8 rows, all positive; regularly rising times; all further
+    columns fall smoothly.
 
     Parameters
     ----------

@@ -22,8 +22,8 @@ def is_frame(log: object) -> bool:
 def table_of(frame: Any) -> Table:
     """`Table` of a data frame, a series, an xarray object or an Arrow table.
 
-    The time is a date-time index, else the first column of date-times, else a non-numeric column named like a time,
-    else None. Other columns without numbers are ignored; Booleans become 0 and 1.
+    The time is an index of date-times or floats, else the first column of date-times or of other values than numbers
+    named like a time, else None. Other columns without numbers are ignored; Booleans become 0 and 1.
 
     Raises
     ------

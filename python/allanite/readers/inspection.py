@@ -273,7 +273,7 @@ def inspect(path: Any, **options: Unpack[ReadOptions]) -> Inspection:
 def _motion_findings_of(recording: Recording) -> list[Finding]:
     """List of findings about motion in at least 2 % of the record.
 
-    Sensors without a unit are tested in their usual unit; then every message begins with "if the unit is …".
+    Sensors without a unit are tested in deg/s or m/s²; then every message begins with "if the unit is …".
     """
     assumed = assumed_units(recording)
     found = motion_findings(recording.in_units(assumed), MIN_MOTION_FRACTION)

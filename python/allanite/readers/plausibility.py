@@ -50,7 +50,7 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
     ------
     InputError
         The mean of accelerometers is gravity in another unit, or the recording is mostly motion. Sensors without a unit
-        are tested in the usual unit of their kind.
+        are tested in deg/s or m/s².
     """
     measured = recording.measured
     doubted = _doubts_of_triads(measured)

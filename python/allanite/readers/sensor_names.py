@@ -180,8 +180,8 @@ def sensor_kind(name: str) -> str | None:
 def kind_of_sensor(name: str, unit: str) -> str:
     """Kind of sensor from its unit; if the unit is dimensionless, from its name.
 
-    One of ``"angular rate"``, ``"acceleration"``, ``"magnetic field"`` and ``"fractional frequency"``. It is the last
-    one if the name states no sensor, or the unit is unknown.
+    One of ``"angular rate"``, ``"acceleration"``, ``"magnetic field"`` and ``"fractional frequency"``. The last one
+    stands for an unknown unit with any name, and for a dimensionless unit if the name states no sensor.
     """
     kind = unit_kind(unit)
     if kind is None:

@@ -51,16 +51,16 @@ def unit_in_name(name: str) -> str | None:
 
 
 def usual_units(names: Iterable[str]) -> str:
-    """Text with the usual unit of each kind of sensor named, such as ``deg/s,m/s^2``.
+    """Text ``deg/s``, ``m/s^2`` or ``deg/s,m/s^2`` for names of gyroscopes, of accelerometers, or of both.
 
-    It is empty if one of the names does not state a sensor.
+    It is empty if one of the names does not state a sensor, or without names.
     """
     kinds = [sensor_kind(name) for name in names]
     return "" if None in kinds else ",".join(unit for kind, unit in USUAL.items() if kind in kinds)
 
 
 def unit_remedy(names: Sequence[str]) -> str:
-    """Text for the remedy of an error: add the usual unit of the named sensors, or add a unit."""
+    """Text, with placeholders, for the remedy of an error: add deg/s or m/s^2 for named sensors, else add a unit."""
     usual = usual_units(names)
     return f"add {{this_unit:{usual}}}, or the true unit" if usual else "add {unit}"
 

@@ -301,7 +301,10 @@ class Recording(Record):
 
     @property
     def motion(self) -> Motion | None:
-        """`Motion` of gyroscopes and accelerometers; computed at the first access. None for other sensors."""
+        """`Motion` of gyroscopes and accelerometers; computed at the first access.
+
+        None for other sensors, for angles, and for fewer than 100 samples or 0.4 s.
+        """
         if self._motion is None:
             from allanite.recording.at_rest import motion_of
 
@@ -452,8 +455,8 @@ class Recording(Record):
         Returns
         -------
         ndarray of shape (n,), or (n − 1,) for angles
-            int64 of integer rates, else float64; increments are divided by the sampling interval,
-            angles are differenced.
+            Increments are divided by the sampling interval, angles are differenced. int64 for integer rates, else
+            float64, but float32 for increments in float32.
 
         Raises
         ------
@@ -485,7 +488,10 @@ class Recording(Record):
     def deviations(
         self, kind: str = "oadev", taus: Taus = "octave", factors: ArrayLike | None = None
     ) -> Deviations:
-        """Deviation of every column; for the parameters see `allanite.deviations`."""
+        """`Deviations`: mapping from the name of each column to its deviation.
+
+        For the parameters see `allanite.deviations`.
+        """
         import allanite as al
 
         return al.deviations(self, kind, taus, factors)

@@ -122,9 +122,9 @@ def _regular_repeats(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool
 
 
 def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool_]:
-    """Mask of samples that a sensor at `ratio` times the rate of the log would repeat.
+    """Mask, of the shape of `equal`, of repeats that a sensor at `ratio` times the rate of the log would make.
 
-    The phase of the pattern is measured from `equal`.
+    The phase of the pattern is measured from `equal`, whose entry k says that row k + 1 equals row k.
     """
     k = np.arange(1, equal.size + 1, dtype=np.float64)
     blocks = max(equal.size // PHASE_BLOCK, 1)

@@ -13,8 +13,8 @@ MIN_FLIPS = 5
 def step_of(values: Array, single: bool) -> float:
     """Step (LSB) of which all differences between the values are multiples; 0 without such a step.
 
-    0 also if more than half of the values differ or fewer than 3 values are distinct. `single` is True for values in
-    single precision.
+    0 also if over half of the values, or fewer than 3 of them, are distinct. `single` is True for values in single
+    precision.
     """
     levels = np.unique(values)
     if levels.size < 2 or levels.size > 0.5 * values.size:
@@ -43,9 +43,9 @@ def _distinct_levels(levels: Array, noise: float) -> Array:
 
 
 def is_fill(value: float, step: float) -> bool:
-    """True if a value is a usual mark of lost samples: 0, or a whole number beyond ±99 and beyond half of `step`.
+    """True if a value often marks lost samples: 0, or a whole number of magnitude 99 or more, but below 2 `step`.
 
-    `step` is the distance of the value from the usual value.
+    `step` is the distance of the value from the most frequent value.
     """
     size = abs(value)
     return size == 0.0 or (size >= 99.0 and size.is_integer() and step > 0.5 * size)

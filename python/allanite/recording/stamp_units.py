@@ -134,7 +134,8 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
     Raises
     ------
     InputError
-        Whole numbers that count 0, 1, 2, … may be seconds, milliseconds or row numbers.
+        Without `rate`: whole numbers in steps of 1 or 2, which may be seconds, milliseconds or row numbers, or stamps
+        that may be Modified Julian Dates or decimal years.
     """
     if rate is not None and rate > 0:
         for unit in ("s", "ms", "us", "ns"):

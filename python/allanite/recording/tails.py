@@ -47,9 +47,10 @@ class Tail:
     inverse_freedom : float
         1/ν, where ν are the degrees of freedom; 0 for the normal law.
     low, high : float
-        Smallest and largest 1/ν that the sample does not exclude (three standard deviations).
+        Smallest tried 1/ν that the sample does not exclude (three standard deviations), and the tried value next above
+        the largest one.
     scale : float
-        Scale of the law, in the unit of the sample.
+        Scale of the law with 1/ν = `high`, in the unit of the sample.
     """
 
     inverse_freedom: float

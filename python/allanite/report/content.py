@@ -313,9 +313,9 @@ def _failures(check: Any) -> list[Block]:
 
 
 def _cards(check: Any, place: str) -> list[Block]:
-    """List of `Block`: cards of the first 3 suggestions under group titles, and a sentence naming the others.
+    """List of `Block`: cards of the first 3 suggestions, and a sentence naming the others.
 
-    Empty without suggestions.
+    Each group of suggestions but the first begins with its title. Empty without suggestions.
     """
     cards: list[Block] = []
     rest = []

@@ -91,9 +91,9 @@ def catalogue(kind: str) -> list[dict[str, Any]]:
 
 @cache
 def _pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
-    """Dict of SVG paths, 100 × 60: Allan curve and spectrum, each a list of two, with and without the effect.
+    """Dict with ``curve`` and ``spectrum`` of an effect: list of two SVG paths, 100 × 60, with and without the effect.
 
-    Both are None if the effect has no curve. Cached.
+    The curve is the Allan deviation. Both are None if the effect has no curve. Cached.
     """
     try:
         variance, power = _curves(cls)

@@ -48,7 +48,10 @@ class Made:
 
 
 def targets(recording: Recording) -> list[list[str]]:
-    """List of [file name, title] of the export formats for a log; most are for inertial sensors only."""
+    """List of [file name, title] of the export formats for a log.
+
+    If a column has no unit of an inertial sensor, as for clocks, formats for inertial sensors only are left out.
+    """
     from allanite.exports import TARGETS
 
     other = any(parse_unit(unit).kind == RATIO for unit in recording.units)

@@ -129,10 +129,10 @@ def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
 
 
 def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """`Figure` of the spectrum with the model (the preview, if any), and of its ratio below.
+    """`Figure` of the spectrum with the model (the preview, if any), and of the residuals in σ below.
 
-    Single ordinates are drawn between ``from`` and ``to`` Hz if both options are given. After a check that found excess
-    power in a range, its power over time is beside it.
+    Single ordinates are drawn between ``from`` and ``to`` Hz if both options are given. After a check whose worst range
+    is narrower than an octave, the power of this range over time is beside it.
     """
     fit = fit_of(tab) or tab.step.fit
     check = tab.step.check if tab.preview is None else None
@@ -249,8 +249,8 @@ def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
 def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     """`Figure` of two steps, or of the column, a simulated sensor, other logs or columns, and a data sheet.
 
-    Two steps if the user compares them. The other columns of the log appear only without other logs. The subtitle names
-    curves that are not drawn.
+    Two steps if the user compares them. Other columns of the log appear only if they have the same unit and no other
+    log is compared. The subtitle names curves that are not drawn.
     """
     from allanite.comparison import Drawn, compare
     from allanite.plots import plot_compare

@@ -90,7 +90,10 @@ def _mark_rank(mark: Mark) -> int:
 
 
 def csv_of(tables: list[dict[str, Any]]) -> str:
-    """CSV text of tables with full precision, separated by empty lines; a value that is None is an empty cell."""
+    """CSV text of tables (dicts with ``head`` and ``rows`` of floats or None): head and rows, without the titles.
+
+    Floats have full precision, None is an empty cell, and an empty line separates the tables.
+    """
     import csv
     import io
 

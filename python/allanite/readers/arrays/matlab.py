@@ -66,7 +66,9 @@ def read(path: Path, pick: Picker) -> Table:
 def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> Table:
     """`Table` of the arrays of the largest length, in the order of `found`; each array is one or several columns.
 
-    Arrays of more than two dimensions and shorter arrays are left out. Names keep only their last part if it is unique.
+    An array with more columns than rows is transposed first. Arrays of more than two dimensions and shorter arrays are
+    left out. Names keep only their last part if it is unique; columns of three add ``_x``, ``_y``, ``_z``, others ``_0``,
+    ``_1``, ….
 
     Parameters
     ----------
@@ -146,7 +148,10 @@ def read_up_to_v72(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are
 
 
 def _numeric_arrays(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Yield (name, array) of a real numeric array, or of each one in a structure, as ``structure.field``."""
+    """Yield (name, array) of a real numeric array, or of each one in a structure, as ``structure.field``.
+
+    Numbers are arrays without dimensions. Other values yield nothing.
+    """
     from scipy.io.matlab import mat_struct
 
     if isinstance(value, mat_struct):

@@ -32,8 +32,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     """`Table` of one column of phases in s or frequencies, or of two columns with MJD time tags in d before it.
 
     A line such as ``# Tau: 1.0`` states the interval in s; otherwise the rate is None. The header, or else the suffix,
-    states whether the values are phases or frequencies. A file that states neither, has names, or has over two columns
-    stays as in the text.
+    states whether the values are phases or frequencies. If neither does, names and units are those of `text.read`. A
+    file with names, or with over two columns, is the table of `text.read`, also its rate.
     """
     with path.open(encoding="latin-1") as stream:
         head = stream.read(8192)

@@ -32,7 +32,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes the columns
-    """`Table` with one column of observations; days without an observation are missing samples.
+    """`Table` with one column of observations, without unit, and its dates; days without an observation have no row.
 
     Raises
     ------

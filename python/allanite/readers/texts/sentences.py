@@ -82,12 +82,12 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the sentences whose kind comes first in the log; other sentences are skipped.
 
-    A line with a wrong checksum is a missing sample.
+    A damaged sentence is a row of NaN (VectorNav), or has no row (NovAtel, whose rows have times).
 
     Raises
     ------
     InputError
-        More than 5 % of the lines are damaged, or there is no sentence.
+        More than 5 % of these sentences are damaged, or there is no sentence.
     """
     first = _FIRST.search(head_of(path))
     if first is None:
