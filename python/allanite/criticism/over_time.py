@@ -109,9 +109,9 @@ def time_map(data: Data, whitened: Whitened) -> TimeMap:
 def overdispersion(power: NDArray[np.float64], each: float = 1.0) -> float:
     """Factor, at least 1, by which the means of neighboring cells scatter more than χ² predicts.
 
-    Each value of `power` is the mean of `each` squares. The largest factor over all tried cell lengths counts. Heavy
-    tails, and bands narrower than an octave, leave fewer independent values. Differences of neighbors do not respond to
-    single changes of level. The factor is 1 for fewer than 64 values.
+    Each value of `power` is the mean of `each` squares. For each tried number of cells, the ratio of the variances is
+    divided by 1 + 4/√cells, which allows for its own scatter; the largest counts. Differences of neighbors do not
+    respond to single changes of level. The factor is 1 for fewer than 64 values.
     """
     found = 1.0
     cells = min(MAX_CELLS, power.size // MIN_CELL_VALUES)

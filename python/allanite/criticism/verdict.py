@@ -29,7 +29,7 @@ class Where:
     worst_tau, worst_frequency, worst_time : (low, high) or None
         s, Hz, s.
     largest : (model over measured deviation, τ in s) or None
-        Largest ratio of the curve where it has at least 10 degrees of freedom.
+        Ratio furthest from 1, above or below, among τ with at least 10 degrees of freedom.
     few : tuple of float
         Averaging times with fewer degrees of freedom, which the Allan error of a fit omits, s.
     """
@@ -71,7 +71,7 @@ class Where:
     def places(self) -> list[tuple[str, tuple[float, float], str]]:
         """List of (``tau``, ``frequency`` or ``time``; interval in s, Hz or s; sentence) for each view with a failure.
 
-        There are two for τ if the largest ratio with enough degrees of freedom lies outside the worst interval.
+        There are two for τ if τ of `largest` lies outside the worst interval.
         """
         out = []
         if self.worst_tau is not None:

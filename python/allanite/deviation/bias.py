@@ -25,24 +25,34 @@ HADAMARD_TOTAL_BIAS = {0: 0.995, -1: 0.851, -2: 0.771}
 
 
 def allan_edf(alpha: float, m: int, count: int, points: int, stride: int = 1) -> float:
-    """Equivalent degrees of freedom of an Allan variance: `count` second differences, `stride` points apart."""
+    """Equivalent degrees of freedom of an Allan variance: `count` second differences, `stride` points apart.
+
+    `points` is not used.
+    """
     return degrees_of_freedom(alpha, m, count, stride=stride)
 
 
 def hadamard_edf(alpha: float, m: int, count: int, points: int, stride: int = 1) -> float:
-    """Equivalent degrees of freedom of a Hadamard variance: `count` third differences, `stride` points apart."""
+    """Equivalent degrees of freedom of a Hadamard variance: `count` third differences, `stride` points apart.
+
+    `points` is not used.
+    """
     return degrees_of_freedom(alpha, m, count, order=3, stride=stride)
 
 
 def modified_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Equivalent degrees of freedom of a modified Allan variance from `count` second differences of phase averages."""
+    """Equivalent degrees of freedom of a modified Allan variance from `count` second differences of phase averages.
+
+    `points` is not used.
+    """
     return degrees_of_freedom(alpha, m, count, summed=True)
 
 
 def total_edf(alpha: float, m: int, count: int, points: int) -> float:
     """Equivalent degrees of freedom of the total variance (NIST SP 1065 table 8).
 
-    For phase noise (α > 0) they are those of the Allan variance; α is rounded, at least −2. `count` is not used.
+    For phase noise (α > 0) they are those of the Allan variance; else they lie between 1 and those of `points` − 2
+    terms of the Allan variance. α is rounded, at least −2. `count` is not used.
     """
     if round(alpha) > 0:
         return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
@@ -51,7 +61,11 @@ def total_edf(alpha: float, m: int, count: int, points: int) -> float:
 
 
 def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
-    """Equivalent degrees of freedom of the modified total variance (NIST SP 1065 table 10)."""
+    """Equivalent degrees of freedom of the modified total variance (NIST SP 1065 table 10), at least 1.
+
+    They are at most those of `points` − 2 terms of the modified Allan variance. α is rounded to −2 … 2. `count` is not
+    used.
+    """
     b, c = MODIFIED_TOTAL[min(max(round(alpha), -2), 2)]
     return _published_edf(b, c, alpha, m, points, summed=True)
 
@@ -69,7 +83,8 @@ def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, sum
 def hadamard_total_edf(alpha: float, m: int, count: int, points: int) -> float:
     """Equivalent degrees of freedom of the Hadamard total variance (NIST SP 1065 table 11), at least 1 for m > 1.
 
-    At m = 1 they are those of the Hadamard variance. α is rounded to −2 … 0.
+    At m = 1 they are those of `count` terms of the Hadamard variance; otherwise `count` is not used. α is rounded to
+    −2 … 0.
     """
     if m == 1:
         return hadamard_edf(alpha, m, count, points)
@@ -79,7 +94,10 @@ def hadamard_total_edf(alpha: float, m: int, count: int, points: int) -> float:
 
 
 def total_bias(alpha: int, m: int, points: int) -> float:
-    """Published ratio of the mean total variance to the true variance; 1 for τ above half of the record."""
+    """Published ratio of the mean total variance to the true variance: 1 − a τ/T for α = −1 and −2.
+
+    It is 1 for all other α, and for τ above half of the record.
+    """
     share = m / (points - 1)
     return 1.0 - TOTAL_BIAS.get(alpha, 0.0) * share if share <= 0.5 else 1.0
 
@@ -93,7 +111,10 @@ def modified_total_bias(alpha: int, m: int, points: int) -> float:
 
 
 def hadamard_total_bias(alpha: int, m: int, points: int) -> float:
-    """Published ratio of the mean Hadamard total variance to the true variance; 1 at m = 1."""
+    """Published ratio of the mean Hadamard total variance to the true variance; 1 at m = 1.
+
+    At m > 1 it depends only on alpha, limited to −2 … 0. `points` is not used.
+    """
     return 1.0 if m == 1 else HADAMARD_TOTAL_BIAS[min(max(alpha, -2), 0)]
 
 

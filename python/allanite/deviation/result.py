@@ -106,7 +106,7 @@ class Deviation:
 
     @property
     def edf(self) -> NDArray[np.float64]:
-        """Equivalent degrees of freedom, shape (k,); NaN without an estimate."""
+        """Equivalent degrees of freedom, shape (k,); NaN without an estimate or a formula (`tierms`, `mtie`)."""
         return self._interval_array("edf")
 
     @property

@@ -39,7 +39,7 @@ class Estimator:
     edf : callable or None
         Degrees of freedom from exponent, factor, number of terms and of phase points; None if not known.
     bias : callable or None
-        Variance over the true one from exponent, factor and number of phase points.
+        Ratio of the mean variance to the true one, from exponent, factor and number of phase points; None without bias.
     unbiased : bool
         True if the bias is divided out by default.
     gain : callable or None

@@ -107,7 +107,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     """TheoH deviation: overlapping Allan deviation up to a tenth of the record, then Theo1 without its bias.
 
     The bias is the mean ratio of the Allan variance at m = 9 + 3i to Theo1 at m = 12 + 4i, the same
-    effective τ (NIST SP 1065 eq. 33), over at most 30 i spread evenly. `factors` hold m of the Allan
+    effective τ (NIST SP 1065 eq. 33), over at most 30 i spread evenly. `factors` of the result hold m of the Allan
     variance, then m of Theo1. Parameters as of `allanite.oadev`.
 
     Returns
@@ -120,7 +120,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     InputError
         Samples, rate, taus or quantity that cannot be used.
     TooShortError
-        Fewer than 120 samples, which the bias needs.
+        Fewer than 120 phase points (119 rates or increments), which the bias needs.
 
     Examples
     --------

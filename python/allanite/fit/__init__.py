@@ -65,7 +65,8 @@ def fit_model(
     Raises
     ------
     InputError
-        Infinite samples, an unknown method, a line above half the sampling rate, or more than 64 effects.
+        Infinite samples, an unknown method, a line above half the sampling rate, more than 64 effects, or held values
+        or limits with `gls` or `lines`.
     TooShortError
         Fewer than 32 samples, or constant samples.
 
@@ -88,7 +89,7 @@ def fit_model(
 def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") -> Fit:
     """Fit of a model of any size to a recording, see `fit_model`; stepwise model building may exceed its size limit.
 
-    Several columns give a warning and `Several` fits. Missing samples are completed. The end samples are masked if they
+    Several columns give a warning and `Fits` instead. Missing samples are completed. The end samples are masked if they
     leak. Raises `InputError` for an unknown method, a locked sensor or values that the model does not allow.
     """
     if method not in METHODS:
@@ -180,10 +181,10 @@ def _following(model: Model, columns: list[str]) -> Model:
 
 
 def refitted(fit: Fit, model: Model) -> Fit:
-    """Fit of another model to the recording of `fit`; transforms are reused if both models exclude the same samples.
+    """Whittle fit of another model to the recording of `fit`, whatever the method of `fit`.
 
-    The draws for missing samples are kept, so that the likelihoods of both fits refer to the same
-    data.
+    If both models exclude the same samples, the transforms and the draws for missing samples are kept, so that the
+    likelihoods of both fits refer to the same data. Otherwise the recording is prepared anew.
     """
     if [e for e in model if removes(e)] != [e for e in fit.model if removes(e)]:
         return _fit(fit.recording, model)

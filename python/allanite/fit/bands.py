@@ -62,7 +62,7 @@ def bands(
     level: float = 0.95,
     kind: str = "oadev",
 ) -> Bands:
-    """Pointwise and simultaneous intervals of a deviation whose noise is known.
+    """`Bands`: factors for pointwise and simultaneous intervals of a deviation whose noise is known.
 
     Each estimate is a sum of squares of Gaussian random numbers. With many equivalent degrees of freedom it is
     treated as χ², with few as a sum weighted by eigenvalues. The simultaneous band is a pointwise band with a higher
@@ -120,7 +120,10 @@ def expected_variance(terms: Sequence[Term], factors: NDArray[np.int64]) -> NDAr
 def degrees_of_freedom(
     terms: Sequence[Term], n: int, factors: ArrayLike, kind: str = "oadev"
 ) -> NDArray[np.float64]:
-    """Array of the exact equivalent degrees of freedom 2σ⁴/var(σ̂²) at each averaging factor, shape (k,)."""
+    """Array of the exact equivalent degrees of freedom 2σ⁴/var(σ̂²) at each averaging factor, shape (k,).
+
+    `terms` are the noise, `n` is the number of samples, and `kind` an estimator as of `bands`.
+    """
     plain = [t.kernel for t in terms]
     m = np.atleast_1d(np.asarray(factors, dtype=np.int64))
     expected, variance = _kernels.allan_variances(plain, n, m, kind)

@@ -149,7 +149,7 @@ def _independent_covariance(solution: Solution, slopes: NDArray[np.float64]) -> 
 def logl_scale(solution: Solution, own: Process, data: Data) -> float:
     """Variance of a squared coefficient according to the likelihood over its sandwich variance.
 
-    1 without missing samples.
+    1 without missing samples, or if the sandwich variance is 0.
     """
     if data.gain is None:
         return 1.0

@@ -114,8 +114,8 @@ class Curve:
     def risen(self, before: Curve, chance: float) -> float:
         """Increase of the mean square of ln(model/measured) over that of the curve `before`, over τ with edf ≥ 10.
 
-        It may be negative. Both curves belong to fits of one record. A change at a τ counts only if it exceeds `chance`
-        standard deviations.
+        It may be negative; 0.0 without such τ. Both curves belong to fits of one record. A τ at which |ln| changes by
+        at most `chance` standard deviations counts as 0.
         """
         keep = self.is_counted & before.is_counted
         if not keep.any():

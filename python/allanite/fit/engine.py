@@ -171,7 +171,7 @@ def _fit_random_effects(
 ) -> tuple[Model, Maximum]:
     """Pair: model with fitted random effects and modifiers, and its maximum, at fixed functions of time.
 
-    `reopened` is the model with some shapes open again; the better of both results is used.
+    `reopened` is the model with some shapes open again, or None; of both results, the one with the higher logL is used.
     """
     found = fit_shapes(model, part, start, polished=polish)
     if reopened is not None:
@@ -213,7 +213,7 @@ class _Functions:
     def without_leverage(self, whole: RandomPart) -> RandomPart:
         """Copy of the random part `whole` whose counts per bin lack the degrees of freedom of the regression.
 
-        The power is scaled up by the same ratio; a bin keeps a count of at least 0.05.
+        The power is scaled up by the same ratio. A bin keeps a count of at least 0.05, or all of a smaller count.
         """
         edges = whole.data.bins.edges
         used = np.zeros(whole.count.size)
@@ -304,7 +304,10 @@ def _is_among(effect: Effect, effects: Sequence[Effect]) -> bool:
 
 
 def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
-    """`Maximum` with a discrepancy, climbed to from the model's values; None if a value is missing."""
+    """`Maximum` with a discrepancy, climbed to from the model's values.
+
+    None if a coefficient or a free shape of a random effect is missing, or if all coefficients are 0.
+    """
     known = [getattr(e, e.coefficient) for e in model.stochastic]
     shapes = [e.values[n] for e in model if not isinstance(e, Deterministic) for n in e.free_shapes]
     if any(v is None for v in [*known, *shapes]) or not any(known):
@@ -344,7 +347,7 @@ def _with_replaced(model: Model, base: type[Effect], effects: Iterator[Effect]) 
 def _regress(
     effects: tuple[Deterministic, ...], design: Design, data: Data, variance: Array
 ) -> Regression:
-    """`Regression` (GLS) of the amplitudes; effects with held amplitudes are subtracted first and have no covariance."""
+    """`Regression` (GLS) of the amplitudes; held amplitudes are subtracted first, stay, and have the covariance 0."""
     values = data.ordinates[design.ordinates]
     given = [
         np.full(own.stop - own.start, effect.amplitudes_held)

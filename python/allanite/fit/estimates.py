@@ -46,7 +46,10 @@ MAX_LOG_HALF_WIDTH = 50.0
 
 
 def free_parameters(solution: Solution) -> int:
-    """Number of fitted parameters of the spectrum: free coefficients of processes above zero, and free shapes."""
+    """Number of fitted parameters of the spectrum: free coefficients and shapes of processes, and shapes of modifiers.
+
+    Processes with the coefficient 0 do not count.
+    """
     count = 0
     for own in solution.processes:
         if own.theta > 0.0:
@@ -188,7 +191,8 @@ def _coefficient(
 ) -> Estimate:
     """`Estimate` of the coefficient of a random process; `relative` is the standard error of its logarithm.
 
-    A held coefficient has no error and no interval. If it is not detected, the interval starts at 0.
+    A held coefficient counts as detected and has no error and no interval. If a coefficient is not detected, its
+    interval starts at 0.
     """
     effect, name = own.effect, own.effect.coefficient
     value = float(np.sqrt(own.theta))
@@ -257,7 +261,7 @@ def has_interval(value: Any) -> bool:
 def _extended_to_lowest(value: Estimate, effect: Effect, data: Data) -> Estimate:
     """Estimate of a shape whose interval starts at the lowest possible value if the fit ended at the lowest searched value.
 
-    Otherwise the estimate is unchanged.
+    It then has no standard error. Otherwise, and for narrow bands fitted to single ordinates, it is unchanged.
     """
     low = effect.parameter(value.name).low
     # Exponents are searched down to their lowest value, positive shapes down to half of the lowest grid value.
@@ -475,7 +479,7 @@ def shape_slope(
 def _with_admissible_intervals(effect: Effect, values: dict[str, Any]) -> dict[str, Any]:
     """Dict of the values of an effect by name, with intervals clipped to limits.
 
-    Shapes of an effect that is not detected have no interval.
+    Shapes of an effect that is not detected have no interval and no standard error.
     """
     out = dict(values)
     for name, value in values.items():

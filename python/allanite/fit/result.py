@@ -242,7 +242,10 @@ class Fit:
 
     @cached_property
     def instead_of_two(self) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
-        """Tuple of (ln evidence over this fit, places, solution) of models with others instead of two slow processes."""
+        """Tuple of (ln evidence over this fit, places, solution) of models in which others replace two slow processes.
+
+        `places` are the indices of the replaced processes. Models 3 nats or more below the evidence are omitted.
+        """
         from allanite.fit.rivals.together import instead_of_two
 
         return instead_of_two(self)
@@ -414,7 +417,8 @@ class Fit:
     def body(self, searched: bool = True) -> dict[str, Any]:
         """Dict (JSON form) of model, effects, misfit, error and adequacy, as used by fits, checks and studies.
 
-        Without `searched`, alternative explanations are not searched, and the lists of rivals are empty.
+        Without `searched`, alternative explanations are not searched, and the lists of rivals are empty. ``adequate``
+        is False also if quantization limits the recording (`limited_by_quantization`).
         """
         from allanite.fit.rivals.alternatives import Rivals, rivals
 

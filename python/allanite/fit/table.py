@@ -33,7 +33,7 @@ MIN_CHOSEN_PROBABILITY = 0.05
 
 
 def method_text(fit: Fit) -> str:
-    """Clause that says how a model was fitted; empty for the usual fit to the spectrum."""
+    """Text such as ``, fitted to the Allan curve`` for the methods gls and lines; empty for a Whittle fit."""
     return {
         "gls": ", fitted to the Allan curve",
         "lines": ", straight lines on the Allan curve",

@@ -51,7 +51,7 @@ def interval(
     -------
     tuple of float
         (low, high, p): limits of the square, and the probability p of an estimate at least as large if the coefficient
-        is 0. If 0 is inside, low = 0 and high is an upper limit.
+        is 0. If p ≥ 0.025, low = 0 and high is an upper limit. With a single coefficient, p is 0.
     """
     test = _TestInversion(mixtures, target, squares, index, squares)
     center = float(squares[index])
@@ -158,9 +158,9 @@ class _TestInversion:
 
 
 def _root(correlation: Array) -> Array:
-    """Array: lower Cholesky factor of a correlation matrix, with the smallest diagonal addition that makes it possible.
+    """Array: lower Cholesky factor of a correlation matrix whose diagonal is raised by 1e-9, or by more if needed.
 
-    Neighboring τ are nearly collinear. LinAlgError if no addition suffices.
+    If the factor does not exist, 1e-7, 1e-5 and 1e-3 are tried. LinAlgError if no addition suffices.
     """
     unit = np.eye(correlation.shape[0])
     for jitter in DIAGONAL_JITTERS:

@@ -153,8 +153,9 @@ def _read(
 ) -> LineReading:
     """`LineReading` of one line on an Allan curve of n samples; `present` is False with a reason if the line is absent.
 
-    A line is present if a window of a factor 4 in τ has its slope within 0.05 plus two standard errors, and the curve
-    lies nowhere below the line. The window with the best slope is read.
+    A line is present if a window of a factor 4 in τ has its slope within 0.05 plus two standard errors, the standard
+    error is at most 0.125, and the curve lies nowhere significantly below the line of this window. Of these windows,
+    the one with the best slope is read.
     """
     name, slope, where = line.name, line.slope, line.read_at
 
@@ -219,9 +220,9 @@ def _neighbors_that_hold(holds: Sequence[bool], k: int) -> tuple[int, int]:
 
 
 def _window(tau: NDArray[np.float64], a: int) -> slice | None:
-    """Slice of the averaging times from index `a` up to `WINDOW_TAU_RATIO` times `tau[a]`.
+    """Slice of the averaging times from index `a` to the first one at or above `WINDOW_TAU_RATIO` times `tau[a]`.
 
-    None for fewer than three times.
+    None if the curve ends before, or for fewer than three times.
     """
     b = int(np.searchsorted(tau, tau[a] * WINDOW_TAU_RATIO * (1 - 1e-9)))
     return slice(a, b + 1) if b < tau.size and b - a >= 2 else None

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def refit(fit: Fit, method: str) -> Fit:
-    """Copy of the Whittle fit with coefficients of the method ``gls`` or ``lines``, and the likelihood recomputed.
+    """Copy of the Whittle fit with coefficients of the method ``gls`` or ``lines``, its likelihood, and no discrepancy.
 
     Raises
     ------
@@ -62,7 +62,8 @@ def _with_values(own: Fitted, values: dict[str, Any]) -> Fitted:
 def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
     """Tuple of a dict of estimates by parameter name for each effect; GLS refits coefficients of random processes only.
 
-    A coefficient is detected if p < 1 %; otherwise its interval starts at 0. All other values are those of `fit`.
+    A coefficient is detected if p < 1 %; otherwise its interval starts at 0. Values derived from a coefficient are
+    rescaled with it. All other values are those of `fit`.
     """
     data, model = fit.data, fit.model
     factors = gls_factors(data.n)

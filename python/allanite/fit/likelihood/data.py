@@ -203,7 +203,10 @@ class Data(ABC):
 
     @abstractmethod
     def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
-        """Number of equal sections, at most `most`, in which a band, Hz, has `resolved` ordinates; 0 if it has not."""
+        """Number of equal sections, `most` or half, a quarter, … of it, in which a band, Hz, can be followed; or 0.
+
+        `resolved` is the minimum product of bandwidth and duration of a section (or of a stored segment).
+        """
 
     @abstractmethod
     def sections(self, model: Model, number: int) -> Sections:
@@ -330,10 +333,9 @@ class SampleData(Data):
         return oadev(signal, rate=self.rate, factors=factors).deviation
 
     def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
-        """Largest number of equal sections, at `most`, in which a band still has enough ordinates.
+        """Number of equal sections: `most`, halved until bandwidth (Hz) times a section's duration reaches `resolved`.
 
-        The number is `most` divided by a power of two so that the band, Hz, times the section's duration is at least
-        `resolved`. It is 0 if single ordinates are not available.
+        It is 0 if no number reaches it, or if over 10 % of the samples are missing.
         """
         number = most if has_all_ordinates(self) else 0
         while number and (band[1] - band[0]) * self.duration / number < resolved:
@@ -363,7 +365,7 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> SampleD
     Raises
     ------
     InputError
-        Infinite samples or several columns.
+        Infinite samples, several columns, or samples beyond the range of a fit.
     TooShortError
         Fewer than 32 samples present, fewer than one in 200 present, or (nearly) constant samples.
     """

@@ -47,7 +47,7 @@ class Noise:
     __repr__ = brief
 
     def variance(self, j: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Array of the expected squares of the ordinates j, U² per sample."""
+        """Array of the expected squares of the ordinates j, U² per sample; multiplied by 1e12 in empty bins."""
         place = np.searchsorted(self.bins.edges, j, side="right") - 1
         # No ordinate may stand out in an empty bin.
         unseen = np.where(is_empty(self.bins), EMPTY_BIN_DENSITY_FACTOR, 1.0)

@@ -43,7 +43,8 @@ def widened_by_tails(
 ) -> tuple[float, float]:
     """Pair: 95 % interval of the white-noise coefficient `value`, widened from `ends` by heavy tails of the samples.
 
-    Returns `ends` if the tails are not heavy, or if the record keeps no single samples.
+    Returns `ends` if the tails are not heavy, if the record keeps no single samples, or if the lower end is 0. Coarsely
+    rounded samples are not tested: their kurtosis decides.
     """
     if not data.whole or not ends[0] > 0.0:
         return ends

@@ -100,7 +100,7 @@ class _Record:
     Attributes
     ----------
     values : ndarray, shape (ordinates,)
-        Lowest ordinates without the fitted functions removed.
+        Lowest ordinates of the record; other functions of time are removed, the slow ones are not.
     matrix : ndarray, shape (ordinates, p)
         Ordinates of the regressors.
     low : ndarray, shape (ordinates, effects)

@@ -63,7 +63,7 @@ def has_ordinates_near(effect: Effect, data: Data) -> bool:
 def is_fitted_to_ordinates(effect: Effect, data: Data) -> bool:
     """True if the shapes of an effect are fitted to single ordinates.
 
-    The effect must be a narrow band with free shapes, and the record must keep the ordinates near the band.
+    The effect must be a narrow band whose shapes are all free, and the record must keep the ordinates near the band.
     """
     if not is_narrow(effect) or not has_ordinates_near(effect, data):
         return False

@@ -168,10 +168,10 @@ def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
 
 
 def _without_outliers(whitened: Whitened) -> Whitened:
-    """`Whitened` in which each outlier is reduced to the usual size of the samples in its cell of 32.
+    """`Whitened` in which each outlier is reduced to the robust standard deviation of its cell of 32 samples.
 
-    An outlier is 1.7 times the size that normal samples exceed in 1 % of records. Unchanged without outliers, for a
-    summary, and for coarse codes.
+    The sign stays. An outlier is 1.7 times the size that normal samples exceed in 1 % of records. `whitened` itself is
+    returned without outliers, for a summary, and for coarse codes.
     """
     from scipy.special import ndtri_exp
 
@@ -269,7 +269,8 @@ def _samples_and_bands(
 ) -> Whitened:
     """`Whitened` samples and octave bands of the white ordinates `white`; `bands` are known higher octaves.
 
-    The end samples are 0. Octaves with fewer than 256 ordinates, or mostly empty ones, are omitted.
+    The end samples are 0, and the end values of an octave are the mean of their neighbors. Octaves with fewer than 256
+    ordinates, or mostly empty ones, are omitted.
     """
     from scipy.fft import next_fast_len
 

@@ -206,7 +206,8 @@ def profile_interval(
     """Tuple (low, high, drop): 95 % profile-likelihood interval of θ_index, and loss of logL at θ_index = 0.
 
     The other θ are free. `logl_scale` scales logL if bins are correlated: the variance of θ_index that the likelihood
-    claims over its actual variance (Chandler & Bate 2007). `drop` is infinite if the model has one coefficient.
+    claims over its actual variance (Chandler & Bate 2007). `drop` is that of the scaled logL, at least 0, and infinite
+    if the model has one coefficient.
 
     Returns
     -------

@@ -141,9 +141,9 @@ class _ConditionalMean:
 
 
 def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
-    """Tuple with the Cholesky factor of Q_mm, as from `scipy.linalg.cho_factor`; None if many samples are missing.
+    """Tuple with the Cholesky factor of Q_mm, as from `scipy.linalg.cho_factor`.
 
-    Σ_j p_j φ_j(i) φ_j(k) depends on i − k and on i + k + 1.
+    None if more than 2048 samples are missing, or if rounding makes the matrix indefinite.
     """
     from scipy.linalg import LinAlgError, cho_factor
 
@@ -170,7 +170,7 @@ def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
 def complete(
     data: SampleData, model: Model, level: Array | None = None, seed: int = 0
 ) -> SampleData:
-    """`Data` of the record with its missing samples completed under a model with values.
+    """`SampleData` of the record with its missing samples completed under a model with values.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ MIN_KNOWN_SHARE = 0.02
 def unknown_share(
     missing: Mask, spectrum: Array, drawn: tuple[Array, Array] | None, bins: Bins
 ) -> Array:
-    """Array of the unknown share r of the power of each ordinate, shape (n,); the value at j = 0 has no meaning.
+    """Array of the unknown share r, 0 … 0.98, of the power of each ordinate, shape (n,); r at j = 0 has no meaning.
 
     Parameters
     ----------

@@ -69,8 +69,8 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     """Iterator over fits in which the effect at index `place` is replaced by each declared alternative.
 
     Yields nothing for effects that cannot be removed or are not found in the spectrum or as slow functions, nor for a
-    single effect. Replacements that are not detected, or 28 nats below the fit before shapes are optimized, are
-    omitted.
+    single effect. Replacements are omitted if they are not detected, if they are 28 nats below the fit before shapes
+    are optimized, or if they follow a column with different signs at slow and fast time scales.
     """
     out = fit.model.effects[place]
     if not is_removable(out) or out.screened not in {"spectral", "slow"}:

@@ -21,7 +21,7 @@ def follow_columns_consistently(effects: Iterable[Effect], solution: Solution, d
     """True if every effect that follows a column has the same sign at slow and at fast time scales.
 
     A chance resemblance of two slow series explains only the slow half, and has a random sign in the fast half. Two
-    values closer than three standard errors count as equal.
+    values closer than three standard errors count as equal. Effects without information in one half pass.
     """
     following = (e for e in effects if isinstance(e, Deterministic) and e.follows is not None)
     found = [column_slopes(effect, solution, data) for effect in following]

@@ -214,7 +214,10 @@ class _PairSearch:
     def _with_second(
         self, one: Solution, kinds: Sequence[type[Effect]]
     ) -> Iterator[tuple[float, Model]]:
-        """Iterator over (ln evidence, model) of `one` with one more effect of each kind, without hopeless ones."""
+        """Iterator over (ln evidence, model) of `one` with one more effect of each of `kinds`.
+
+        Kinds whose best grid point cannot reach the evidence `least` are omitted.
+        """
         # Candidates below this logL cannot reach the minimum evidence, given the cost of the first effect.
         hopeless = self.least + one.log_likelihood - evidence(one) - MAX_POLISH_DELTA_LOGL
         for cls in kinds:
@@ -242,7 +245,10 @@ class _PairSearch:
         ]
 
     def _kinds(self) -> list[type[Effect]]:
-        """List of the kinds of random processes that a pair may contain."""
+        """List of the classes of random processes that are declared alternatives of the removed effect.
+
+        The kind of the removed effect, nameless effects and those of last resort are excluded.
+        """
         return [
             cls
             for cls in CATALOGUE
@@ -263,7 +269,7 @@ class _PairSearch:
         return blank.kind != self.out.kind and not blank.refined
 
     def _functions(self, scans: list[Scan]) -> list[tuple[float, Model]]:
-        """List of (ln evidence, model) of the best six pairs of slow functions, fitted.
+        """List of (ln evidence, model) of at most six pairs of slow functions, fitted with the shapes of the grid.
 
         All combinations of grid points of two kinds are compared by their joint ΔlogL; the best pairs are then fitted.
         The order is that of the comparison.

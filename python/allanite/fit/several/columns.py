@@ -59,7 +59,10 @@ class Fits(Several[Fit]):
         return {**super().to_dict(), "pooled": [many.pooled_dict() for many in self.together]}
 
     def save(self, path: str | Path) -> None:
-        """Write the fits to `path` as JSON, which ``--model``, `allanite simulate`, `compare` and `export` can read."""
+        """Write the fits, without pooled values, to `path` as JSON.
+
+        ``--model``, `allanite simulate`, `compare` and `export` can read the file.
+        """
         with whole_file(path) as draft:
             draft.write_text(json.dumps(super().to_dict(), indent=1) + "\n", encoding="utf-8")
 

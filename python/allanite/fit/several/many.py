@@ -45,7 +45,8 @@ class Pooled:
         ``N``, ``GM.q_c``, …
     unit : str
     value : float
-        Common value if the recordings agree, otherwise the mean of logarithms weighted by precision.
+        Common value. If the recordings disagree and `spread` is known, the random-effects mean: the exponential of the
+        mean of logarithms, weighted by precision.
     interval : (float, float)
         95 % interval of `value`.
     spread : float or None
@@ -251,7 +252,7 @@ def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
 
 
 def _loss_function(fit: Fit, place: int) -> Callable[[float], float]:
-    """Function of one squared coefficient that returns the loss of logL of a fit if it is fixed and the others are free."""
+    """Function of one squared coefficient: loss of logL, at least 0, if it is fixed and the others are fitted."""
     s = fit.solution
     best = climb(s.power, s.count, s.columns, s.theta, s.scale)
     start = replace(best, theta=s.theta)
@@ -318,7 +319,10 @@ def _pooled(
 
 
 def _logs(estimates: list[Estimate]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Pair of arrays: logarithms of estimates and their standard errors; None unless all are detected and positive."""
+    """Pair of arrays: logarithms of estimates, and standard errors of the logarithms.
+
+    None unless all estimates are detected, positive and have a standard error.
+    """
     if not all(e.detected and e.std_error and float(e) > 0.0 for e in estimates):
         return None
     values = np.array([float(e) for e in estimates])
@@ -370,7 +374,8 @@ def _random_effects_mean(
 def pooled_by_errors(name: str, estimates: list[Estimate]) -> Pooled:
     """`Pooled` parameter by standard errors, in logarithms if all estimates are detected and positive.
 
-    The value is the mean weighted by precision, with the p-value of a χ² test of agreement.
+    The value is the mean weighted by precision, with the p-value of a χ² test of agreement; below 5 %, `_pooled` may
+    replace it by the random-effects mean.
     """
     from scipy.special import chdtrc
 

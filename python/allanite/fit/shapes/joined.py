@@ -79,7 +79,7 @@ def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
 
 
 def _least_significant(linear: Linear, first: int, found: Maximum, part: RandomPart) -> list[int]:
-    """List of the indices of the four least significant `pieces`, by θ over its standard error, the least first."""
+    """List of the indices of at most four least significant `pieces`, by θ over its standard error, the least first."""
     theta = found.theta
     share = linear.matrix * (np.sqrt(0.5 * part.count) / (linear.matrix @ theta))[:, None]
     variance = np.diag(np.linalg.pinv(share.T @ share, hermitian=True))[first:]

@@ -97,7 +97,7 @@ def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
 
 
 def filter_ordinates(data: Data) -> NDArray[np.int64]:
-    """Array of the indices of the lowest ordinates, which the matched filter uses, without 0."""
+    """Array of the indices 1 … 4095 of the ordinates that the matched filter uses; up to n − 1 of a shorter record."""
     return np.arange(1, min(data.n, FILTER_ORDINATES), dtype=np.int64)
 
 

@@ -384,7 +384,7 @@ def fit_narrow_bands(
 ) -> tuple[Model, Maximum]:
     """Pair: model with every narrow band fitted to single ordinates, and maximum over the coefficients.
 
-    The arguments are returned if no band changes. Bands without power are not fitted.
+    The arguments `model` and `best` are returned if no band changes. Bands without power are not fitted.
 
     Parameters
     ----------

@@ -131,8 +131,8 @@ def polish(
     """Pair: model with locally optimized shapes at `places` (index of the effect, name), and its maximum.
 
     Shapes of bands fitted to ordinates are skipped; without other `places`, `model` and `best` are returned. If a
-    discrepancy is nearly decisive, the optimization runs with and without it. With `roughly`, it ends after 15 instead
-    of 60 steps.
+    discrepancy is nearly decisive, the optimization runs with and without it, and the result with the higher logL is
+    returned. With `roughly`, it ends after 15 instead of 60 steps.
     """
     places = [p for p in places if not is_fitted_to_ordinates(model.effects[p[0]], part.data)]
     if not places:
@@ -233,7 +233,7 @@ def _step(
     weight: Array,
     part: RandomPart,
 ) -> tuple[Array, Array]:
-    """Pair of arrays: coefficients θ and shape coordinates at the optimum of the linearized model in the trust region.
+    """Pair of arrays: squared coefficients θ and shape coordinates at the optimum of a linearized model, near `point`.
 
     Near the current shapes, the spectrum is linear in θ and in changes of the shapes. Nonnegative least squares finds
     both. A shape changes by at most `trust`.
@@ -247,7 +247,7 @@ def _step(
     linear : Linear
         The spectrum as a linear function of θ at the current shapes.
     theta : ndarray
-        Current coefficients.
+        Current squared coefficients.
     spectrum, weight : ndarray, shape (bins,)
         Spectrum of the current model, and the weight of each bin.
     part : RandomPart

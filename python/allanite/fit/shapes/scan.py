@@ -51,8 +51,8 @@ def scan_added_effect(
 ) -> list[tuple[Maximum, Model]]:
     """List of (maximum, model) with each selected grid point of an effect added to a model, best first.
 
-    `base` is the maximum of the model without the effect. All points are selected if a coefficient is held; else a
-    fifth and the best of each design.
+    `base` is the maximum of the model without the effect. All points are selected if a coefficient is held. Otherwise
+    they are the best fifth (at most the best ten, unless the effect is a band), and the best point of each design.
     """
     smooth = _smooth(part.power - base.spectrum, part.count)
     before = part.linear(model)
@@ -86,9 +86,9 @@ def _maxima_of_selected(
     base: Maximum,
     part: RandomPart,
 ) -> dict[int, Maximum]:
-    """Dict of the maxima of the selected grid points, by index of the point.
+    """Dict of the maxima of the selected grid points, by index of the point; their `weight` is that of `base`.
 
-    The selection uses the power of cells, which are fewer than bins, unless the effect is narrower than a cell.
+    The selection uses the power of cells, which are fewer than bins, unless the effect is a band.
     """
     narrow = points[0].occupies is not None
     designs = [_design(point) for point in points]
@@ -160,7 +160,7 @@ def _maxima_one_by_one(
 
 
 def _smooth(excess: NDArray[np.float64], count: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array of the weighted mean over five bins, so that no single bin determines the start value, shape (bins,)."""
+    """Array of the means of `excess` over five neighboring bins, weighted by `count`, shape (bins,)."""
     window = np.ones(5)
     total = np.convolve(excess * count, window, mode="same")
     return np.asarray(total / np.convolve(count, window, mode="same"))

@@ -169,8 +169,8 @@ def fit_deterministic_shapes(
     """Copy of the model with optimized shapes of deterministic effects, at a given spectrum of the noise.
 
     Shapes without a value are always searched. With `lines`, frequencies of lines are optimized, with `slow` the shapes
-    of slow functions. The last effect, which a search just added, is always optimized. The first `settled` effects keep
-    their values.
+    of slow functions, drifting lines and bursts. The last effect of the model, which a search just added, is always
+    optimized unless it is a slow function. The first `settled` effects keep their values.
     """
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) or not effect.free_shapes:
@@ -275,9 +275,10 @@ def polish_line(
 def _peak(
     tried: NDArray[np.float64], gains_at: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 ) -> tuple[float, float, float]:
-    """Gain at the middle of equally spaced frequencies; frequency and gain of the maximum, by a parabola at the best one.
+    """Tuple (gain at the middle of equally spaced frequencies, frequency of the maximum, gain of the maximum).
 
-    Without a maximum inside, frequency and gain of the middle.
+    The maximum is that of a parabola through the best frequency and its neighbors. If the best frequency is at an end,
+    frequency and gain of the middle are returned.
     """
     gains = gains_at(tried)
     middle = tried.size // 2

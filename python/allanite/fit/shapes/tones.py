@@ -57,7 +57,7 @@ def _burst_lengths(size: int) -> NDArray[np.int64]:
 def search_burst(band: Band) -> tuple[float, float, float, float]:
     """Tuple (frequency in cycles per record, start and end as fractions of the record, ΔlogL) of the strongest burst.
 
-    ΔlogL is −inf if the band has too few values for a burst.
+    Windows of about 16 values up to 0.9 of the series are tried, each at positions a quarter of its length apart.
     """
     from scipy.fft import fft
 

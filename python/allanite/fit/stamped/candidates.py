@@ -198,13 +198,13 @@ def fit_noise(
 class _Parts:
     """Noise of a candidate as a function of its log-variances, and of the exponent of its last effect.
 
-    Each part is normalized by the scatter that it adds to the samples, so that relevant ratios are near 1.
+    Each part is normalized to the variance 1 at the end of the record, so that relevant ratios are near 1.
 
     Attributes
     ----------
     candidate : Candidate
     normalized : callable
-        Returns the noise of an effect at coefficient 1, and its weight: 1 over its scatter over the record.
+        Returns the noise of an effect at coefficient 1, and its weight: 1 over its variance at the end of the record.
     fixed : list of (StampedNoise, float)
         Noise and weight of the effects without a fitted exponent.
     """
@@ -226,7 +226,7 @@ class _Parts:
         n = max(16, int(np.ceil(length * rate)) + 1)
 
         def normalized(effect: Stochastic) -> tuple[StampedNoise, float]:
-            """Pair: noise of an effect at coefficient 1, and 1 over its scatter."""
+            """Pair: noise of an effect at coefficient 1, and 1 over its variance at the end of the record."""
             noise = added([form(term, rate, n) for term in effect.unit_terms(rate)])
             return noise, 1.0 / _scatter(noise, length)
 

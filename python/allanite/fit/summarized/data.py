@@ -188,8 +188,9 @@ class SummaryData(Data):
         """Number of equal sections of the record in which a band (low, high), Hz, can be followed; 0 if it cannot.
 
         The number is `most`, halved until the summary stores at least as many sections. It is 0 if the middle of the
-        band is not between the stored frequencies, if the band has fewer than `resolved` ordinates or two frequency
-        cells, or if over 10 % of the samples, or of the sections of its octave, are missing.
+        band is not between the stored frequencies, or if over 10 % of the samples, or of the sections of its octave,
+        are missing. It is also 0 if the band is narrower than two frequency cells, or if its width times the duration
+        of a segment is below `resolved`.
         """
         low, high = band
         bottom, top = self.maps.limits
@@ -258,7 +259,7 @@ def phase_limit(reading: Reading, rate: float) -> float:
 
 
 def of_summary(summary: Summary) -> Data:
-    """`Data` of a one-column summary without single samples, prepared for fitting.
+    """`SummaryData` of a one-column summary without single samples, prepared for fitting.
 
     Raises
     ------
