@@ -120,7 +120,7 @@ def plain_value(value: Any) -> Any:
 
 
 def jsonable(value: Any, figures: int | None = None) -> Any:
-    """Copy of a value with only types that JSON knows; floats are rounded to `figures` digits, if given.
+    """Copy of a value with only types that JSON knows; floats get `figures` significant digits, if given.
 
     NaN and infinities become None, keys of dicts texts, arrays and tuples lists.
     """

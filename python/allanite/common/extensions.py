@@ -10,9 +10,10 @@ from typing import Any
 
 
 def values_of_modules(name: str, *packages: str) -> Iterator[Any]:
-    """Iterator over the values of the variable `name` in the modules of some packages, by the modules' names.
+    """Iterator over the values of the variable `name` in the modules of some packages.
 
-    Modules without the variable, subpackages, and modules whose names begin with ``_`` are skipped.
+    The packages are in the given order, the modules of each by name. Modules without the variable, subpackages, and
+    modules whose names begin with ``_`` are skipped.
     """
     for package in packages:
         for found in sorted(iter_modules(import_module(package).__path__), key=lambda m: m.name):

@@ -261,7 +261,8 @@ class _Parser:
 def _quantity_of_symbol(name: str) -> _Quantity:
     """`_Quantity` of a unit symbol or one of its aliases. Raises `ValueError` for an unknown symbol.
 
-    Capital letters do not matter, except in symbols of two letters: ``Mg`` is no milli-g.
+    Capital letters do not matter in aliases and in symbols of three or more letters, and ``G`` is ``g``. In other
+    symbols they do: ``Mg`` is no milli-g, and ``S`` no second.
     """
     field = _ALIASES.get(name.lower(), name)
     field = field.lower() if field.lower().endswith("gauss") else field

@@ -122,7 +122,8 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
     Returns
     -------
     Comparison
-        For each figure the measured coefficient, in the unit of the recording, and its ratio to the figure.
+        For each figure whose coefficient the model has, the measured coefficient, in the unit of the recording, and its
+        ratio to the figure. Remarks name the other figures.
 
     Raises
     ------

@@ -31,7 +31,7 @@ RELAXATIONS = 2.0 ** np.arange(-6.0, 2.5, 0.5)
 def coarse_step_of(values: Array) -> float:
     """Step of a column logged in coarse steps, in its unit; 0 for other columns.
 
-    A coarse column changes at least 3 times, at fewer than one of 20 samples, and 90 % of the changes have the same
+    A coarse column changes at least 3 times, at one of 20 samples at most, and 90 % of the changes have the same
     size.
     """
     places = np.flatnonzero(values[1:] != values[:-1])

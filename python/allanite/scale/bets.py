@@ -127,7 +127,7 @@ class Bets:
         self.power = np.zeros(self.weights.size)
 
     def gains(self, total: Array) -> Array:
-        """Logarithms of the e-values of the shape of a spectrum, shape (…, bets).
+        """Natural logarithms of the e-values of the shape of a spectrum, shape (…, bets).
 
         Parameters
         ----------

@@ -302,8 +302,8 @@ def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
 def _discoveries(found: list[Deviating]) -> tuple[Deviating, ...]:
     """Tuple of `Deviating`: the significant ones of `found`, by p-value, at most one entry per axis.
 
-    Effects precede parameters. Significance follows Benjamini & Hochberg (1995) over all units and parameters, with a
-    false discovery rate of 1 %.
+    If an effect and a parameter of one axis are both significant, the entry is the effect. Significance follows
+    Benjamini & Hochberg (1995) over all units and parameters, with a false discovery rate of 1 %.
     """
     found = sorted(found, key=lambda one: one.p_value)
     last = 0

@@ -185,7 +185,10 @@ class Watch:
 
     @property
     def e_value(self) -> float:
-        """Evidence against the model: the larger of the capitals on short and on long segments; at most 1 at the start."""
+        """Evidence against the model: the larger capital, of short or long segments, times its share.
+
+        It is 0.75 at the start; `CAPITAL_SHARES` are the shares.
+        """
         return max(self._capitals())
 
     def _capitals(self) -> list[float]:

@@ -141,7 +141,7 @@ def _of_json(path: Path) -> list[dict[str, Any]]:
 
 
 def _of_tree(tree: object) -> list[dict[str, Any]]:
-    """List of model documents (dicts) in a parsed JSON record of allanite, one per column; `name` is for messages.
+    """List of model documents (dicts) in a parsed JSON record of allanite, one per column.
 
     Raises `InputError` if the record is not one of allanite.
     """

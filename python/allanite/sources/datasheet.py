@@ -133,7 +133,7 @@ class Quoted:
         return known_figures()[self.name][0]
 
     def in_unit(self, unit: str) -> float:
-        """Value of the coefficient in its canonical unit U·s^power, for samples in the unit U (`unit`).
+        """Value of the coefficient (two-sided for N) in its canonical unit U·s^power, for samples in the unit U (`unit`).
 
         Raises
         ------
@@ -290,7 +290,8 @@ def datasheet_of(parsed: object, name: str) -> DataSheet:
 def _figure(name: str, given: object) -> Quoted:
     """`Quoted` from the name and the value of a figure: a text such as "18 deg/h", or a mapping with value and unit.
 
-    Raises `InputError` for an unknown name, a value that is not positive, or a missing or unknown unit.
+    The unit of a noise density that states no side gets "one-sided". Raises `InputError` for an unknown name, a value
+    that is not positive, or a missing or unknown unit.
     """
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     key = _spellings().get(key, key)

@@ -112,7 +112,7 @@ class Trend:
     parts : tuple of (str, float, str)
         Each part of the noise as in geodesy: name, size, unit with years.
     candidates : tuple of (str, float)
-        Noise models that were compared, each with ln of its evidence minus that of the best.
+        Noise models that were compared, best first, each with ln of its evidence minus that of the best.
     residual : float
         Standard deviation of the series after subtraction of the known functions.
     n, missing : int
