@@ -27,7 +27,7 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
     A search that never dropped an added effect, and never raised an error beyond its scatter, is returned unchanged.
     Otherwise each step adds the effect that raises logL most and does not raise the Allan error, or else raises no
     error beyond its scatter. If there is none, all remaining effects are added at once. Samples are excluded first. An
-    initial effect that the last model lacks is dropped as soon as the evidence is higher without it.
+    initial effect that the last model lacks is dropped as soon as the evidence is not lower without it.
     """
     if _is_direct(ladder):
         return tuple(ladder)

@@ -58,8 +58,8 @@ def bands_with_excess(
 ) -> tuple[Band, ...]:
     """Tuple of bands that may hold a line that drifts or is switched.
 
-    Empty for a summary, which keeps only the lowest ordinates, and with missing samples. `white` are the whitened
-    ordinates.
+    Empty for a summary, which keeps only the lowest ordinates, and if over 10 % of the samples are missing. `white` are
+    the whitened ordinates.
     """
     if not has_all_ordinates(data):
         return ()
@@ -114,8 +114,8 @@ def _bands_to_search(
     """Iterator over (low, high), Hz, of each band to search for drifting lines.
 
     First all frequencies if the record has at most 131072 ordinates. Then, for each width from 64 to 65536 ordinates,
-    the band with the most power if its excess is significant (1 %). Last the band of the best resonance, if it is
-    narrower than 65536 cycles per record.
+    the band with the most power if its excess is significant (1 %) and over twice that of its neighbors. Last the band
+    of the resonance candidate with the largest ΔlogL (above 3), if it is narrower than 65536 cycles per record.
     """
     whole = white.size <= 2 * MAX_BAND_FREQUENCIES
     if whole:
