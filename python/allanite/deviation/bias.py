@@ -71,7 +71,7 @@ def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
 
 
 def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, summed: bool) -> float:
-    """Equivalent degrees of freedom b T/τ − c with published b and c; from 1 to those of the overlapping terms.
+    """Equivalent degrees of freedom b T/τ − c with published b and c; at least 1, at most those of `points` − 2 terms.
 
     `summed` is True for the modified variance.
     """

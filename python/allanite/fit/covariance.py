@@ -108,7 +108,7 @@ def _sandwich_covariance(
 ) -> NDArray[np.float64] | None:
     """Covariance matrix of the parameters (sandwich estimator) for missing samples, or None if no sample is missing.
 
-    Missing samples correlate the power of different bins, which the usual covariance neglects.
+    Missing samples correlate the power of different bins, which the inverse Fisher information neglects.
 
     The estimate solves Σ_b w_b (I_b/S_b − 1) ∂lnS_b/∂φ = 0. The covariance of I_a/S_a and I_b/S_b is 2 Σ (δ_ji − c_ji)²
     divided by the degrees of freedom of both bins (Godambe's sandwich).

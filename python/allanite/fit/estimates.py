@@ -319,7 +319,7 @@ def _modifier_values(
 ) -> dict[str, Any]:
     """Dict of the values of a modifier by parameter name; `shaped` holds standard errors of logarithms of shapes.
 
-    Tuples stay; numbers become `Estimate`. Intervals of times are cut at the ends of the record.
+    Numbers become `Estimate`; tuples, texts and None stay. Intervals of times are cut at the ends of the record.
     """
     errors = effect.errors(data.rate)
     out: dict[str, Any] = {}

@@ -402,7 +402,7 @@ class Fit:
         return al.plots.plot_fit(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict (JSON form ``allanite/fit/1``) of the fit, with the band of the Allan curve."""
+        """Dict (JSON form ``allanite/fit/1``) of recording, method, `body`, band, correlations and degeneracies."""
         return {
             "schema": "allanite/fit/1",
             "version": _kernels.version(),

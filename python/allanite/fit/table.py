@@ -183,7 +183,7 @@ NOT_ADEQUATE_WARNING = "! do not use these limits and intervals: the model does 
 
 
 def alternative_texts(fit: Fit, found: Undecided | None) -> list[str]:
-    """List of a text for each effect of a fit: what may replace the effect, and the odds; empty without an alternative.
+    """List of a text for each effect of a fit: what may replace the effect, and the odds; ``""`` if nothing may.
 
     For example ``not needed in a model with rate ramp (62 : 38)``.
     """

@@ -76,7 +76,7 @@ def columns_like(
     """Array of the expected bin power of each random effect at coefficient 1, shape (bins, effects), reusing known columns.
 
     `known` holds the columns of the model `other`, which has as many random effects. Only the columns of effects that
-    differ are computed. With `used`, only those of effects where it is True; others keep the known columns.
+    differ are computed. With `used`, effects for which it is False keep the known columns, too.
     """
     effects, before = model.stochastic, other.stochastic
     modifiers, filters = model.modifiers, model.filters

@@ -71,8 +71,8 @@ def widened_by_tails(
 def sum_of_squares_quantiles(tail: Tail, sizes: Array) -> tuple[float, float]:
     """Pair: 2.5 % and 97.5 % points of the sum of squares of a record over its expectation; `sizes` are |samples|.
 
-    They are those of a Student law, unless its tails reach beyond the largest sample; then they follow from the
-    kurtosis of the sample.
+    They are those of the Student law of `tail`. If this law produces a sample larger than the largest of the record
+    with a probability above 99.9 %, they follow from the kurtosis of the samples instead.
     """
     from scipy.special import stdtr
 

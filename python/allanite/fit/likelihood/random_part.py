@@ -111,7 +111,10 @@ class RandomPart:
         return linear.whole(maximize(self.power, self.count, free, start, linear.offset))
 
     def climb(self, linear: Linear, theta: Array, scale: int | None, rounds: int = 80) -> Maximum:
-        """`Maximum` of the likelihood, reached uphill from `theta` and discrepancy `scale` in at most `rounds` steps."""
+        """`Maximum` of the likelihood, reached uphill from `theta` and discrepancy `scale` in at most `rounds` steps.
+
+        Held coefficients stay. With `scale` None there is no discrepancy.
+        """
         return linear.whole(
             climb(
                 self.power,

@@ -90,7 +90,7 @@ class Whitened:
 
     @cached_property
     def without_single(self) -> Whitened:
-        """`Whitened` in which each single outlier is reduced to the usual size of the samples near it; cached.
+        """`Whitened` in which each outlier is reduced to the robust standard deviation of its 32 neighbors; cached.
 
         A single outlier can have as much power as a segment and would imitate a level change.
         """
@@ -198,7 +198,7 @@ def _is_from_summary(whitened: Whitened) -> bool:
 
 
 def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
-    """Copy with replaced samples, and with those octave bands of `whitened` computed from them."""
+    """Copy of `whitened` with other `samples`; the octave bands of `whitened` are computed again from these samples."""
     found = _samples_and_bands(_kernels.cosine_transform(samples))
     kept = {low for low, *_ in whitened.bands}
     return replace(

@@ -187,7 +187,10 @@ def information(count: Array, weight: Array, slopes: Array) -> Array:
 def profile_loss(
     power: Array, count: Array, columns: Array, best: Maximum, index: int
 ) -> Callable[[float], float]:
-    """Function that returns the loss of logL if θ_index has a given value and the other θ are fitted from `best`."""
+    """Function that returns the loss of logL if θ_index has a given value.
+
+    The other θ are fitted again, starting from `best`, and so is the discrepancy if `best` has one.
+    """
     others, column = np.delete(columns, index, axis=1), columns[:, index]
     rest = np.delete(best.theta, index)
 

@@ -112,8 +112,8 @@ class _ConditionalMean:
     def mean(self, samples: Array) -> Array:
         """Array of `samples` in which the missing ones are replaced by their conditional mean.
 
-        Their present values start the iteration. It ends at a relative error of 1e-5 or after 400 steps, which are
-        added to `steps`.
+        Up to 2048 missing samples are solved for directly. More are iterated from the values that `samples` has there;
+        the iteration ends at a relative error of 1e-5 or after 400 steps, which are added to `steps`.
         """
         residual = -self._weighted(samples, self.precision)
         out = samples.copy()

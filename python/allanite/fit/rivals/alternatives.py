@@ -56,7 +56,8 @@ class Alternative:
 def is_removable(effect: Effect) -> bool:
     """True if a search may remove an effect.
 
-    False for white noise, excluded samples, and effects with a parameter that the user held.
+    False for white noise, effects that exclude samples, and effects with a parameter that the user held, or that is at
+    a limit which the user gave.
     """
     white = isinstance(effect, Stochastic) and effect.white
     removes = isinstance(effect, Modifier) and effect.removes
@@ -196,7 +197,7 @@ class Rivals:
     pairs: tuple[tuple[str, str], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: ``rivals`` with every kind once, those in pairs last, and ``rival_pairs``."""
+        """Dict for JSON: ``rivals``, a list of all kinds, each once (those of `alone` first), and ``rival_pairs``."""
         every = (*self.alone, *(kind for pair in self.pairs for kind in pair))
         return {
             "rivals": list(dict.fromkeys(every)),

@@ -31,8 +31,8 @@ def parameters_cost(own: Fitted, solution: Solution) -> float:
     A strength or time constant with relative error 1/z costs ln(range · z/√2π). This is Laplace's approximation (Kass &
     Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) with a logarithm uniform over `PRIOR_LOG_RANGE`. It suits slow effects,
     which only few ordinates determine, however long the record is. The frequency of a band is uniform up to half the
-    sampling rate, and its error is 1/z of the width: instead of the range, n ordinates over those of the band count. All
-    other effects (lines, filters, changes of level) cost ½ ln n for each parameter.
+    sampling rate, and its error is 1/z of the width: its range is the number of all ordinates over that of the band.
+    All other effects (lines, filters, changes of level) cost ½ ln n for each parameter.
     """
     effect = own.effect
     if isinstance(own, Process) and not effect.nameless:

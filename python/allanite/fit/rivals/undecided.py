@@ -128,7 +128,9 @@ def _replacements(
 ) -> tuple[tuple[tuple[Effect, ...], float] | None, ...]:
     """Tuple with (replacing effects, probability) for each effect of the chosen model; None if no other model lacks it.
 
-    `others` are pairs of another model and its probability.
+    Replacing effects are those of the most likely model without the effect that have a kind new to the chosen model.
+    The probability is the sum of all models without the effect. `others` are pairs of another model and its
+    probability.
     """
     own = Counter(e.kind for e in chosen)
     found: list[tuple[tuple[Effect, ...], float] | None] = []

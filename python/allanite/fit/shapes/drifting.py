@@ -124,9 +124,9 @@ class Band:
         return max(MIN_SECTIONS, 1 << (self.series.size // MAX_SECTION_VALUES - 1).bit_length())
 
     def _courses(self) -> list[tuple[int, float]]:
-        """List of (mid-record frequency minus `first`, drift over the record) of the eight best linear courses.
+        """List of (mid-record frequency minus `first`, drift over the record) of the eight best courses of a wide band.
 
-        They are those of a wide band. Frequencies are in cycles per record. The best comes first.
+        The courses are linear. Frequencies are in cycles per record. The best comes first.
         """
         number = self._sections
         # With this step a course deviates by at most a quarter of a section's frequency resolution at either end.

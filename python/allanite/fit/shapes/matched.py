@@ -37,7 +37,10 @@ MIN_INDEPENDENT_NORM = 1e-3
 def regressor_ordinates(
     points: Sequence[Deterministic], j: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Array of the regressors of all points at ordinates j of the record, shape (points · regressors, ordinates)."""
+    """Array of the regressors of all points at ordinates j of the record, shape (points · regressors, ordinates).
+
+    With missing samples they are multiplied by the gain of the record (`Data.attenuated`).
+    """
     closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
     if closed is not None:
         return data.attenuated(closed, j)

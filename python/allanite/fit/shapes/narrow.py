@@ -143,7 +143,7 @@ class Window:
     def spectrum(self, x: Array) -> Array:
         """Array of the expected squared ordinates with the band at coordinates x, shape (k,).
 
-        The other noise is scaled by the last coordinate, e^x₃.
+        The rest of the model is multiplied by e^x₃, x₃ the fourth coordinate.
         """
         effect = self.effect(x)
         model = with_effect(self.model, self.place, effect)
@@ -161,7 +161,7 @@ class Window:
 
     @property
     def max_log_half_width(self) -> float:
-        """Ln of the maximum half-width of a narrow band here, in ordinates."""
+        """Ln of the maximum half-width, in ordinates, of a narrow band in the middle of the window."""
         return float(np.log(0.5 * MAX_NARROW_WIDTH * np.mean(self.j)))
 
     def is_admissible(self, x: Array) -> bool:

@@ -101,7 +101,7 @@ class FittedNoise:
 
     @property
     def coefficients(self) -> Array:
-        """Array of the fitted coefficients, relative to those with which each noise has a scatter of 1 over the record."""
+        """Array of the fitted coefficients, each over the coefficient with which the noise has variance 1 at the end."""
         return np.asarray(np.exp(0.5 * self._place[: len(self.candidate.effects)]))
 
     def noise_of(self, coefficients: Array) -> StampedNoise:
@@ -238,7 +238,7 @@ class _Parts:
         return self.candidate.effects[-1].with_values(exponent=float(exponent))
 
     def at(self, place: Array) -> StampedNoise:
-        """`StampedNoise` at log-variances (and an exponent)."""
+        """`StampedNoise` at `place`: log-variances of the normalized effects, then the exponent if one is fitted."""
         sizes = np.exp(place).tolist()
         parts = [
             part.scaled(weight * size)
@@ -250,7 +250,7 @@ class _Parts:
         return added(parts)
 
     def model(self, place: Array) -> Model:
-        """`Model` of the effects with the coefficients at log-variances (and an exponent)."""
+        """`Model` of the effects with the coefficients (and the exponent) at `place`, see `at`."""
         effects, weights = list(self.candidate.effects), [weight for _, weight in self.fixed]
         if self.candidate.exponents is not None:
             effects[-1] = self._last(place[-1])
@@ -320,9 +320,11 @@ def _scatter(noise: StampedNoise, length: float) -> float:
 def _start_values(
     candidate: Candidate, start: FittedNoise | None, limits: Sequence[tuple[float, float]]
 ) -> Array:
-    """Array of the start values of the optimization: those of `start`, with new effects at 1/10 of the largest.
+    """Array of the start values of the optimization: relative log-variances, then the exponent if it is fitted.
 
-    Without `start`, all log-variances are equal, and the exponent is in the middle of its range.
+    With `start` they are its log-variances; new effects get 1/10 of its largest variance. The exponent is that of
+    `start`, −1 if its last effect is B, or −1.8 if it is K; otherwise it is in the middle of its range. Without
+    `start`, all variances are equal. All values are limited to `limits`.
     """
     first = np.zeros(len(limits))
     sizes = len(candidate.effects)
