@@ -340,7 +340,10 @@ class Effect(AsModel):
         return (self,)
 
     def extended(self) -> tuple[Effect, ...]:
-        """Tuple of richer forms to try, from the fitted values on, if a misfit remains; by default empty."""
+        """Tuple of effects with more parameters that a search tries instead of this one; by default empty.
+
+        A search tries them if a misfit remains, and starts from the fitted values.
+        """
         return ()
 
     def equal_forms(self) -> tuple[Effect, ...]:

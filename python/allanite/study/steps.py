@@ -194,10 +194,11 @@ def _with_detected(before: State, after: State) -> State | None:
 def further_steps(
     ladder: Sequence[Rung], check: Check, added: Sequence[Suggestion]
 ) -> Iterator[Rung]:
-    """Iterator over further steps from the same check, as long as a new check would find the same.
+    """Iterator over further steps (`Rung`) from the same check, as long as a new check would find the same.
 
-    It would if 90 % of the ΔlogL of the check remain beside the additions, and no effect of the user's model leaves. For an
-    effect whose evidence is not in the mean spectrum, and for an event with p > 1e-4, the spectrum must not have changed.
+    At least 90 % of the ΔlogL of the check must remain after the additions, and all effects of the user's model stay.
+    For an effect whose evidence is not in the mean spectrum, and for an event with p > 1e-4, the spectrum must not have
+    changed.
     Suggestions that explain the same misfit as those `added`, or as one with a higher score, are left to the next check.
     Those before the first of `added` were refused, and are not tried again. The arguments are not changed.
     """

@@ -33,7 +33,10 @@ if TYPE_CHECKING:
 
 
 def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if the suggestion is a disturbance or outliers whose samples no other suggestion in `found` explains."""
+    """True if the suggestion is a disturbance or outliers, to be excluded before another effect in `found` is added.
+
+    No other significant suggestion may explain these samples.
+    """
     if excludes_segment(one.effect):
         return _disturbance_leads(one, found, fit)
     return _outliers_lead(one, found, fit)
@@ -42,9 +45,9 @@ def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
 def _disturbance_leads(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     """True if the significant disturbance `out` is to be excluded before another effect is added.
 
-    This holds if no other significant event in time explains its segment. An event explains the segment if, in the model
-    with this event, separate levels of the octaves there hardly raise logL. Always True for a stuck value; never for an
-    insignificant disturbance or one without times.
+    This holds if no other significant event in time explains its segment. Separate levels of the octaves in the segment
+    raise logL. An event explains the segment if it lowers this rise below 14 nats or below 10 %, the larger limit.
+    Always True for a significant stuck value; never for an insignificant disturbance or one without times.
     """
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:
@@ -69,7 +72,7 @@ def _disturbance_leads(out: Suggestion, found: list[Suggestion], fit: Fit) -> bo
 def _outliers_lead(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     """True if the suggestion excludes outliers that go before all other suggestions.
 
-    Outliers go first if their score is far above all others. They also go first if they lie at the ends of the record,
+    Outliers go first if `is_far_ahead` holds. They also go first if they lie at the ends of the record,
     lie in a few clusters, or alone cause the best process or filter; but not if something else in time explains them. A
     settling that begins high above the noise, or a loud segment, makes the first samples stand out; a tap looks like a
     resonance and lost samples look like a fast lag.

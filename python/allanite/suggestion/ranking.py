@@ -32,9 +32,10 @@ if TYPE_CHECKING:
 
 
 def prior(effect: Effect) -> float:
-    """Prior score of an effect, nats: +3 for a usual cause, 0 for others, −3 per coefficient if it only describes.
+    """Prior score of an effect, nats: +3 for a common cause, 0 for others, −3 per coefficient if it names no cause.
 
-    A band that is too wide for a mode of a structure only describes. ±3 nats are odds of 20 : 1.
+    Common causes are the standard coefficients (Q, N, B, K, R) and functions of a logged column. Power laws, bands too
+    wide for a mode of a structure, and refined functions name no cause. ±3 nats are odds of 20 : 1.
     """
     slow = effect if isinstance(effect, Deterministic) and effect.screened == "slow" else None
     if effect.last_resort or is_broad(effect) or (slow and slow.refined):

@@ -77,8 +77,8 @@ def _moves(fit: Fit, band: Effect) -> bool:
 def _with_modulated_band(before: State, band: Effect) -> State | None:
     """State with the largest gain in which a present band is modulated at its distance from another `band`; or None.
 
-    None if none can be modulated. Other bands are modulated likewise, and added bands at the place of the other side
-    band are removed. The gain may be negative.
+    None if none can be modulated. Other bands with side bands are modulated as well, and added bands near a side band
+    of the modulated one are removed. The gain may be negative.
     """
     fit = before.fit
     effects = fit.model.effects

@@ -58,5 +58,8 @@ def may_take_the_place(effect: Effect, out: Effect) -> bool:
 
 
 def _is_event(effect: Effect) -> bool:
-    """True for a function of time that happens once: its evidence does not pay for the many times that were tried."""
+    """True if the effect is a function of time that happens once.
+
+    The evidence of such an effect is not corrected for the many times that were tried.
+    """
     return isinstance(effect, Deterministic) and effect.happens_once

@@ -36,9 +36,9 @@ def splits(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
 
 
 def _filters_beside(fit: Fit, place: int) -> Iterator[int]:
-    """Iterator over indices of filters whose wrong design the broad hump at `place` may make up for.
+    """Iterator over the indices of removable filters that may be confused with the broad hump at `place` (`may_be`).
 
-    Empty if the effect at `place` is no broad hump.
+    If the design of such a filter is wrong, a hump may compensate it. Empty if the effect at `place` is no broad hump.
     """
     out = fit.model.effects[place]
     if is_broad(out):

@@ -66,7 +66,7 @@ def screen_slow(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> Screen:
-    """`Screen` of a family of slow functions: the best grid point of each effect, refitted, and its richer forms.
+    """`Screen` of a family of slow functions: best grid point of each effect, refitted, and forms with more parameters.
 
     A grid point with a ΔlogL below 3 has no candidate. `rival` is the solution with the best wandering process, beyond
     which a function must explain something. `whitened` returns the whitened record of the solution, if it is needed.
@@ -133,7 +133,7 @@ def _richer_forms(
     solution: Solution,
     data: Data,
 ) -> dict[Deterministic, tuple[float, float, Noise]]:
-    """Dict from richer forms of an effect, with optimized shapes, to (angle of its grid, number of starts, noise used).
+    """Dict from forms with more parameters, shapes optimized, to (angle of its grid, number of starts, noise used).
 
     They include excursions between any two times of the grid, which need not begin where the simple
     form was found, and the richer forms of an excursion.
@@ -144,7 +144,7 @@ def _richer_forms(
     found: dict[Deterministic, tuple[float, float, Noise]] = {}
 
     def add_extended(plain: Effect, starts: float, noise: Noise) -> None:
-        """Add the richer forms of an effect that may start at any of `starts` independent places."""
+        """Add to `found` the effects `plain.extended()`, which may start at any of `starts` independent places."""
         for blank in plain.extended():
             assert isinstance(blank, Deterministic)
             grid = grid_points(blank, data)
@@ -174,7 +174,7 @@ def _significant_richer_forms(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """List of the refitted candidates of richer forms that explain significantly more than `simple`.
+    """List of the refitted candidates of those `forms` that explain significantly more than `simple`.
 
     The limit is a p-value of 1 %; None as `simple` stands for no function. Refuted forms, forms of an event already in
     the list, and forms that are not significant by themselves are omitted.

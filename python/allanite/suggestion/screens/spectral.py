@@ -262,9 +262,9 @@ def _residual_maxima(
 def _with_richer_form(
     ends: list[tuple[Model, Maximum]], model: Model, best: Maximum, part: RandomPart
 ) -> tuple[Model, Maximum]:
-    """Pair (model, maximum) with a richer form of the last effect, if it gains 8 nats; otherwise `model` and `best`.
+    """Pair (model, maximum) whose last effect has more parameters, if that gains 8 nats; otherwise `model` and `best`.
 
-    The forms of the eight most likely `ends` are tried, and only if the model has a discrepancy.
+    The forms (`Effect.extended`) of the eight most likely `ends` are tried, and only if the model has a discrepancy.
     """
     if best.scale is None:
         return model, best
