@@ -25,9 +25,10 @@ FIRST_ROWS = 100
 
 
 def cells_of(line: str) -> list[str]:
-    """List of the stripped cells (texts) of a row, separated by the first of semicolon, tab, comma or blanks in it.
+    """List of the stripped cells (texts) of a row, separated by semicolons, else tabs, else commas, else blanks.
 
-    In rows with semicolons or tabs, a comma is a decimal comma.
+    The first of these signs that the row has anywhere separates the cells, so that a comma is a decimal comma in a row
+    with semicolons or tabs.
     """
     line = line.strip("\r\n ")
     mark = next((mark for mark in ";\t," if mark in line), None)

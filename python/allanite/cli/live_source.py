@@ -311,7 +311,7 @@ class _Lines:
 
 
 def sample_of(line: str, place: int) -> float | None:
-    """Number in a column of a row: NaN for an empty cell, None for a comment or a text.
+    """Number in a column of a row: NaN for an empty cell, None for a blank line, a comment or a text.
 
     Raises
     ------

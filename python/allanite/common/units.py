@@ -345,7 +345,7 @@ def is_frequency(text: str | None) -> bool:
 
 
 def rate_unit(text: str, quantity: str) -> Unit:
-    """`Unit` of the rate for samples in the unit `text`: ``deg/s`` if the quantity is an angle in ``deg``.
+    """`Unit` of the rate for samples in the unit `text`: ``deg/s`` for an angle or increment in ``deg``.
 
     The unit of the rate itself is accepted as well (``quantity="angle", unit="1"`` for a clock phase in seconds).
     Raises `InputError` for a text that is no unit.

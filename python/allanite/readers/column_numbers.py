@@ -35,7 +35,8 @@ def kind_of_numbers(values: NDArray[Any]) -> str | None:
     Returns
     -------
     str or None
-        ``"index"`` (rises by 1 in every row), ``"counter"`` (the same, but wraps), ``"date"`` (one day in all rows) or
+        ``"index"`` (rises by 1 in every row), ``"counter"`` (the same, but wraps), ``"date"`` (the same midnight,
+        s since 1970, in all rows) or
         ``"clock"``. A clock rises in nearly every row by similar steps, or in every row, or by equal steps that
         several rows share.
     """

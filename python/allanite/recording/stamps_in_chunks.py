@@ -64,7 +64,10 @@ def read_stamps_in_chunks(
 
 
 def fill_gaps_in_chunks(chunks: Iterable[NDArray[Any]], stamps: Stamps) -> Iterator[NDArray[Any]]:
-    """Yield arrays of shape (rows, columns) with the rows of the segment used, and rows of NaN for missing samples."""
+    """Yield arrays of shape (rows, columns) with the rows of the segment used, and rows of NaN for missing samples.
+
+    Some of the arrays may be empty.
+    """
     first, end = stamps.rows
     gaps, row = list(stamps.inside), 0
     for chunk in chunks:

@@ -31,8 +31,8 @@ SLIPS_OF_ALL = (
 def slip(coefficient: str, ratio: float, tolerance: float) -> str:
     """Text ``looks as if …`` with the mistake that explains `ratio`, measured divided by stated value; empty if none does.
 
-    The logarithm of the ratio must exceed the tolerance, and must agree with that of a known factor to within the
-    tolerance or 0.1, whichever is smaller.
+    |ln ratio| must exceed the tolerance, and ln ratio must agree with that of a known factor to within the tolerance or
+    0.1, whichever is smaller.
     """
     if ratio <= 0 or abs(math.log(ratio)) <= tolerance:
         return ""
