@@ -115,8 +115,9 @@ def _verdict_on_value(
 def _verdict_on_deviation(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> Verdict:
     """`Verdict` on the deviation `kind` (``tdev``, ``mtie``) of a phase (s) against its limit at all averaging times.
 
-    ``fails`` if the low end of any interval exceeds the limit; ``passes`` if the record is long enough and every high
-    end keeps it. Else ``undecided``, as without any usable averaging time. Its numbers are those at the worst τ.
+    ``fails`` if the low end of any interval exceeds the limit. ``passes`` if the record is long enough for the mask and
+    every high end keeps the limit, at τ up to 1/12 of the record (MTIE: the record). Otherwise ``undecided``, also
+    without any usable τ. A deviation without an interval is compared itself. The numbers are those at the worst τ.
     """
     _, high_tau = limit.span
     last = high_tau if np.isfinite(high_tau) else limit.pieces[-1].low

@@ -95,6 +95,9 @@ class Errors:
 def mission_of(horizon: float, rate: float) -> Mission:
     """`Mission` (aiding, then coasting) for a filter horizon; the step is a whole number of samples. Cached.
 
+    The step is 1 s, but the horizon has 10 to 200 steps. Aiding lasts 300 s or three horizons, the longer of both, at
+    most 1000 steps. There are five coasting times per decade, from one step to the horizon.
+
     Parameters
     ----------
     horizon : float

@@ -145,8 +145,9 @@ def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
 def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
     """Step with the largest expected gain that merges a stack of effects, or drops, replaces or splits one; or None.
 
-    It must gain 0.5 nats of score, or 3 nats of evidence. New effects that the record does not show are removed again,
-    and no error may rise beyond its scatter. No model of the search may lead the result by more than 3 nats.
+    A merge (`with_nameless_shape`) comes first. Any other change must gain 0.5 nats of score, or 3 nats of evidence. New
+    effects that are not detected are removed again, and no error may rise beyond its scatter. No model of the search
+    may lead the result by more than 3 nats.
     """
     before = state_of(ladder)
     shape = with_nameless_shape(ladder, before)

@@ -117,8 +117,8 @@ class Check:
     def grouped(self) -> list[tuple[str, list[tuple[int, Suggestion]]]]:
         """List of (title, [(rank, suggestion), …]): best significant suggestion, alternatives, additional effects.
 
-        Rank 1 is the best suggestion. Empty groups are omitted. If no suggestion is significant, the best two form the
-        only group, "closest candidates".
+        Ranks count all suggestions from 1, the best. Empty groups are omitted. If no suggestion is significant, the best
+        two form the only group, "closest candidates". The list is empty without suggestions.
         """
         ranked = [(rank, s) for rank, s in enumerate(self.suggestions, 1) if s.significant]
         if not ranked:

@@ -22,7 +22,7 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the file with N²·rate and K²·rate, because the filter adds dt²·Q per sample.
+    """Text of lines ``key: value`` with N²·rate and K²·rate, because the filter adds dt²·Q per sample.
 
     Each number is the largest of the axes of its sensor. Raises `InputError` without one sampling rate.
     """

@@ -22,7 +22,7 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the file with N²·rate and K²·rate.
+    """Text of the YAML node ``imu`` with N²·rate, and comments with K²·rate for constants of the source code.
 
     IMU_Processing.cpp (107acae) multiplies both by dt² at each sample. Each number is the largest of the axes of its
     sensor. Raises `InputError` without one sampling rate.

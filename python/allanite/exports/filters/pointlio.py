@@ -24,7 +24,7 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the file with N²·rate and K²·rate.
+    """Text of lines ``key: value`` with N²·rate and K²·rate.
 
     esekfom.hpp (bbd402a) adds Q·dt² per prediction, and R_IMU is the variance of a sample. Each number is the largest
     of the axes of its sensor. Raises `InputError` without one sampling rate.

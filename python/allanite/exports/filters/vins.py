@@ -23,7 +23,7 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the file with N·√(2·rate) and K·√rate.
+    """Text of lines ``key: value`` with N·√(2·rate) and K·√rate.
 
     The midpoint rule of integration_base.h averages two independent noises per step. The variance of a step is then
     n²dt²/2, which gives n = N√(2/dt). A bias step is w·dt, which gives w = K/√dt. Each number is the largest of the
