@@ -148,7 +148,7 @@ def _comment_lines(found: ThermalCalibration, mark: str, *lines: str) -> list[st
 def _px4(found: ThermalCalibration) -> str:
     """Text of PX4 shell commands ``param set TC_G…`` and ``TC_A…``, with comments.
 
-    Raises `InputError` for over 4 sensors of a kind, or none.
+    X0 of accelerometers is 0. Raises `InputError` for over 4 sensors of a kind, or none.
     """
     gyros, accels = _gyroscopes_and_accelerometers(found, PX4_SENSORS, "px4")
     lines = _comment_lines(

@@ -31,7 +31,7 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the parameter file: N/√dt and K/√dt with the step dt of the filter, 1/`rate` or by default 0.012 s.
+    """Text of lines ``key,value`` with N/√dt and K/√dt, with the step dt of the filter, 1/`rate` or by default 0.012 s.
 
     EK3 uses the variances (dt·σ)², and (dt²·σ)² for delta biases.
 

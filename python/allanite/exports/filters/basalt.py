@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the calibration file: N and K of x, y and z, and the update rate.
+    """JSON text of the calibration file: lists of N and of K for x, y and z in SI, not converted, and the update rate.
 
     Basalt multiplies N by √rate to get the standard deviation of a sample.
 

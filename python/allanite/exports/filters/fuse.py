@@ -24,9 +24,10 @@ MOTION = 0.1
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Text of the file with process_noise_diagonal of two motion models.
+    """Text of a YAML file with ``process_noise_diagonal`` of two motion models; `rate` is not used.
 
-    The covariance of a step of length dt is dt times the diagonal.
+    The diagonal holds variances per second (`process_noise`), and 0.1 for states of no sensor. The covariance of a step
+    of length dt is dt times the diagonal.
     """
     noise = process_noise(axes, overbound=overbound)
     convention = (

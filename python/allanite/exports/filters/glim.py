@@ -21,7 +21,7 @@ SCAN_RATE = 10.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the file: N, and K/√(scan rate) as standard deviation of the bias change per scan.
+    """JSON text: N in SI, and K/√(scan rate) as standard deviation of the bias change per scan.
 
     The scan rate is `rate`, by default 10 Hz.
     imu_integration.cpp squares N.

@@ -25,10 +25,10 @@ DEGREE = math.pi / 180.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Text of the file: N, and σ and correlation time of the Gauss-Markov biases.
+    """Text of the YAML node ``imunoise``: N, and σ and correlation time of the Gauss-Markov biases.
 
     N is in °/√h and m/s/√h, σ in °/h and mGal. All axes have one correlation time, in h. Each of x, y and z has its own
-    numbers. Raises `InputError` unless both sensors are given.
+    numbers. `rate` is not used. Raises `InputError` unless both sensors are given.
     """
     gyro, accel = split(axes)
     check_both_sensors(axes, "kfgins")

@@ -31,7 +31,7 @@ RATES = {"gyro": STATES[9:12], "accel": STATES[12:15]}
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Text of the file with the diagonals of process_noise_covariance and initial_estimate_covariance.
+    """Text of a YAML file with the diagonal matrices process_noise_covariance and initial_estimate_covariance.
 
     A prediction over dt adds dt times the process noise (src/ekf.cpp, 1cb9533). States of no sensor get the defaults.
     The initial covariance is only written if the bias at switch-on is known, with the largest of the axes.

@@ -23,7 +23,7 @@ TAU = 500.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
-    """Text of the IMU settings in JSON: N, and with BiasStability and Tau so that K = BiasStability/√Tau.
+    """JSON text of the IMU settings: N, and BiasStability and Tau such that K = BiasStability/√Tau.
 
     The simulator adds N/√dt to a sample and BiasStability/√Tau·√dt to the bias. Its ``VelocityRandomWalk`` is in mg
     (per √Hz), ``AngularRandomWalk`` in °/√h. Each number is the largest of the axes of its sensor; a missing sensor has
