@@ -40,7 +40,7 @@ class Curve:
     temperature : ndarray, shape (k,)
         Temperatures over the range of the logs, °C.
     bias, low, high : ndarray, shape (k,)
-        The law, and the band that contains the whole law with 95 % confidence.
+        The law, and the band that contains the whole law with 95 % confidence, in the unit of the samples.
     loop : float
         Bias while cooling minus bias while warming, long after a change of direction; 0 without hysteresis.
     """

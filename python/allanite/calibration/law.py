@@ -83,7 +83,10 @@ class Remainder:
 
     Attributes
     ----------
-    tau, before, after : ndarray, shape (k,)
+    tau : ndarray, shape (k,)
+        Averaging times, s.
+    before, after : ndarray, shape (k,)
+        Allan deviations, in the unit of the samples.
     """
 
     tau: Array
@@ -114,11 +117,11 @@ class AxisLaw:
     curve : Curve
         The law b(T) with its 95 % band.
     offsets : tuple of float
-        Bias of each run at the reference temperature.
+        Bias of each run at the reference temperature, in the unit of the samples.
     noise : NoiseLaw or None
         None if the record is too short to follow the white noise over time.
     walk_of_steps : float
-        Largest K that the steps of a coarse thermometer can cause.
+        Largest K that the steps of a coarse thermometer can cause, in the unit of the samples per √s; 0 without steps.
     loop : Loop or None
         None if no temperature was passed both warming and cooling.
     remainder : Remainder

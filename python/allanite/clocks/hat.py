@@ -106,7 +106,7 @@ class ClockDeviation:
 
 
 class Clocks(Mapping[str, ClockDeviation]):
-    """Allan deviations of the clocks by name.
+    """Mapping from the name of a clock to its `ClockDeviation`.
 
     Examples
     --------

@@ -217,7 +217,7 @@ class Timing:
 
 
 class Timings(Several[Timing]):
-    """Several clocks by the name of their column.
+    """Mapping from the name of a column to the `Timing` of its clock.
 
     Examples
     --------
@@ -233,7 +233,7 @@ class Timings(Several[Timing]):
 
 
 class TimingOptions(TypedDict, total=False):
-    """Options of `allanite.timing`."""
+    """Keyword arguments of `allanite.timing`, all optional, for `timing_columns`."""
 
     masks: Sequence[str | Mask]
     after: Sequence[float]

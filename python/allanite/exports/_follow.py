@@ -96,6 +96,7 @@ class Quality:
 class _Target:
     """Model of an axis that the numbers must follow, and its broad and slow part, in units of `scale` SI units.
 
+    `rate` is in Hz, `horizon` in s. `simulator` is False for the numbers of a filter.
     `undetected` names the standard coefficients, such as K, that were not detected and have their expected size.
     """
 

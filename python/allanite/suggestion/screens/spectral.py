@@ -56,7 +56,10 @@ DESIGN_SCAN_STEPS = 5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """An effect that may be missing, its ΔlogL (`gain`, nats), and the refitted solution with it."""
+    """An effect that may be missing, its ΔlogL (`gain`, nats), and the refitted solution with it, if it was refitted.
+
+    `family` names the candidates that share its false alarms (`Family`).
+    """
 
     effect: Effect
     gain: float
