@@ -82,7 +82,10 @@ def _freedom(
 
 
 def _theo1_at_factors(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
-    """`Deviation` of kind theo1 at the even averaging factors m, with the remarks `notes` and those on gaps."""
+    """`Deviation` of kind theo1 at the even averaging factors m, with the remarks `notes` and those on gaps.
+
+    `n` and `lost` count m/2 terms for each position.
+    """
     variance, n, alpha, gaps, step = kernel_results(THEO1, src.samples, m, src.angle)
     lost = THEO1.max_terms(m, src.points) - n
     share = lost / np.maximum(n + lost, 1)

@@ -197,7 +197,7 @@ def _coefficients_by_kind(
 
 
 def _distribution(value: Any) -> _Distribution:
-    """`_Distribution` of an estimate; without an interval the value with certainty, and 0 for other objects."""
+    """`_Distribution` of an estimate: its value with certainty if it has no interval; 0 with certainty if no estimate."""
     if not isinstance(value, Estimate):
         return _Distribution()
     if value.interval is None:

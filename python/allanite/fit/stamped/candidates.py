@@ -101,7 +101,7 @@ class FittedNoise:
 
     @property
     def coefficients(self) -> Array:
-        """Array of the fitted coefficients, each over the coefficient with which the noise has variance 1 at the end."""
+        """Array of the fitted coefficients, each over the coefficient with which its noise has final variance 1."""
         return np.asarray(np.exp(0.5 * self._place[: len(self.candidate.effects)]))
 
     def noise_of(self, coefficients: Array) -> StampedNoise:
