@@ -324,7 +324,7 @@ class AxisLaw:
 def _binned_means(axis: AxisLaw, bins: int = 60) -> dict[str, list[float]]:
     """Dict of the lists temperature_celsius, bias and direction (1 warming, −1 cooling): means in bins of temperature.
 
-    The offset of each run is subtracted. Empty bins and samples near a reversal's midpoint are omitted.
+    The offset of each run is subtracted. Empty bins and samples with `Runs.direction` 0 are omitted.
     """
     out: dict[str, list[float]] = {"temperature_celsius": [], "bias": [], "direction": []}
     runs = axis.runs

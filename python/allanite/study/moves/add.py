@@ -84,10 +84,11 @@ def with_second_effect(
 ) -> tuple[State, Suggestion] | None:
     """Pair: state with a second effect with which no error rises beyond its scatter, and the suggestion of it; or None.
 
-    It is needed if the first addition alone raises an error. The second effect is one that `check` found missing. If
-    none of those helps, the model with the addition is checked. Its suggestions are added, or replace the addition. If
-    only the discrepancy rises, within its interval (`falls`), the second effect must gain 3 nats and lower the
-    discrepancy.
+    It is needed if the first addition alone raises an error. If an error rises beyond its scatter, effects that `check`
+    found missing are tried. If the Allan error rises with all of them, the model with the addition is checked, and its
+    suggestions are added or replace the addition; the pair with the lower Allan error is returned. If `falls` (no error
+    of `after` rises beyond its scatter), only that second check is used: the second effect must gain 3 nats, and the
+    discrepancy must not be above that of `before`.
     """
     new = after.fit.model.effects[-1].kind
     if falls:
