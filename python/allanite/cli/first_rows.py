@@ -149,7 +149,7 @@ def _column_index(
     """Index of the column to watch: the given one, the model's, or the first sensor that may be one.
 
     In a table without names, a sensor must change. Prints a note if there are several sensors. Raises `InputError` for
-    an unknown column and for time stamps.
+    an unknown column and for time stamps. `source` names the source in the note.
     """
     from allanite.readers.columns import Request, layout_from_roles
     from allanite.recording import find_column

@@ -38,7 +38,8 @@ def deviation_unit(sample_unit: str, chosen: str | None) -> str:
 def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: str | None) -> str:
     """Name of the unit in which a value is displayed: its own, one with the chosen sample unit, or that of data sheets.
 
-    It is its own unit if none is chosen, if samples are dimensionless, or if the value cannot be converted.
+    It is its own unit if none is chosen, if samples are dimensionless, or if the value cannot be converted. `chosen` is
+    a unit of samples, `SHEET`, or None.
     """
     if chosen is None or not value.unit.startswith(sample_unit) or sample_unit == "1":
         return value.unit

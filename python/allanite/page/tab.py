@@ -196,7 +196,8 @@ class Tab(Bench):
     def _improve(self, job: Job, column: int, before: str) -> bool:
         """Add steps until none helps; each is checked first, and an adequate model is then simplified.
 
-        True if the last model is adequate, within the tolerance, or has the largest number of steps.
+        True if the last model is adequate, within the tolerance, or has the largest number of steps. The text `before`
+        precedes the progress of the job.
         """
         begun = self.board.ladders[column].at
         while True:

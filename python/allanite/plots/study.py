@@ -124,7 +124,11 @@ def _bar_panel(
     guide: float | None,
     column: int,
 ) -> Panel:
-    """`Panel` of bars for one error measure, one bar per step; `guide` is the position of a dashed line, or None."""
+    """`Panel` of bars for one error measure, one bar per step; `guide` is the position of a dashed line, or None.
+
+    `names` are the texts of the steps. None in `values` is a bar without length and the text ``–``. Names are shown in
+    column 0 only.
+    """
     numbers = np.array([np.nan if v is None else v for v in values], dtype=float)
     texts = tuple("–" if v is None else number(v) for v in values)
     marks: list[Mark] = [Bars(numbers, texts, _bar_colors(len(values)))]

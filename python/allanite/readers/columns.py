@@ -388,7 +388,7 @@ def _set_time_columns(table: Table, found: Roles, request: Request, kinds: dict[
 def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
     """Index of the first column with the role ``time`` whose numbers rise.
 
-    If none rises, the first with this role; None without any.
+    If none rises, the first with this role; None without any. `there` holds the indices of the columns that were read.
     """
     candidates = [i for i, role in enumerate(found.roles) if role == "time"]
     advancing = [
@@ -405,7 +405,8 @@ def _guessed_time(
     """Index of the column whose numbers show that it is the time, or None if no column looks like a time.
 
     May change roles in `found`. For a pair of days (MJD) and decimal years, the column of days is the time. Columns
-    with the GPS week of these days are demoted, and the pair is removed from `kinds`.
+    with the GPS week of these days are demoted, and the pair is removed from `kinds`. `there` holds the indices of the
+    columns that were read.
     """
     pair = _days_and_years(table, there)
     if pair is not None:
@@ -435,7 +436,8 @@ def _guessed_time(
 def _days_and_years(table: Table, there: Sequence[int]) -> tuple[int, int] | None:
     """Tuple (days, years): indices of two columns with the same times in MJD and in decimal years; or None.
 
-    The first pair counts whose times differ by less than 2 days in every row and whose days rise.
+    The first pair counts whose times differ by less than 2 days in every row and whose days rise. `there` holds the
+    indices of the columns that were read.
     """
     with np.errstate(all="ignore"):
         means = {i: float(np.mean(table[i])) for i in there}
@@ -759,7 +761,7 @@ def _unit_and_scale(
 
     The unit is the given one, or else the own one, or else ``"1"``. A phase has the unit s and its factor converts to
     s; other factors are 1. Raises `InputError` if the given unit contradicts the header, or if a phase is read as a
-    rate.
+    rate. `own` is the unit that the log states for the column `name`.
     """
     given = _given_unit(name, own, request)
     if quantity != "rate" and PHASE in (kind_of_unit(own), kind_of_unit(given)):
@@ -802,7 +804,7 @@ def _given_unit(name: str, own: str | None, request: Request) -> str | None:
     """Unit that the caller gave for a column, or None without one.
 
     If several units are given, the kind of sensor selects one; None if the log states a unit of no sensor. Raises
-    `InputError` if the kind is unknown.
+    `InputError` if the kind is unknown. `own` is the unit that the log states for the column `name`.
     """
     if len(request.kinds) < 2:
         return request.unit

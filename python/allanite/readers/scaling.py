@@ -41,6 +41,8 @@ def factors_of(
 ) -> dict[int, float]:
     """Dict from the index of a column to its factor, from `scales` by column name.
 
+    `names` are those of all columns, `samples` the indices of the columns that are read as samples.
+
     Raises
     ------
     InputError

@@ -144,7 +144,7 @@ def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
 def _is_magnetometer(name: str, words: str, unit: str | None) -> bool:
     """True if the name or the unit is that of a magnetometer, and the name is not that of an inertial sensor.
 
-    Raises `InputError` for an unknown unit.
+    Raises `InputError` for an unknown unit. `words` is `words_in` of the name.
     """
     if sensor_kind(name) is not None:
         return False
@@ -155,7 +155,7 @@ def _is_magnetometer(name: str, words: str, unit: str | None) -> bool:
 def _reason_not_axis(name: str, words: str) -> str:
     """Reason why a column is no axis of a sensor (``"a covariance"``, ``"a magnitude"``, …).
 
-    An empty text if it may be an axis.
+    An empty text if it may be an axis. `words` is `words_in` of the name.
     """
     if _COVARIANCE.search(words):
         return "a covariance"

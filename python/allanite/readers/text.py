@@ -95,6 +95,8 @@ _UNIT = re.compile(r"^[\[(]([^\[\]()]*)[\])]$")
 def read(path: Path, pick: Picker) -> Table:
     """`Table` with the picked columns of a text log. Columns that are not picked may hold any text.
 
+    `pick` gets a table of the first rows and returns the indices of the columns to read.
+
     Raises
     ------
     InputError

@@ -132,7 +132,7 @@ def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -
 def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:
     """Tuple (tone ``"good"`` or ``"bad"``, text of the verdict).
 
-    Good if the last model is adequate or within the tolerance.
+    Good if the last model is adequate or within the tolerance. `check` is that of the first model.
 
     The text says whether the first model fits, which effects were added, and how the errors changed.
     """

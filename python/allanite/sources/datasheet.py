@@ -335,7 +335,7 @@ def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        ``allanite/fit/1`` without intervals; ``"assumptions"`` is a list of sentences.
+        ``allanite/fit/1`` without intervals, for samples in rad/s, m/s^2 or 1; ``"assumptions"`` is a list of sentences.
 
     Raises
     ------

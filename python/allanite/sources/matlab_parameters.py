@@ -88,7 +88,8 @@ def _axes(
 ) -> list[dict[str, Any]]:
     """List of model documents (dicts): three named x, y, z if any field has three numbers, else one for the sensor.
 
-    A field with one number applies to all axes. Raises `InputError` without a noise density above 0.
+    A field with one number applies to all axes. Raises `InputError` without a noise density above 0. NoiseDensity is
+    divided by √2 unless NoiseType is double-sided.
     """
     numbers = {letter: _numbers(given[key], key) for key, letter in FIELDS if key in given}
     if not any(numbers.get("N", ())):

@@ -142,7 +142,8 @@ def _add_segments(
 
     `record_ends` is True for each end of the span (first, last) at which the record ends, so that its transform segment
     has no neighbor. Less than half a segment there joins its neighbor. Transform segments with more than 1/8 missing
-    samples are omitted.
+    samples are omitted. `x` are the samples without gaps from index `start` on, `gaps` the mask of those that were
+    missing.
     """
     low, high = span
     borders = np.arange(-(-low // SEGMENT), high // SEGMENT + 1) * SEGMENT

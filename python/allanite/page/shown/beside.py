@@ -147,7 +147,10 @@ def _measures(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any
 
 
 def _predicts(one: Step, two: Step, places: list[int]) -> str:
-    """Text ``Step 1 better by 3.2 ± 0.8 nats in total`` on the prediction of unseen data; empty if not computed."""
+    """Text ``Step 1 better by 3.2 ± 0.8 nats in total`` on the prediction of unseen data; empty if not computed.
+
+    `places` are the numbers of the two steps.
+    """
     ends = [None if s.error is None else s.error.predictive for s in (one, two)]
     if ends[0] is None or ends[1] is None:
         return ""

@@ -158,7 +158,10 @@ def alternatives(study: Study) -> str | None:
 
 
 def _interval_over_all_text(own: Estimate, interval: tuple[float, float] | None, shown: str) -> str:
-    """Text of the interval over all equally good models; empty if it is not wider than the interval of this model."""
+    """Text of the interval over all equally good models; empty if it is not wider than the interval of this model.
+
+    `interval` is in the unit of `own`, the text in the unit `shown`.
+    """
     if interval is None or not is_wider(own, interval):
         return ""
     over = Estimate(own, None, interval, own.unit, True, own.name).to(shown).interval
@@ -208,7 +211,10 @@ def _value(
 
 
 def _limits(effect: Effect, name: str, factor: float) -> list[float | None] | None:
-    """Limits [low, high] of a parameter in the displayed unit, None for an open end; None if it cannot have limits."""
+    """Limits [low, high] of a parameter in the displayed unit, None for an open end; None if it cannot have limits.
+
+    `factor` converts the parameter's own unit to the displayed unit.
+    """
     if not limitable(effect.parameter(name)):
         return None
     ends = effect.limits.to_dict().get(name, [None, None])

@@ -79,7 +79,8 @@ def readings(
     """Pair (traces, annotations) of plotly at the points where detected standard coefficients are read.
 
     A coefficient without a τ of its own is read at the least measured deviation. Points outside the range of τ are left
-    out; above or below the figure, only the annotation is placed at its lower edge.
+    out; above or below the figure, only the annotation is placed at its lower edge. `axes` is plotly's layout, from
+    which the ranges are taken; heights have the displayed `unit`.
     """
     (left, right), (bottom, top) = axes["xaxis"]["range"], axes["yaxis"]["range"]
     traces, labels = [], []

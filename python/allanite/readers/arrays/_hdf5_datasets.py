@@ -66,7 +66,7 @@ def numbers(item: Dataset) -> NDArray[Any]:
 
 
 def _refusal(what: str, name: str, kind: str) -> str:
-    """Text of an error about a link or dataset that would read another file."""
+    """Text of an error about a `what` (link or dataset) that would read another file; `kind`: ``is virtual``."""
     return (
         f"{what} {plain(name, 60)} {kind} and would read another file:"
         " copy the samples into one file without such links (with h5py)"

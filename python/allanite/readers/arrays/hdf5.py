@@ -25,7 +25,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the numeric arrays of the largest length in an HDF5 or netCDF file, also in groups.
 
     An attribute ``units`` is the unit; ``scale_factor`` and ``add_offset`` are applied. An attribute or scalar named
-    rate, fs, … is the sampling rate.
+    rate, fs, … is the sampling rate. `pick` is not used: all these columns are read.
 
     Raises
     ------

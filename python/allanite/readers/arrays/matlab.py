@@ -47,7 +47,7 @@ def read(path: Path, pick: Picker) -> Table:
     """`Table` of the numeric arrays of the largest length, also in structures; each array is one or several columns.
 
     A scalar named Fs, rate, … is the sampling rate. An array of three columns named omega gives omega_x, omega_y and
-    omega_z. A file written by ``save -ascii`` is read as text.
+    omega_z. A file written by ``save -ascii`` is read as text. `pick` selects columns of such a text only.
 
     Raises
     ------
@@ -123,7 +123,8 @@ def _tall(array: NDArray[Any]) -> NDArray[Any]:
 def read_up_to_v72(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the arrays in a file of version 4 to 7.2, also in structures, as `assemble` makes it.
 
-    Complex and sparse arrays, texts, cells and arrays of structures are left out. Raises `InputError` for a damaged file.
+    Complex and sparse arrays, texts, cells and arrays of structures are left out. Raises `InputError` for a damaged
+    file. `pick` is not used: all these columns are read.
     """
     from scipy.io import loadmat, whosmat
 
@@ -166,7 +167,7 @@ def read_v73(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at ha
     """`Table` of the arrays in a file of version 7.3, which is HDF5, as `assemble` makes it.
 
     Names contain the groups with dots. Compound datasets and contents of cells are left out. Raises `InputError` for a
-    damaged file.
+    damaged file. `pick` is not used: all these columns are read.
     """
     import h5py
 

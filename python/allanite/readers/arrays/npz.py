@@ -28,7 +28,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the array ``data`` of shape (n,) or (n, channels), with rate, names, units and time from other keys.
 
     The keys are ``rate_hz``, ``channels``, ``unit`` and ``t``. Without ``channels`` the names are ``x`` or ``x0``,
-    ``x1`` ….
+    ``x1`` …. `pick` is not used: all these columns are read.
 
     Raises
     ------

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the numeric columns of a Parquet, Arrow or Feather file; a column of date-times is the time.
 
-    Columns of text and of lists are not read, except text named like a time.
+    Columns of text and of lists are not read, except text named like a time. `pick` is not used: all these columns are
+    read.
 
     Raises
     ------

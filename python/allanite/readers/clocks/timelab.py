@@ -29,6 +29,8 @@ _BLOCK = re.compile(rb"^TIC[ \t]+(\d+)[ \t]+(\d+)[ \t]*\r?$", re.MULTILINE)
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the time errors in s, named ``phase``, or ``phase_1``, ``phase_2``, … for several channels. No rate.
 
+    `pick` is not used: all these columns are read.
+
     Raises
     ------
     InputError

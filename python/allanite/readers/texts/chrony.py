@@ -51,7 +51,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` with the offset of the clock in s as its first column; further columns depend on the kind of log.
 
     Of several sources, the one in `topics` or the one with most rows is read, and a note names the others. Without
-    topics, all rows of ``tracking`` are read, in order of time. Medians in ``refclocks`` are skipped.
+    topics, all rows of ``tracking`` are read, in order of time. Medians in ``refclocks`` are skipped. `pick` is not
+    used: all these columns are read.
 
     Raises
     ------

@@ -34,6 +34,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes the columns
     """`Table` with one column of observations, without unit, and its dates; days without an observation have no row.
 
+    `pick` is not used: all these columns are read.
+
     Raises
     ------
     InputError

@@ -36,7 +36,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
     """`Table` of the channels of the first segment; the X values are the time if the header says so.
 
-    Without X values, a single ``Delta_X`` states the sampling interval in s.
+    Without X values, a single ``Delta_X`` states the sampling interval in s. `pick` is not used: all these columns are
+    read.
 
     Raises
     ------

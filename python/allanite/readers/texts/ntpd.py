@@ -51,7 +51,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` of the offset in s, and the frequency in ppm (loopstats) or delay in s (peerstats) of one peer.
 
     The peer in `topics` is read, or the one with most rows (the first one if equal). A note names the others. The first
-    line decides between the two forms.
+    line decides between the two forms. `pick` is not used: all these columns are read.
 
     Raises
     ------

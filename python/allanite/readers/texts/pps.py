@@ -105,7 +105,8 @@ def _round_period(step: float) -> float | None:
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the phase in s, one column per channel: time of an edge minus the whole periods since the first edge.
 
-    Periods without an edge, and the end of shorter channels, are NaN. The rate is one over the period.
+    Periods without an edge, and the end of shorter channels, are NaN. The rate is one over the period. `pick` is not
+    used: all these columns are read.
 
     Raises
     ------

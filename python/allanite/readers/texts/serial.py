@@ -60,6 +60,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
     Lines of text before the first values are skipped, except a line of column names. The time stamp of the terminal,
     which states when the line arrived, is the time. It is not used if a line lacks it, or if a column is the time.
+    `pick` is not used: all these columns are read.
 
     Raises
     ------

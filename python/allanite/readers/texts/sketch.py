@@ -64,7 +64,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` with one sample from each group of lines; every group begins with the sensor of the first line.
 
     The time stamp of the terminal at the beginning of a line is the time if all groups have one. It states when the
-    line arrived. An incomplete last group is left out.
+    line arrived. An incomplete last group is left out. `pick` is not used: all these columns are read.
 
     Raises
     ------

@@ -55,7 +55,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` of the rows of one sensor: of the topic, or else of the gyroscope, or else of the accelerometer.
 
     Only tags of at least 4 rows are sensors. If both exist, `others` names the accelerometer, and a note names the
-    other rows.
+    other rows. `pick` is not used: all these columns are read.
 
     Raises
     ------

@@ -32,7 +32,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` of the messages of the topic, or of the first instance of ``IMU``, or else ``GYR``, ``ACC``, ….
 
     The topic ``IMU.1`` is the second instance. With ``GYR``, `others` names the accelerometer's messages; a note names
-    the messages not read. Without a topic, only inertial fields and temperature are columns.
+    the messages not read. Without a topic, only inertial fields and temperature are columns. `pick` is not used: all
+    these columns are read.
 
     Raises
     ------

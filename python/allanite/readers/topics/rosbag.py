@@ -39,7 +39,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """`Table` of the given topics, or of the first topic of type ``sensor_msgs/msg/Imu``.
 
     Without given topics, the accelerometer or gyroscope of a second IMU topic is added if it has the same rate. Stamps
-    in headers are the time, or else the times of receipt.
+    in headers are the time, or else the times of receipt. `pick` is not used: all these columns are read.
 
     Raises
     ------

@@ -35,7 +35,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
     ``sensor_gyro.1`` is the second instance. A topic without a temperature gets that of ``sensor_gyro``,
     ``sensor_accel`` or ``sensor_baro``, interpolated. For ``sensor_gyro``, `others` names the accelerometer; a note
-    names topics not read.
+    names topics not read. `pick` is not used: all these columns are read.
 
     Raises
     ------
