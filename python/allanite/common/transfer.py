@@ -52,7 +52,7 @@ def read_value(file: IO[bytes]) -> Any:
 
 
 def _write_array(file: IO[bytes], array: NDArray[Any]) -> tuple[str, tuple[int, ...], int]:
-    """Write an array to a file in C order; returns its dtype, shape and place in the file, bytes.
+    """Write an array to a file in C order; returns the tuple (dtype as text, shape, place in the file in bytes).
 
     Raises `TypeError` for a dtype that cannot be transferred.
     """

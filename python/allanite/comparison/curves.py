@@ -174,7 +174,7 @@ def _tables(curves: Sequence[Drawn], first: int, others: Sequence[int]) -> list[
     points = [base.near(tau) for tau in base.tau]
 
     def cells(i: int) -> list[tuple[str, ...]]:
-        """Cells of curve `i` from the head down: deviation, and for another curve the ratio."""
+        """List of tuples, one per row with the head: deviation of curve `i`, and its ratio unless `i` is `first`."""
         head = f"[{i + 1}] {printed(curves[i].unit)}"
         near = [curves[i].near(tau) for tau in base.tau]
         values = ["–" if p is None else number(float(p.deviation[0])) for p in near]

@@ -160,7 +160,7 @@ class Power:
         return "\n".join(lines)
 
     def _unit_and_factor(self, name: str) -> tuple[str, float]:
-        """Printed unit of a parameter (empty for no unit), and the factor that converts its value to this unit."""
+        """Tuple (printed unit of a parameter, empty for no unit; factor that converts its value to this unit)."""
         effect, own = self._place_of(name)
         parameter = effect.parameter(own)
         power = parameter.unit

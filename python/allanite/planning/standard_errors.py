@@ -35,7 +35,7 @@ def labels(model: Model) -> list[str]:
 
 
 def standard_errors(model: Model, data: Data, grid: Data) -> dict[str, float]:
-    """Standard error of every free parameter at the values of the model.
+    """Dict with the standard error of every free parameter at the values of the model.
 
     Parameters
     ----------

@@ -126,9 +126,9 @@ def refused_as(what: str) -> Iterator[None]:
 
 @contextmanager
 def one_line() -> Iterator[None]:
-    """Context that turns every exception into an `InputError` with one line; too little memory into its own message.
+    """Context that turns every exception into an `InputError` with one line, also a lack of memory.
 
-    Errors of this package and `ModuleNotFoundError` pass unchanged.
+    Errors of this package, `InternalError` and `ModuleNotFoundError` pass unchanged.
     """
     try:
         yield

@@ -262,8 +262,8 @@ def names_of_two_lines(
 ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
     """Tuple (names, units) of a header of two lines: names of groups, and below them names of columns.
 
-    A column is then named ``group column`` and has the unit of its group. `names` and `units` are those of the first
-    line, and are returned unchanged if the header has one line.
+    A column is then named ``group column`` and has the unit of its group, or None. `names` and `units` are those of the
+    first line, and are returned unchanged if the header has one line.
     """
     rows = list(_lines_of_cells(path, len(names)))
     above = next((i for i, cells in enumerate(rows) if split_header(cells)[0] == names), None)

@@ -74,7 +74,7 @@ def names_text(names: Sequence[str]) -> str:
 def merged(findings: Iterable[Finding]) -> list[Finding]:
     """List of findings in which equal findings for several columns are one, ``gx, gy: …``.
 
-    The order of the first ones stays, as do their columns and values. Findings are equal if severity, text and remedy are.
+    The first of equal findings keeps its place, column and values. Equal are severity, text and remedy.
     """
     columns: dict[tuple[str, str, str], list[str]] = {}
     first: dict[tuple[str, str, str], Finding] = {}

@@ -133,7 +133,7 @@ class Quoted:
         return known_figures()[self.name][0]
 
     def in_unit(self, unit: str) -> float:
-        """Value of the coefficient (two-sided for N) in its canonical unit U·s^power, for samples in the unit U (`unit`).
+        """Value of the coefficient (N: two-sided) in its canonical unit U·s^power, for samples in the unit U (`unit`).
 
         Raises
         ------
@@ -335,7 +335,7 @@ def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        ``allanite/fit/1`` without intervals, for samples in rad/s, m/s^2 or 1; ``"assumptions"`` is a list of sentences.
+        ``allanite/fit/1`` without intervals, in units of rad/s, m/s^2 or 1; ``"assumptions"`` is a list of sentences.
 
     Raises
     ------

@@ -67,8 +67,8 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
     """`Table` of the arrays of the largest length, in the order of `found`; each array is one or several columns.
 
     An array with more columns than rows is transposed first. Arrays of more than two dimensions and shorter arrays are
-    left out. Names keep only their last part if it is unique; columns of three add ``_x``, ``_y``, ``_z``, others ``_0``,
-    ``_1``, ….
+    left out. Names keep only their last part if it is unique; columns of three add ``_x``, ``_y``, ``_z``, others
+    ``_0``, ``_1``, ….
 
     Parameters
     ----------

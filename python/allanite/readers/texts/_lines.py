@@ -89,7 +89,7 @@ def seconds_of_day(clock: str) -> float:
 
 
 def terminal_times(clocks: Iterable[str]) -> NDArray[np.datetime64]:
-    """Array of date-times (datetime64[ns], from 1970-01-01) of texts ``hh:mm:ss.sss``; a fall by half a day adds a day."""
+    """Array of date-times (datetime64[ns]) from 1970-01-01 on of texts ``hh:mm:ss.sss``; a fall by 12 h adds a day."""
     seconds = np.array([seconds_of_day(clock) for clock in clocks])
     seconds[1:] += DAY * np.cumsum(np.diff(seconds) < -DAY / 2)
     return date_times(seconds)

@@ -137,7 +137,10 @@ def _at_times(
     time: NDArray[np.int64],
     prefix: str = "",
 ) -> list[tuple[str, NDArray[Any], str | None]]:
-    """List of (name, values, unit) of the columns of a topic, with the values of the nearest message at each time."""
+    """List of (name, values, unit or None) of the columns of a topic, with values of the message nearest to each time.
+
+    `found` and `stamps` are those of `_messages_of_topic`. The names get the `prefix`.
+    """
     nearest = np.searchsorted((stamps[1:] + stamps[:-1]) // 2, time)
     return [
         (prefix + name, values if stamps is time else values[nearest], unit)
