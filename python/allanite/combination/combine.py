@@ -50,7 +50,7 @@ class Combination:
     fits : tuple of Fit
         Fit of the noise of each unit.
     weights : ndarray, shape (units,)
-        One set of weights for all averaging times; their sum is 1.
+        One set of weights for all averaging times; their sum is 1, and some can be negative.
     tau : ndarray, shape (k,)
         Averaging times, s, an octave apart.
     single : ndarray, shape (k, units)

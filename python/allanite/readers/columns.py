@@ -254,7 +254,7 @@ def _places_of_covariates(table: Table, request: Request) -> list[int]:
 
 
 def _demote_by_numbers(table: Table, found: Roles, request: Request) -> dict[int, str]:
-    """Set the role ``other`` in `found` for sensors that are magnitudes, or with numbers that count, repeat or stay.
+    """Set the role ``other`` in `found` for sensors that are magnitudes, or whose values count, repeat or are constant.
 
     Returns a dict from the index of a column to its kind, such as ``"an index"``; magnitudes are not in it. Besides
     magnitudes, only columns without a unit change, and only if samples are rates. A column with the name of a sensor
