@@ -238,7 +238,8 @@ def _root(covariance: Array, solution: Solution) -> Array:
 def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
     """Array: root of the proposal covariance of the coefficients, 1.5 times as wide as the Fisher information says.
 
-    For coefficients fitted near zero the information of the squared coefficient alone is used.
+    For coefficients fitted near zero the information of the squared coefficient alone is used. Coefficients that are
+    not `free` have nearly no variance.
     """
     theta = solution.theta
     slopes = solution.columns / solution.spectrum[:, None]

@@ -197,7 +197,7 @@ def _coefficients_by_kind(
 
 
 def _distribution(value: Any) -> _Distribution:
-    """`_Distribution` of an estimate: its value with certainty if it has no interval; 0 with certainty if no estimate."""
+    """`_Distribution` of an estimate; without interval a fixed value, which is 0 for objects that are not estimates."""
     if not isinstance(value, Estimate):
         return _Distribution()
     if value.interval is None:

@@ -32,6 +32,9 @@ def whitened(
 ) -> tuple[Array, Array]:
     """Pair of arrays: innovations of columns, shape (k, n), and their variances, shape (n,).
 
+    An innovation is the value minus its prediction from the earlier values. Where `there` is False, a value is only
+    predicted and does not change later predictions.
+
     Noise that starts at 0 gives the first sample no variance. A random constant is therefore added to such noise. The
     constant among the known functions removes it again, whatever its variance.
     """

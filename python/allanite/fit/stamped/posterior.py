@@ -91,7 +91,7 @@ def posterior_points(
 
 
 def _widths(best: Array, log_likelihood: Callable[[Array], float]) -> Array:
-    """Array of the step in each coefficient that lowers logL by a quarter to one nat, shape (k,).
+    """Array of the step from `best` in each coefficient alone that lowers logL by a quarter to one nat, shape (k,).
 
     The search of each ends after 14 steps, with the last step tried.
     """
@@ -131,7 +131,11 @@ def _students(dimensions: int, count: int) -> Array:
 
 
 def _log_density(places: Array, mean: Array, root: Array) -> Array:
-    """Array of the log-density of the absolute values of a draw, up to a constant, shape (p,)."""
+    """Array of the log-density at points `places`, shape (p, k), of the absolute values of a draw, up to a constant.
+
+    The draw follows a Student t with the center `mean` and the matrix root `root` of its scale. The result has shape
+    (p,).
+    """
     k = mean.size
     parts = []
     for signs in product((1.0, -1.0), repeat=k):

@@ -32,7 +32,8 @@ def combined_errors(
 ) -> tuple[Array, Array]:
     """Pair of arrays, shape (k,): standard errors with the uncertainty of the noise, and degrees of freedom (at least 1).
 
-    `neighbors` holds (value, variance) one step below and above the fit for each noise parameter in turn.
+    `neighbors` holds (value, variance) one step below and above the fit for each noise parameter in turn. `variance` is
+    that under the fitted noise.
     """
     moved = np.array([b[0] - a[0] for a, b in zip(neighbors[::2], neighbors[1::2], strict=True)])
     changed = np.array([b[1] - a[1] for a, b in zip(neighbors[::2], neighbors[1::2], strict=True)])
