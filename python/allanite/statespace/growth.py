@@ -208,7 +208,8 @@ def error_growth(
     Raises
     ------
     InputError
-        No unit or rate, a missing value, times that are not positive or too long, or more than 64 effects.
+        No unit or rate, a unit of a magnetic field, a missing value, times that are not positive or too long, or more than
+        64 effects.
 
     Examples
     --------
@@ -226,6 +227,11 @@ def error_growth(
     if unit is None or rate is None:
         raise InputError("error growth needs the unit and the rate of the samples: give both")
     fs, parsed = positive_rate(rate), parse_unit(unit)
+    if parsed.kind not in QUANTITIES:
+        raise InputError(
+            f"samples in {unit} are a {parsed.kind}, whose integral is no navigation error: "
+            f"give the unit of one of {', '.join(QUANTITIES)}"
+        )
     aided = positive(aided, "aided", "s", "give the seconds of aiding before the fix")
     back = sample_count(aided, fs, "aided")
     times = np.geomspace(max(1.0 / fs, aided / 100), 10 * aided, 11) if tau is None else tau
@@ -280,6 +286,8 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
 
     Raises
     ------
+    InputError
+        The recording is of another kind of sensor than the prediction.
     TooShortError
         The recording has no complete segment of aiding and coasting.
 
@@ -294,9 +302,13 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
     """
     require_recording(recording)
     parsed = parse_unit(recording.unit)
-    order, factor = next(
-        (order, factor) for q, _, order, factor in QUANTITIES[parsed.kind] if q == growth.quantity
-    )
+    known = {q: (order, factor) for q, _, order, factor in QUANTITIES.get(parsed.kind, ())}
+    if growth.quantity not in known:
+        raise InputError(
+            f"samples in {recording.unit} have no error of {growth.quantity}: "
+            "give a recording of the sensor of the prediction"
+        )
+    order, factor = known[growth.quantity]
     x = np.asarray(recording.rate_samples(), dtype=np.float64) * parsed.scale
     back = round(growth.aided * recording.rate)
     ahead = np.round(growth.tau * recording.rate).astype(int)

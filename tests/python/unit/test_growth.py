@@ -186,3 +186,13 @@ def test_a_record_that_is_short_for_the_longest_time_is_measured_at_the_others()
     )[0]
     with pytest.raises(TooShortError, match="no segment of 201 s"):
         al.measured_growth(recording, growth)
+
+
+def test_sensors_without_such_an_error_are_refused():
+    noise = parse_model("N(N=0.01)")
+    with pytest.raises(InputError, match="samples in uT are a magnetic field"):
+        al.error_growth(noise, aided=10.0, unit="uT", rate=10.0)
+    velocity = al.error_growth(noise, aided=10.0, tau=[1.0], unit="m/s^2", rate=10.0)[0]
+    gyroscope = noise.simulate(n=1200, rate=10.0, seed=1, unit="deg/s")
+    with pytest.raises(InputError, match="samples in deg/s have no error of velocity"):
+        al.measured_growth(gyroscope, velocity)
