@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.numbers import number
 from allanite.deviation import estimator_named
 from allanite.effects.sheet_units import in_figure_unit
 from allanite.plots.axes import log_axis
@@ -207,7 +208,7 @@ def _table(deviations: Sequence[Deviation]) -> str:
         for d in deviations:
             (found,) = np.nonzero(np.isclose(d.tau, t, rtol=1e-5))
             cells = [v[found[0]] if found.size else np.nan for v in (d.deviation, d.low, d.high)]
-            row += [f"{v:.3e}" if np.isfinite(v) else "–" for v in cells]
+            row += [number(v, 4, power=True) if np.isfinite(v) else "–" for v in cells]
         rows.append(row)
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join("  ".join(map(str.rjust, row, widths)) for row in rows)

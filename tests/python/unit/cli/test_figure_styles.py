@@ -58,5 +58,7 @@ def test_both_kinds_of_a_clock_are_drawn_with_guides_and_a_table(run, tmp_path):
     printed = next(line for line in out.splitlines() if line.split()[:1] == ["1"]).split()[1]
     row = next(text for text in words if text.split()[:1] == ["1"] and len(text.split()) == 4)
     plain = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-    printed = float(printed.replace("·10", "e").translate(plain))
-    assert float(row.split()[1]) == pytest.approx(printed, rel=5e-3)
+    values = [
+        float(text.replace("·10", "e").translate(plain)) for text in (row.split()[1], printed)
+    ]
+    assert values[0] == pytest.approx(values[1], rel=5e-3)
