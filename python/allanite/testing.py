@@ -248,9 +248,10 @@ def _nodes(m: int) -> tuple[Array, Array]:
 
 
 def check_density(effect: Effect) -> None:
-    """Test that the density integrates to the Allan variance, and that the deviation is proportional to the coefficient.
+    """Test that the density is not negative and integrates to the Allan variance; a modifier is tested on white noise.
 
-    Raises `AssertionError` otherwise.
+    For a `Stochastic`, also test that the deviation is proportional to the coefficient. Raises `AssertionError`
+    otherwise.
     """
     model = _as_model(effect)
     for m in (1, 2, 3, 10, 100):

@@ -59,7 +59,7 @@ def print_results(results: Sequence[Any], options: LogOptions) -> None:
 
 
 def terminal_width() -> int:
-    """Characters per line: the width of the terminal, or COLUMNS, or 100; at least 60."""
+    """Characters per line: COLUMNS if set, otherwise the width of the terminal, otherwise 100; at least 60."""
     return max(get_terminal_size((100, 24)).columns, 60)
 
 

@@ -56,7 +56,7 @@ def sines_pointwise(lines: Sequence[tuple[float, float, float]], time: Array) ->
 
 
 def _is_even(time: Array) -> bool:
-    """True if the times increase in equal steps, to 10⁻⁷ of a step."""
+    """True if each time is within 10⁻⁷ of a step of an even, increasing grid from the first to the last time."""
     step = (time[-1] - time[0]) / (time.size - 1)
     if not step > 0.0:
         return False

@@ -38,7 +38,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     K covers other slow processes. If no axis needs B or K, the parameter is not written and keeps MATLAB's default 0.
     An axis without an effect that other axes have gets 0. With `overbound`, N and K also cover B. Each of x, y and z
-    has its own numbers. Raises `InputError` without one sampling rate.
+    has its own numbers. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "matlab")
     convention = [*NOTE]

@@ -30,7 +30,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     Filters that read the message treat samples as independent. White noise behind a low-pass filter counts with its
     unfiltered variance, because it averages out as slowly as unfiltered white noise. A comment states the variance
-    within the band of the filter. Raises `InputError` without one sampling rate.
+    within the band of the filter. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "ros")
     sensors = split(axes)

@@ -30,7 +30,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     A state space has at most `STATES` states if possible. An effect that was not detected has its expected size, as in
     all other files, or its upper limit with `overbound`. A size of 0 would make a filter overconfident. Raises
-    `InputError` without one sampling rate.
+    `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "statespace")
     out = []

@@ -425,7 +425,10 @@ def _csv_rows(path: Path) -> list[dict[str, Any]]:
 
 
 def _parquet_rows(path: Path) -> list[dict[str, Any]]:
-    """List of dicts: rows of a Parquet table. A child process reads them: a damaged table may crash or fill the memory."""
+    """List of dicts: rows of a Parquet table; entries other than texts and numbers, also nulls, have no key.
+
+    A child process reads them: a damaged table may crash or fill the memory. Raises `InputError` then.
+    """
     rows: list[dict[str, Any]] = call_isolated(
         f"{__name__}:serve_parquet_rows",
         {"path": str(path)},

@@ -24,7 +24,8 @@ ROWS = (
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of lines ``key: value`` with N²·rate and K²·rate, because the filter adds dt²·Q per sample.
 
-    Each number is the largest of the axes of its sensor. Raises `InputError` without one sampling rate.
+    Each number is the largest of the axes of its sensor. Raises `InputError` if `rate` is None and the axes have no
+    common rate.
     """
     fs = rate_of(axes, rate, "fastlio")
     convention = (

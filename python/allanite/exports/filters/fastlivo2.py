@@ -25,7 +25,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """Text of the YAML node ``imu`` with N²·rate, and comments with K²·rate for constants of the source code.
 
     IMU_Processing.cpp (107acae) multiplies both by dt² at each sample. Each number is the largest of the axes of its
-    sensor. Raises `InputError` without one sampling rate.
+    sensor. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "fastlivo2")
     convention = (

@@ -25,7 +25,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """Text of a MATLAB script: K² as process noise of the bias states, N²·rate as measurement noise.
 
     A prediction of insEKF over dt adds dt·AdditiveProcessNoise. The measurement noise is the variance of a sample. Each
-    of x, y and z has its own numbers. Raises `InputError` without one sampling rate.
+    of x, y and z has its own numbers. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "insekf")
     sensors = [choose_all(own, overbound=overbound) for own in split(axes)]

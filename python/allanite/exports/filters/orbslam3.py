@@ -27,7 +27,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     ORB-SLAM3 itself multiplies N by √frequency and divides K by √frequency.
 
     Its loader refuses a frequency that is not an integer, and noises that are not written as real numbers. Each number
-    is the largest of the axes of its sensor. Raises `InputError` without one sampling rate.
+    is the largest of the axes of its sensor. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "orbslam3")
     convention = (

@@ -27,7 +27,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """Text of lines ``key: value`` with N²·rate and K²·rate.
 
     esekfom.hpp (bbd402a) adds Q·dt² per prediction, and R_IMU is the variance of a sample. Each number is the largest
-    of the axes of its sensor. Raises `InputError` without one sampling rate.
+    of the axes of its sensor. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "pointlio")
     convention = (

@@ -27,7 +27,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     The midpoint rule of integration_base.h averages two independent noises per step. The variance of a step is then
     n²dt²/2, which gives n = N√(2/dt). A bias step is w·dt, which gives w = K/√dt. Each number is the largest of the
-    axes of its sensor. Raises `InputError` without one sampling rate.
+    axes of its sensor. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "vins")
     convention = (

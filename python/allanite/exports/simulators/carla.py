@@ -22,7 +22,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """Text of a Python file: dict of blueprint attributes with the standard deviation of a sample, N·√rate.
 
     InertialMeasurementUnit.cpp adds white noise and a constant bias. Each of x, y and z has its own numbers. Raises
-    `InputError` without one sampling rate.
+    `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "carla")
     pairs = []

@@ -21,7 +21,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """Text of a Python file: N·√rate for a sample, σ of the slow noise for the bias.
 
     The simulator draws the bias at each reset (noise_model.py, 046b71b). Each number is the largest of the axes of its
-    sensor. Raises `InputError` without one sampling rate.
+    sensor. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "isaaclab")
     pairs = []

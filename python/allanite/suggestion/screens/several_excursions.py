@@ -98,7 +98,7 @@ def _with_height_one(event: Deterministic) -> Deterministic:
 def _solution_with_excursions(
     events: Sequence[Deterministic], solution: Solution, data: Data
 ) -> Solution:
-    """`Solution` of the model plus the excursions `events` as one effect."""
+    """`Solution` of a trial fit of the model plus the excursions `events` as one effect; shapes keep their values."""
     effect = merged_excursions(events) if len(events) > 1 else events[0]
     assert effect is not None
     model = solution.model
