@@ -429,8 +429,10 @@ def _suggestion(
         candidate.note,
         float(surplus),
     )
-    # A discrepancy names no effect, so that the effect need not explain more than the discrepancy did.
-    pays = made.score + made.surplus > MIN_SCORE_GAIN
+    # A discrepancy names no effect, so that the effect need not explain more than the discrepancy did. The score of an
+    # exclusion or a change of level has the cost of BIC, which counts all ordinates and is too high.
+    over_time = excludes_or_changes_level(made.effect)
+    pays = over_time or made.score + made.surplus > MIN_SCORE_GAIN
     return replace(made, significant=made.significant and pays)
 
 
