@@ -76,7 +76,8 @@ class Suggestion:
         The effect with its fitted values.
     significant : bool
         True if the p-value, corrected for the number of effects and frequencies searched, is below 1 %, and the effect
-        explains more than its parameters cost: its score without a discrepancy is above 0.5 nats.
+        explains more than its parameters cost: its score without a discrepancy is above 0.5 nats. The score of
+        exclusions and changes of level does not count.
     delta_log_likelihood : float
         ΔlogL of the model with the effect, nats.
     delta_bic : float
