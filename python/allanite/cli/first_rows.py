@@ -25,10 +25,10 @@ FIRST_ROWS = 100
 
 
 def cells_of(line: str) -> list[str]:
-    """List of the stripped cells (texts) of a row, separated by semicolons, else tabs, else commas, else blanks.
+    """List of the cells of a row: texts without blanks at their ends.
 
-    The first of these signs that the row has anywhere separates the cells, so that a comma is a decimal comma in a row
-    with semicolons or tabs.
+    If the row contains a semicolon, semicolons separate the cells. Otherwise tabs do, then commas, then blanks. A comma
+    in a row with semicolons or tabs is therefore a decimal comma.
     """
     line = line.strip("\r\n ")
     mark = next((mark for mark in ";\t," if mark in line), None)

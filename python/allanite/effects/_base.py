@@ -185,7 +185,8 @@ class Effect(AsModel):
     common: ClassVar[bool] = False
     #: True if two instances cannot be told from one.
     single: ClassVar[bool] = False
-    #: Kinds of which a check adds only one, for each column if the effect follows a column.
+    #: Kinds that exclude this effect: if the model has one of them, a check does not suggest this effect. An effect that
+    #: follows a column is excluded only by effects of the same column.
     one_of: ClassVar[tuple[str, ...]] = ()
     #: Kind whose search also finds this effect; empty if a check tries the effect itself.
     found_with: ClassVar[str] = ""

@@ -172,7 +172,7 @@ def _guide(
     steps = np.linspace(1.0, 0.0, 50)
     low_end = ends[1] if slope < 0 else ends[0]
     at = np.exp(np.log(tau[middle]) + steps * np.log(low_end / tau[middle]))
-    # Possible middles of the label, above and below each place of the line, and beside a falling line.
+    # Candidate positions of the label's center: above and below each point of the line, and to its sides if it falls.
     side = np.array([1.0, -1.0])
     across = (place(at, x)[:, np.newaxis] + side * (LABEL_WIDTH if slope < 0 else 0.0)).ravel()
     up = place(values[middle] * (at / tau[middle]) ** slope, y)

@@ -22,8 +22,9 @@ def is_frame(log: object) -> bool:
 def table_of(frame: Any) -> Table:
     """`Table` of a data frame, a series, an xarray object or an Arrow table.
 
-    The time is an index of date-times or floats, else the first column of date-times or of other values than numbers
-    named like a time, else None. Other columns without numbers are ignored; Booleans become 0 and 1.
+    The time is the index if it holds date-times or floats. Otherwise the time is the first column that holds date-times,
+    or that holds no numbers but has the name of a time. Without such a column the time is None. Other columns without
+    numbers are ignored. Booleans become 0 and 1.
 
     Raises
     ------

@@ -23,6 +23,7 @@ from allanite.readers.columns import (
     layout_from_roles,
     roles_of,
 )
+from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.plausibility import assumed_units, unit_doubts
 from allanite.readers.text import all_numbers
@@ -217,7 +218,7 @@ def inspect(path: Any, **options: Unpack[ReadOptions]) -> Inspection:
     Raises
     ------
     InputError
-        The file cannot be opened as a log at all.
+        The file cannot be opened as a log at all, or is a table of deviations.
 
     Examples
     --------
@@ -233,6 +234,7 @@ def inspect(path: Any, **options: Unpack[ReadOptions]) -> Inspection:
     table, seen, damaged = _table_of_numbers(path, request)
     with about(None if is_frame(path) else path):
         _ = request.kinds  # raises an error if the given unit is not valid
+        refuse_deviation_table(table)
     # A log that is refused may still state its rate.
     stated = table.rate if request.rate is None else request.rate
     rate = stated if stated is not None and 0.0 < stated < np.inf else None

@@ -60,7 +60,7 @@ def usual_units(names: Iterable[str]) -> str:
 
 
 def unit_remedy(names: Sequence[str]) -> str:
-    """Text, with placeholders, for the remedy of an error: add deg/s or m/s^2 for named sensors, else add a unit."""
+    """Text of a remedy for `InputError`, with placeholders: the usual units of the named sensors, or "add a unit"."""
     usual = usual_units(names)
     return f"add {{this_unit:{usual}}}, or the true unit" if usual else "add {unit}"
 

@@ -65,8 +65,8 @@ def next_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
 def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
     """Pair of the next step after a check of the last fit and the suggestions that it adds; None if nothing helps.
 
-    Significant suggestions are tried first, then a replacement (with an empty tuple of suggestions), then bands beside
-    the refused ones, then suggestions that are not significant.
+    The following are tried in this order: significant suggestions; a replacement of an effect, for which the tuple of
+    suggestions is empty; bands at other frequencies than a refused band; suggestions that are not significant.
     """
     before = state_of(ladder)
     for suggestion in _candidates(check):
@@ -197,11 +197,11 @@ def further_steps(
 ) -> Iterator[Rung]:
     """Iterator over further steps (`Rung`) from the same check, as long as a new check would find the same.
 
-    At least 90 % of the ΔlogL of the check must remain after the additions, and all effects of the user's model stay.
-    For an effect whose evidence is not in the mean spectrum, and for an event with p > 1e-4, the spectrum must not have
-    changed.
-    Suggestions that explain the same misfit as those `added`, or as one with a higher score, are left to the next check.
-    Those before the first of `added` were refused, and are not tried again. The arguments are not changed.
+    A suggestion is added if 90 % of its ΔlogL in the check remains beside the effects added before, and if all effects
+    of the user's model stay. For an effect whose evidence is not in the mean spectrum, and for an event with p > 1e-4,
+    the spectrum must not have changed. A suggestion waits for the next check if it explains the same misfit as one of
+    those `added`, or as one with a higher score. The suggestions ranked above the first of `added` were refused and are
+    not tried again. The arguments are not changed.
     """
     ladder, added, candidates = list(ladder), list(added), _candidates(check)
     unchanged = leaves_others_unchanged(check.fit, ladder[-1])

@@ -220,7 +220,7 @@ DEFAULT_SECONDS = 60.0
 #: Basis: judgment.
 DEFAULT_SECONDS_PER_SAMPLE = 1e-5
 #: Unit: steps. Default maximum number of effects that a search adds. The score ends a search, not this limit.
-#: Basis: judgment; of 23 axes of real sensors none has more than 13 steps.
+#: Basis: judgment.
 MAX_ADDED_EFFECTS = 32
 
 # Acceptance of a step.

@@ -53,8 +53,9 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of the offset of a clock in s, its frequency in ppb and the path delay in s (NaN if not logged).
 
-    Of several clocks, the one in `topics` or the one with most lines is read. Samples before the servo first locks
-    (state s2) are excluded, because the servo steps the clock there. Notes report both. `pick` is not used: all these
+    If the log has several clocks, the clock named in `topics` is read, or by default the clock with the most lines. The
+    samples before the servo first locks (state s2) are excluded, because the servo steps the clock there. Notes report
+    other clocks and excluded samples. `pick` is not used: all these
     columns are read.
 
     Raises

@@ -67,9 +67,10 @@ def with_merged_levels(before: State) -> State | None:
 
 
 def must_merge_levels(state: State) -> bool:
-    """True if the search added more than two changes of level, or two of which one is no interval.
+    """True if the added changes of level must become one effect.
 
-    An interval is a change after which the level returns to that of the start.
+    Two changes may stay separate if both are intervals: the level changes and later returns to its first value. More
+    than two changes, or two that are not both intervals, must be merged.
     """
     changes, _ = _added_level_changes(state)
     intervals = all(len(e.switches[0]) == 2 and e.switches[1][-1] == 1.0 for e in changes)
