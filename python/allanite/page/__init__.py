@@ -22,7 +22,7 @@ __all__ = ["explore", "open_page"]
 
 
 def open_page(sources: Sequence[Source]) -> Page:
-    """`Page` of some logs; `serve` or `start` makes it available.
+    """`Page` (a local web server, not yet running) for some logs; its methods `serve` and `start` run it.
 
     Raises
     ------

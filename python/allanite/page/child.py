@@ -49,16 +49,16 @@ def read_in_child(
     InputError
         The log cannot be used, or its reader crashed or reached a limit.
     """
-    return _restored(_called("read_log", path, options, watch))
+    return _recording_of_fields(_call_in_child("read_log", path, options, watch))
 
 
 def inspect_in_child(path: Path, options: dict[str, Any]) -> dict[str, Any]:
     """Dict of `Inspection.to_dict` for a log, with a ``spark`` line in each column; errors as of `read_in_child`."""
-    found: dict[str, Any] = _called("inspect_log", path, options, None)
+    found: dict[str, Any] = _call_in_child("inspect_log", path, options, None)
     return found
 
 
-def _called(
+def _call_in_child(
     function: str, path: Path, options: dict[str, Any], watch: Callable[[], None] | None
 ) -> Any:
     """Return value of the function of this module with this name, called for a log in a child process."""
@@ -110,7 +110,7 @@ def _fields(record: Any) -> dict[str, Any]:
     return {field.name: getattr(record, field.name) for field in fields(record)}
 
 
-def _restored(found: dict[str, Any]) -> Recording:
+def _recording_of_fields(found: dict[str, Any]) -> Recording:
     """`Recording` made of the fields that `read_log` returns, without another check of their values."""
     stamps = found["stamps"]
     return recording_of_fields(
@@ -120,16 +120,16 @@ def _restored(found: dict[str, Any]) -> Recording:
             "columns": tuple(found["columns"]),
             "stamps": None
             if stamps is None
-            else Stamps(**{k: _tuples(v) for k, v in stamps.items()}),
+            else Stamps(**{k: _lists_as_tuples(v) for k, v in stamps.items()}),
             "told": tuple(Finding(**one) for one in found["told"]),
             "log_columns": tuple(LogColumn(**one) for one in found["log_columns"]),
         }
     )
 
 
-def _tuples(value: Any) -> Any:
+def _lists_as_tuples(value: Any) -> Any:
     """The value; a list becomes a tuple, also inside another list."""
-    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+    return tuple(map(_lists_as_tuples, value)) if isinstance(value, list) else value
 
 
 def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
@@ -153,13 +153,13 @@ def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
         table = read_table(Path(path), all_numbers)
     except AllaniteError:
         return found
-    sparks = {name: _spark(table, i) for i, name in enumerate(table.names)}
+    sparks = {name: _sparkline(table, i) for i, name in enumerate(table.names)}
     for column in found["columns"]:
         column["spark"] = sparks.get(column["name"])
     return found
 
 
-def _spark(table: Table, at: int) -> list[list[float | None]] | None:
+def _sparkline(table: Table, at: int) -> list[list[float | None]] | None:
     """List of [minimum, maximum] of up to 60 equal segments of a column, scaled to 0 … 1; None without numbers.
 
     Both are None for a segment without finite values.

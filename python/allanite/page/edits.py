@@ -18,9 +18,9 @@ SHEET = "data sheet"
 
 
 def chosen_units(sample_unit: str, chosen: str | None) -> dict[str, str]:
-    """Dict from the kind of a sensor to its displayed unit; empty for the units of data sheets.
+    """Dict {kind of sensor: unit in which its values are displayed}; empty for the units of data sheets (`SHEET`).
 
-    Without a unit `chosen` for this kind, it is that of the samples.
+    The unit is `chosen` if it fits the kind of the samples, otherwise `sample_unit`.
     """
     if chosen == SHEET:
         return {}
@@ -30,7 +30,10 @@ def chosen_units(sample_unit: str, chosen: str | None) -> dict[str, str]:
 
 
 def deviation_unit(sample_unit: str, chosen: str | None) -> str:
-    """Name of the unit in which an Allan deviation of samples in `sample_unit` is displayed."""
+    """Name of the unit in which an Allan deviation is displayed, for samples in `sample_unit` and the user's choice.
+
+    `chosen` is a unit of samples, `SHEET` (units of data sheets), or None (unit of the samples).
+    """
     with requested_units(chosen_units(sample_unit, chosen)):
         return figure_unit(sample_unit)
 
@@ -55,7 +58,7 @@ def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: 
 
 
 def factor_of(value: Estimate, shown: str) -> float:
-    """Factor by which a number in the value's own unit is multiplied to get the displayed unit."""
+    """Factor that converts a number from the unit of `value` to the unit `shown`."""
     return float(Estimate(1.0, unit=value.unit).to(shown))
 
 
@@ -71,7 +74,7 @@ def parse_model_string(text: str) -> Model:
     return parse_string(text)
 
 
-def effect(fit: Fit, place: int) -> Any:
+def effect_at(fit: Fit, place: int) -> Any:
     """The effect at index `place` of the fitted model; raises `InputError` if there is none."""
     if not 0 <= place < len(fit.model):
         raise InputError(f"there is no effect {place} in the model")
@@ -106,13 +109,13 @@ def with_limits(
     return model.replaced(place, limits={**model.effects[place].limits, name: (low, high)})
 
 
-def frozen(effect: Any) -> Any:
-    """Copy of the effect with all known values held and without limits, so that a fit changes nothing."""
+def with_values_held(effect: Any) -> Any:
+    """Copy of an effect in which all known values are held fixed and limits are removed: a fit changes none of them."""
     names = [p.name for p in effect.parameters if p.role in ("coefficient", "shape")]
     held = tuple(n for n in names if effect.values[n] is not None)
     return effect.with_values(hold=held, limits={}, at_limit=())
 
 
-def freed(effect: Any, original: Any) -> Any:
-    """Copy of the effect with its own values, and with the held names and limits of `original`."""
+def with_holds_of(effect: Any, original: Any) -> Any:
+    """Copy of an effect with the same values, and with the held parameters and limits of the effect `original`."""
     return effect.with_values(hold=original.hold, limits=original.limits)

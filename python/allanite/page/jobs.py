@@ -56,7 +56,7 @@ class Job:
         return self._thread.is_alive() and not self._stop.is_set()
 
     @property
-    def at_work(self) -> bool:
+    def is_running(self) -> bool:
         """True until the thread has ended, even if the job was canceled."""
         return self._thread.is_alive()
 
@@ -76,7 +76,7 @@ class Job:
         if self._stop.is_set():
             raise Ended
 
-    def say(self, name: str) -> None:
+    def begin_stage(self, name: str) -> None:
         """Set the description of the next part of the work, and reset progress and time; raises `Ended` if canceled."""
         self.name, self.done, self.total = name, 0, 0
         self._since = time.monotonic()
@@ -96,7 +96,7 @@ class Job:
         except Ended:
             other.cancel()
             raise
-        self.say(name)
+        self.begin_stage(name)
 
     def take_turn(self) -> None:
         """Wait for one of the `TURNS`, which limit the searches of all tabs; the end of the job returns the turn.
@@ -110,15 +110,15 @@ class Job:
                 self._turn = turns
             else:
                 if not waited:
-                    self.say("Waiting for another tab")
+                    self.begin_stage("Waiting for another tab")
                     waited = True
                 time.sleep(0.05)
             self.progress(self.done, self.total)
         if waited:
-            self.say(name)
+            self.begin_stage(name)
 
     @contextmanager
-    def undisturbed(self) -> Iterator[None]:
+    def uncancelable(self) -> Iterator[None]:
         """Context in which the job cannot be canceled: `cancel` waits for its end.
 
         Raises `Ended` if the job was canceled before.
@@ -130,7 +130,7 @@ class Job:
     def to_dict(self) -> dict[str, Any]:
         """Dict with the state of the job, for the progress bar of the browser.
 
-        ``seconds`` counts from the last `say`; ``error`` is the message of a failure.
+        ``seconds`` counts from the last `begin_stage`; ``error`` is the message of a failure.
         """
         return {
             "name": self.name,

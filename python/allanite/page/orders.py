@@ -10,9 +10,9 @@ from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
 from allanite.effects import parse_model
-from allanite.page.edits import effect, factor_of, shown_unit
+from allanite.page.edits import effect_at, factor_of, shown_unit
 from allanite.page.shown.documents import compare_with
-from allanite.page.source import Segment, Source, joined
+from allanite.page.source import Segment, Source, merged_segments
 from allanite.page.state import chip_units
 from allanite.page.studies import open_study
 from allanite.recording.at_rest import quiet_span
@@ -82,7 +82,7 @@ def _read_again(tab: Tab, order: dict[str, Any]) -> None:
 
     Raises `InputError` if no log is open or a setting is invalid.
     """
-    if tab.place_of_source is None:
+    if tab.source_index is None:
         raise InputError("No log is open: drop a file or choose one")
     names, units = order.get("columns") or [], order.get("units") or {}
     if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
@@ -91,7 +91,7 @@ def _read_again(tab: Tab, order: dict[str, Any]) -> None:
         raise InputError("The units must be texts, one per column")
     for unit in units.values():
         parse_unit(unit[:80])
-    before = tab.sources[tab.place_of_source].reading
+    before = tab.sources[tab.source_index].reading
     rate = _number(order, "rate")
     # The form returns a rate that was confirmed before with eight digits.
     same = rate is not None and before.rate is not None and isclose(rate, before.rate, rel_tol=1e-7)
@@ -105,7 +105,7 @@ def _read_again(tab: Tab, order: dict[str, Any]) -> None:
         columns=tuple(names),
         units=dict(units),
     )
-    tab.open(tab.place_of_source, reading)
+    tab.open(tab.source_index, reading)
 
 
 def _analyze_part(tab: Tab, order: dict[str, Any]) -> None:
@@ -114,11 +114,11 @@ def _analyze_part(tab: Tab, order: dict[str, Any]) -> None:
     With a time range, excluded segments stay excluded; else none are.
     """
     if order.get("quiet") is True:
-        tab.take((quiet_span(tab.work.whole), ()))
+        tab.analyze_part((quiet_span(tab.work.whole), ()))
         return
     chosen = _time_range(tab, order)
     # Excluded segments stay excluded.
-    tab.take((None, ()) if chosen is None else (chosen, tab.work.part[1]))
+    tab.analyze_part((None, ()) if chosen is None else (chosen, tab.work.part[1]))
 
 
 def _time_range(tab: Tab, order: dict[str, Any]) -> Segment | None:
@@ -146,7 +146,7 @@ def _exclude_segment(tab: Tab, order: dict[str, Any]) -> None:
     chosen, (span, out) = _time_range(tab, order), tab.work.part
     if chosen is None:
         raise InputError("A time range needs two numbers, in seconds")
-    tab.take((span, joined([*out, chosen])))
+    tab.analyze_part((span, merged_segments([*out, chosen])))
 
 
 def _include_segment(tab: Tab, order: dict[str, Any]) -> None:
@@ -158,7 +158,7 @@ def _include_segment(tab: Tab, order: dict[str, Any]) -> None:
     number = _integer(order, "number")
     if not 0 <= number < len(out):
         raise InputError("This segment is already included")
-    tab.take((span, (*out[:number], *out[number + 1 :])))
+    tab.analyze_part((span, (*out[:number], *out[number + 1 :])))
 
 
 def _read_with_rate(tab: Tab, order: dict[str, Any]) -> None:
@@ -167,11 +167,11 @@ def _read_with_rate(tab: Tab, order: dict[str, Any]) -> None:
     Raises `InputError` without a rate, or for a recording that was passed in Python.
     """
     source, rate = tab.source, _number(order, "rate")
-    if source is None or tab.place_of_source is None or rate is None:
+    if source is None or tab.source_index is None or rate is None:
         raise InputError("Give a rate, in Hz")
     if source.recording is not None:
         raise InputError("The rate was set in Python: change it in `al.Recording(…, rate=…)`")
-    tab.open(tab.place_of_source, replace(source.reading, rate=rate, overrides_rate=True))
+    tab.open(tab.source_index, replace(source.reading, rate=rate, overrides_rate=True))
 
 
 def _read_moving_log(tab: Tab, order: dict[str, Any]) -> None:
@@ -180,9 +180,9 @@ def _read_moving_log(tab: Tab, order: dict[str, Any]) -> None:
     Raises `InputError` for any other ``how``.
     """
     source, how = tab.source, _text(order, "how")
-    if source is None or tab.place_of_source is None or how not in ("quiet", "anyway"):
+    if source is None or tab.source_index is None or how not in ("quiet", "anyway"):
         raise InputError('Choose the part of the log: "quiet" or "anyway"')
-    tab.open(tab.place_of_source, replace(source.reading, motion=how))
+    tab.open(tab.source_index, replace(source.reading, motion=how))
 
 
 def _open_example(tab: Tab) -> None:
@@ -229,13 +229,13 @@ def _try_value(tab: Tab, order: dict[str, Any]) -> None:
     value = _number(order, "value")
     if value is None:
         raise InputError("enter a number")
-    tab.what_if(place, name, value * _factor_to_own_unit(tab, place, name))
+    tab.try_value(place, name, value * _factor_to_own_unit(tab, place, name))
 
 
 def _factor_to_own_unit(tab: Tab, place: int, name: str) -> float:
     """Factor from the displayed unit of a parameter to the parameter's own unit; 1 for parameters without a unit."""
     fit = tab.preview or tab.step.fit
-    one = effect(fit, place)
+    one = effect_at(fit, place)
     value = fit.estimates[place].get(name)
     if not isinstance(value, Estimate):
         return 1.0
@@ -253,7 +253,7 @@ def _set_unit(tab: Tab, order: dict[str, Any]) -> None:
     if unit is not None and unit not in offered:
         raise InputError(f"values of this log cannot be shown in {unit[:40]!r}")
     tab.unit = unit
-    tab.changed()
+    tab.announce_change()
 
 
 def _compare_steps(tab: Tab, order: dict[str, Any]) -> None:
@@ -278,7 +278,7 @@ def _end_comparison(tab: Tab, order: dict[str, Any]) -> None:
     tab.others = [(n, r) for n, r in tab.others if n != name]
     if name is None:
         tab.sheet = None
-    tab.changed()
+    tab.announce_change()
 
 
 _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
@@ -287,17 +287,17 @@ _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
         column=None if order.get("column") is None else _integer(order, "column"),
     ),
     "read": _read_again,
-    "column": lambda tab, order: tab.choose(_integer(order, "column")),
+    "column": lambda tab, order: tab.open_column(_integer(order, "column")),
     "model": lambda tab, order: tab.fit(_text(order, "model") or ""),
     "add": lambda tab, order: tab.add(_integer(order, "number")),
     "remove": lambda tab, order: tab.remove(_integer(order, "place")),
     "hold": _hold_parameter,
     "limits": _limit_parameter,
     "what-if": _try_value,
-    "drop": lambda tab, _order: tab.drop_what_if(),
-    "fit-tried": lambda tab, _order: tab.fit_what_if(),
-    "put": lambda tab, order: tab.put(_text(order, "effect") or ""),
-    "back": lambda tab, order: tab.back(_integer(order, "place")),
+    "drop": lambda tab, _order: tab.discard_trial(),
+    "fit-tried": lambda tab, _order: tab.fit_from_trial(),
+    "put": lambda tab, order: tab.add_by_name(_text(order, "effect") or ""),
+    "back": lambda tab, order: tab.restore(_integer(order, "place")),
     "example": lambda tab, _order: _open_example(tab),
     "take": _analyze_part,
     "leave-out": _exclude_segment,
@@ -305,8 +305,8 @@ _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
     "rate": _read_with_rate,
     "motion": _read_moving_log,
     "improve": _improve,
-    "tolerance": lambda tab, order: tab.accept(_number(order, "percent")),
-    "go": lambda tab, order: tab.go(_integer(order, "rung")),
+    "tolerance": lambda tab, order: tab.set_tolerance(_number(order, "percent")),
+    "go": lambda tab, order: tab.go_to_step(_integer(order, "rung")),
     "undo": lambda tab, _order: tab.undo(),
     "redo": lambda tab, _order: tab.redo(),
     "cancel": lambda tab, _order: tab.cancel(),

@@ -18,7 +18,7 @@ from allanite.common.documents import jsonable
 from allanite.common.errors import AllaniteError, InputError
 from allanite.page.guard import Guard
 from allanite.page.orders import act
-from allanite.page.sessions import GRACE, Sessions
+from allanite.page.sessions import GRACE_S, Sessions
 from allanite.page.shown import documents
 from allanite.page.shown.parts import part
 from allanite.page.shown.views import view
@@ -68,7 +68,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
     from starlette.responses import Response as Plain
     from starlette.routing import Route
 
-    def reply(document: Any, status: int = 200) -> Response:
+    def json_response(document: Any, status: int = 200) -> Response:
         """JSON response with this document and status; floats have seven digits, NaN and ±∞ become null."""
         text = json.dumps(
             jsonable(document, figures=7),
@@ -85,7 +85,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
             """Response of the handler, its result as JSON, or the error of bad input as JSON with status 400."""
             try:
                 answer = await handler(request)
-                return answer if isinstance(answer, Plain) else reply(answer)
+                return answer if isinstance(answer, Plain) else json_response(answer)
             except AllaniteError as error:
                 return JSONResponse({"error": " ".join(error.worded(WORDS).split())}, 400)
             except (ValueError, TypeError, KeyError, RecursionError, OverflowError) as error:
@@ -118,7 +118,9 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         """Note that a page was left, and delete its tab after 16 s unless it is resumed; returns an empty dict."""
         sessions.leave(request.path_params["tab"])
         loop = asyncio.get_running_loop()
-        loop.call_later(GRACE + 1.0, lambda: loop.run_in_executor(None, sessions.sweep))
+        loop.call_later(
+            GRACE_S + 1.0, lambda: loop.run_in_executor(None, sessions.delete_silent_tabs)
+        )
         return {}
 
     async def copy_tab(request: Request) -> Any:
@@ -140,25 +142,25 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
             return work(tab)
         return await run_in_threadpool(state, tab)
 
-    def asked(request: Request) -> dict[str, str]:
+    def query_options(request: Request) -> dict[str, str]:
         """Dict of the query parameters of a request, each cut to 80 characters."""
         return {k: v[:80] for k, v in request.query_params.items()}
 
     async def get_view(request: Request) -> Any:
         """Dict with the figure of a view as plotly's data and layout."""
         tab, name = sessions.tab(request), request.path_params["name"]
-        options = asked(request)
+        options = query_options(request)
         return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
 
     async def get_part(request: Request) -> Any:
         """Data that `part` returns for the name in the path, with the query parameters as options."""
         name = request.path_params["name"]
-        return await run_in_threadpool(part, sessions.tab(request), name, asked(request))
+        return await run_in_threadpool(part, sessions.tab(request), name, query_options(request))
 
     async def post_act(request: Request) -> Any:
         """Dict with the state of the tab after an action of the user. Raises `InputError` for an action over 4 MB."""
         tab = sessions.tab(request)
-        await run_in_threadpool(act, tab, _order(await _bounded(request, MOST_ACTION)))
+        await run_in_threadpool(act, tab, _json_of_body(await _limited_body(request, MOST_ACTION)))
         return await run_in_threadpool(state, tab)
 
     async def upload(request: Request) -> Any:
@@ -169,21 +171,23 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         tab = sessions.tab(request)
         name = check_name(request.query_params.get("name", ""))
         said = request.headers.get("content-length", "0")
-        if said.isdigit() and int(said) > sessions.most_bytes:
-            return reply({"error": _too_large(name, sessions.most_bytes)}, 413)
-        path = sessions.uploads.place(name)
+        if said.isdigit() and int(said) > sessions.max_bytes:
+            return json_response({"error": _too_large_text(name, sessions.max_bytes)}, 413)
+        path = sessions.uploads.new_path(name)
         size = 0
         try:
             with path.open("wb") as file:
                 async for piece in request.stream():
                     size += len(piece)
-                    if size > sessions.most_bytes:
+                    if size > sessions.max_bytes:
                         path.unlink()
-                        return reply({"error": _too_large(name, sessions.most_bytes)}, 413)
+                        return json_response(
+                            {"error": _too_large_text(name, sessions.max_bytes)}, 413
+                        )
                     await run_in_threadpool(file.write, piece)
             source = Source(name, path)
             await run_in_threadpool(
-                documents.accept, tab, source, request.query_params.get("as", "log")
+                documents.open_upload, tab, source, request.query_params.get("as", "log")
             )
         except BaseException:
             path.unlink(missing_ok=True)
@@ -193,9 +197,9 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
     async def download(request: Request) -> Response:
         """Response with a generated file as an attachment; the header ``x-note`` has a remark for the user."""
         tab, name = sessions.tab(request), request.path_params["name"]
-        options = asked(request)
+        options = query_options(request)
         theme = options.pop("theme", "light")
-        made = await run_in_threadpool(documents.make, tab, name, theme, options)
+        made = await run_in_threadpool(documents.generated_file, tab, name, theme, options)
         said = {
             "content-disposition": f"attachment; filename*=UTF-8''{quote(made.name)}",
             "x-note": quote(made.note),
@@ -220,7 +224,7 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
     return Guard(Starlette(routes=routes), token, hosts)
 
 
-def _too_large(name: str, most: int) -> str:
+def _too_large_text(name: str, most: int) -> str:
     """Text of the error for an upload of more than `most` bytes."""
     return (
         f"{name} is larger than {most / 1e9:g} GB: start the page with it instead"
@@ -228,7 +232,7 @@ def _too_large(name: str, most: int) -> str:
     )
 
 
-def _order(body: bytes) -> Any:
+def _json_of_body(body: bytes) -> Any:
     """JSON document in the body of a request; raises `InputError` for other text, deep nesting and invalid characters."""
     try:
         order = json.loads(body)
@@ -242,7 +246,7 @@ def _order(body: bytes) -> Any:
     return order
 
 
-async def _bounded(request: Request, most: int) -> bytes:
+async def _limited_body(request: Request, most: int) -> bytes:
     """Bytes of the body of a request; raises InputError if there are more than `most`."""
     body = b""
     async for piece in request.stream():
@@ -252,7 +256,7 @@ async def _bounded(request: Request, most: int) -> bytes:
     return body
 
 
-def _listening() -> socket.socket:
+def _listening_socket() -> socket.socket:
     """Listening socket at port 47113 of this computer (127.0.0.1), or at any port if that one is in use.
 
     Raises `OSError` if there is none.
@@ -284,7 +288,7 @@ class Page:
     def __init__(self, sources: Sequence[Source]) -> None:
         import uvicorn
 
-        self._socket = _listening()
+        self._socket = _listening_socket()
         port = self._socket.getsockname()[1]
         token = secrets.token_urlsafe(18)
         hosts = frozenset({f"127.0.0.1:{port}", f"localhost:{port}"})

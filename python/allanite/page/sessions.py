@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from allanite import _kernels
 from allanite.common.errors import InputError
-from allanite.page.source import MOST_BYTES, Source, Uploads
+from allanite.page.source import MAX_UPLOAD_BYTES, Source, Uploads
 from allanite.page.tab import Tab
 
 if TYPE_CHECKING:
@@ -20,19 +20,19 @@ if TYPE_CHECKING:
 
     from allanite.page.jobs import Job
 
-MOST_TABS = 32
+MAX_TABS = 32
 #: Seconds for which a closed tab is kept, so that a reloaded page can continue.
-GRACE = 15.0
+GRACE_S = 15.0
 #: Seconds without a request after which a tab is deleted.
-SILENT = 900.0
+MAX_SILENCE_S = 900.0
 
 
 class Sessions:
-    """All tabs and uploads of a server; `most_bytes` is the maximum size of an upload."""
+    """All tabs and uploads of a server; `max_bytes` is the maximum size of an upload."""
 
-    def __init__(self, sources: Sequence[Source], most_bytes: int = MOST_BYTES) -> None:
+    def __init__(self, sources: Sequence[Source], most_bytes: int = MAX_UPLOAD_BYTES) -> None:
         self.sources = tuple(sources)
-        self.most_bytes = most_bytes
+        self.max_bytes = most_bytes
         self.uploads = Uploads()
         self.tabs: dict[str, Tab] = {}
         self.lock = threading.Lock()
@@ -42,12 +42,12 @@ class Sessions:
 
         Silent tabs are deleted, and the oldest ones if there are over 32.
         """
-        self.sweep()
+        self.delete_silent_tabs()
         with self.lock:
             key = secrets.token_urlsafe(9)
             tab = self.tabs[key] = Tab(self.sources, len(self.tabs) + 1)
             # Delete the oldest tabs, which were most likely closed long ago.
-            old = list(self.tabs)[:-MOST_TABS]
+            old = list(self.tabs)[:-MAX_TABS]
         for other in old:
             self.close(other)
         if self.sources:
@@ -63,12 +63,12 @@ class Sessions:
             The other tab no longer exists or has no open log.
         """
         other = self.tabs.get(key)
-        if other is None or other.now is None:
+        if other is None or other.open_work is None:
             raise InputError("This tab no longer exists and cannot be copied")
         with self.lock:
             new = secrets.token_urlsafe(9)
             tab = self.tabs[new] = Tab(self.sources, len(self.tabs) + 1)
-        tab.take_over(other)
+        tab.copy_state_from(other)
         tab.resume()
         return new
 
@@ -79,8 +79,8 @@ class Sessions:
         """
         tab = self.tabs.get(key)
         if tab is not None:
-            tab.heard = time.monotonic() - SILENT + GRACE
-            tab.left = True
+            tab.last_request = time.monotonic() - MAX_SILENCE_S + GRACE_S
+            tab.has_left = True
             tab.cancel()
 
     def resume(self, key: str) -> None:
@@ -92,9 +92,9 @@ class Sessions:
             The tab no longer exists, or no page has left it.
         """
         tab = self.tabs.get(key)
-        if tab is None or not tab.left:
+        if tab is None or not tab.has_left:
             raise InputError("This tab no longer exists and cannot be resumed")
-        tab.left, tab.heard = False, time.monotonic()
+        tab.has_left, tab.last_request = False, time.monotonic()
         tab.resume()
 
     def close(self, key: str) -> None:
@@ -107,16 +107,18 @@ class Sessions:
             del tab
             if job is not None:
                 job.wait(2.0)
-                if job.at_work:
+                if job.is_running:
                     # The core is busy with a long step; free its memory when the step ends.
-                    threading.Thread(target=_give_back_after, args=(job,), daemon=True).start()
+                    threading.Thread(target=_free_memory_after, args=(job,), daemon=True).start()
             del job
-            _give_back()
+            _free_memory()
 
-    def sweep(self) -> None:
+    def delete_silent_tabs(self) -> None:
         """Delete all tabs without a request in the last 900 s."""
         now = time.monotonic()
-        for key in [k for k, tab in list(self.tabs.items()) if now - tab.heard > SILENT]:
+        for key in [
+            k for k, tab in list(self.tabs.items()) if now - tab.last_request > MAX_SILENCE_S
+        ]:
             self.close(key)
 
     def tab(self, request: Request) -> Tab:
@@ -124,18 +126,18 @@ class Sessions:
         found = self.tabs.get(request.path_params["tab"])
         if found is None:
             raise InputError("This session has ended: reload the page")
-        found.heard = time.monotonic()
+        found.last_request = time.monotonic()
         return found
 
 
-def _give_back_after(job: Job) -> None:
+def _free_memory_after(job: Job) -> None:
     """Wait until a job has ended, then return freed memory to the system."""
     job.wait()
     del job
-    _give_back()
+    _free_memory()
 
 
-def _give_back() -> None:
+def _free_memory() -> None:
     """Collect garbage; in a process of the command, also return freed memory to the system."""
     gc.collect()
     _kernels.trim()

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
 
 #: Maximum size of an upload in bytes, enough for about 100 million samples as text.
-MOST_BYTES = 2_000_000_000
+MAX_UPLOAD_BYTES = 2_000_000_000
 _FORBIDDEN = re.compile(r"[\x00-\x1f/\\:]")
 
 
@@ -68,7 +68,7 @@ class Reading:
 Watch: TypeAlias = "Callable[[], None] | None"
 
 
-class Shared:
+class SharedRecording:
     """Recording of a log shared by all tabs: read once and freed with the last tab."""
 
     def __init__(self) -> None:
@@ -81,8 +81,8 @@ class Shared:
 
         A weak reference to the result is kept.
         """
-        with self.alone(watch):
-            state = _state(path)
+        with self.exclusive(watch):
+            state = _file_stamp(path)
             found = self._found() if state == self._state else None
             if found is None:
                 found = read()
@@ -90,7 +90,7 @@ class Shared:
             return found
 
     @contextmanager
-    def alone(self, watch: Watch) -> Iterator[None]:
+    def exclusive(self, watch: Watch) -> Iterator[None]:
         """Context that only one tab enters at a time; `watch` is called repeatedly while another tab is in it."""
         while not self._gate.acquire(timeout=POLL_S):
             if watch is not None:
@@ -101,7 +101,7 @@ class Shared:
             self._gate.release()
 
 
-def _state(path: Path) -> tuple[int, int] | None:
+def _file_stamp(path: Path) -> tuple[int, int] | None:
     """Pair (modification time in ns, size in bytes) of a file; None if it cannot be accessed, which the reader reports."""
     try:
         found = path.stat()
@@ -118,7 +118,7 @@ class Source:
     path: Path | None = None
     recording: Recording | None = None
     reading: Reading = Reading()
-    shared: Shared = field(default_factory=Shared)
+    shared: SharedRecording = field(default_factory=SharedRecording)
 
     def read(self, reading: Reading, watch: Watch = None) -> Recording:
         """`Recording` of all sensor columns. `watch` is called meanwhile; an exception that it raises ends the reading.
@@ -163,7 +163,7 @@ class Source:
 
     def with_reading(self, reading: Reading) -> Source:
         """Copy of the source with other settings for reading; its recording is not shared with earlier ones."""
-        return replace(self, reading=reading, shared=Shared())
+        return replace(self, reading=reading, shared=SharedRecording())
 
 
 def check_name(name: str) -> str:
@@ -192,7 +192,7 @@ class Uploads:
         self._count = 0
         OwnedFolder.remove_abandoned(self.KIND)
 
-    def place(self, name: str) -> Path:
+    def new_path(self, name: str) -> Path:
         """Path for an upload that does not exist yet, in a folder that the first call creates.
 
         It keeps a known suffix of the browser's name, and otherwise ends in ``.csv``.
@@ -224,7 +224,7 @@ Part = tuple[Segment | None, tuple[Segment, ...]]
 MIN_SAMPLES = 64
 
 
-def joined(stretches: Iterable[Segment]) -> tuple[Segment, ...]:
+def merged_segments(stretches: Iterable[Segment]) -> tuple[Segment, ...]:
     """Tuple of segments (start, end) in s, in ascending order; overlapping or touching segments are merged."""
     out: list[Segment] = []
     for start, end in sorted(stretches):
@@ -274,15 +274,15 @@ def _without(part: Recording, out: list[Segment]) -> Recording:
     )
 
 
-def kept(model: Model, moved: bool) -> Model | None:
-    """`Model` to start from on another part of the log; None if no effect remains.
+def model_for_part(model: Model, moved: bool) -> Model | None:
+    """Copy of a model with which the fit of another part of the log starts; None if no effect remains.
 
-    If the start time has `moved`, effects at a particular time are removed.
+    If the start time has `moved`, effects at a particular time, such as steps, are removed.
     """
-    effects = [e for e in model if not (moved and _is_of_time(e))]
+    effects = [e for e in model if not (moved and _has_own_time(e))]
     return Model(tuple(effects)) if effects else None
 
 
-def _is_of_time(effect: Effect) -> bool:
+def _has_own_time(effect: Effect) -> bool:
     """True if an effect has a time of its own, such as a step."""
     return effect.when is not None or any(p.role == "time" for p in effect.parameters)

@@ -8,19 +8,19 @@ from allanite.common.numbers import duration_text, with_readable_numbers
 from allanite.common.units import parse_unit
 from allanite.effects import standard
 from allanite.page.edits import SHEET
-from allanite.page.shown.beside import differences
 from allanite.page.shown.cards import (
     alternatives,
     cards,
     chips,
     failures,
+    most_informative_view,
     step_row,
     step_rows,
-    telling_view,
 )
 from allanite.page.shown.documents import sheet_rows, targets
-from allanite.page.shown.figures import colors_of
+from allanite.page.shown.figures import effect_colors
 from allanite.page.shown.offers import offers, sentence
+from allanite.page.shown.two_steps import differences
 from allanite.page.source import Reading
 from allanite.page.words import WORDS
 from allanite.plots.words import effect_text, unit_text
@@ -29,8 +29,8 @@ from allanite.report.words import count_text
 
 if TYPE_CHECKING:
     from allanite.fit import Fit
-    from allanite.page.ladder import Step, Work
     from allanite.page.tab import Tab
+    from allanite.page.work import Step, Work
 
 SI = ("rad/s", "m/s^2")
 #: Offered units; the command line accepts any other.
@@ -45,11 +45,11 @@ def state(tab: Tab) -> dict[str, Any]:
     """
     with tab.lock:
         # Read the version first, so that later changes are noticed next time.
-        version, now, board = tab.version, tab.now, tab.board
+        version, now, board = tab.version, tab.open_work, tab.board
         preview = tab.preview
-        place, length = (now.place, len(now.history)) if now is not None else (0, 1)
-    ladder = board.ladders[board.column]
-    step = ladder.step
+        place, length = (now.state_index, len(now.history)) if now is not None else (0, 1)
+    column_steps = board.columns[board.column]
+    step = column_steps.step
     shown = preview or (None if step is None else step.fit)
     study = None if step is None else step.study
     check = None if study is None else study.check
@@ -61,7 +61,7 @@ def state(tab: Tab) -> dict[str, Any]:
         "moving": tab.problem is not None and tab.moving,
         "logs": [s.name for s in tab.sources],
         "log": None if source is None else source.name,
-        "log_number": tab.place_of_source,
+        "log_number": tab.source_index,
         "fixed": source is not None and source.recording is not None,
         "units": [{"value": u, "text": unit_text(u) if u != "1" else "1 (a ratio)"} for u in UNITS],
         "reading": _reading_settings(tab),
@@ -75,7 +75,7 @@ def state(tab: Tab) -> dict[str, Any]:
         else chips(
             shown,
             tab.unit,
-            colors_of(now, shown),
+            effect_colors(now, shown),
             None
             if study is None or study.fit is not shown or not study.adequate
             else study.undecided,
@@ -98,13 +98,13 @@ def state(tab: Tab) -> dict[str, Any]:
         if study is None or check is None
         else (study if check.adequate else check).verdict,
         "discrepancy": None if step is None else step.fit.discrepancy.percent,
-        "within": step is not None and check is not None and tab.within(step),
+        "within": step is not None and check is not None and tab.is_within_tolerance(step),
         "where": [] if study is None else failures(study),
-        "view": None if study is None else telling_view(study),
+        "view": None if study is None else most_informative_view(study),
         "alternatives": None if study is None else alternatives(study),
         "cards": [] if check is None else cards(check, tab.unit),
-        "ladder": step_rows(ladder.steps),
-        "at": ladder.at,
+        "ladder": step_rows(column_steps.steps),
+        "at": column_steps.at,
         "undo": place > 0 or (now is not None and now.before is not None),
         "redo": place < length - 1 or (now is not None and now.after is not None),
         "others": [name for name, _ in tab.others],
@@ -119,7 +119,7 @@ def _reading_settings(tab: Tab) -> dict[str, Any]:
     ``unitless`` lists sensors without a unit, and ``said_rate`` is only the user's.
     """
     reading = tab.source.reading if tab.source is not None else Reading()
-    found = None if tab.now is None else tab.now.recording
+    found = None if tab.open_work is None else tab.open_work.recording
     return {
         "rate": reading.rate or (None if found is None else found.rate),
         "said_rate": reading.rate,
@@ -146,9 +146,9 @@ def _is_sensor(name: str) -> bool:
 
 
 def _column_state(tab: Tab, step: Step | None) -> str:
-    """State of a column: ``new``, ``fitted``, ``adequate``, ``within`` (the tolerance) or ``fails``.
+    """State of a column: ``new``, ``fitted``, ``adequate``, ``is_within_tolerance`` (the tolerance) or ``fails``.
 
-    ``fitted`` is not checked yet, and ``within`` is not adequate.
+    ``fitted`` is not checked yet, and ``is_within_tolerance`` is not adequate.
     """
     if step is None:
         return "new"
@@ -156,7 +156,7 @@ def _column_state(tab: Tab, step: Step | None) -> str:
         return "fitted"
     if step.study.adequate:
         return "adequate"
-    return "within" if tab.within(step) else "fails"
+    return "within" if tab.is_within_tolerance(step) else "fails"
 
 
 def _axes_of_other_logs(tab: Tab) -> list[dict[str, Any]]:
@@ -167,12 +167,14 @@ def _axes_of_other_logs(tab: Tab) -> list[dict[str, Any]]:
             "name": tab.sources[place].name,
             "digest": work.digest,
             "axes": [
-                {"name": name, "state": _column_state(tab, ladder.step)}
-                for name, ladder in zip(work.recording.columns, work.board.ladders, strict=True)
+                {"name": name, "state": _column_state(tab, column_steps.step)}
+                for name, column_steps in zip(
+                    work.recording.columns, work.board.columns, strict=True
+                )
             ],
         }
         for place, work in sorted(tab.works.items())
-        if place != tab.place_of_source
+        if place != tab.source_index
     ]
 
 
@@ -183,15 +185,15 @@ def _axis_records(tab: Tab, work: Work) -> list[dict[str, Any]]:
     """
     out = []
     names, units = work.recording.columns, work.recording.units
-    for name, unit, ladder in zip(names, units, work.board.ladders, strict=True):
-        step = ladder.step
+    for name, unit, column_steps in zip(names, units, work.board.columns, strict=True):
+        step = column_steps.step
         check = None if step is None else step.check
         out.append(
             {
                 "name": name,
                 "unit": unit_text(unit),
                 "state": _column_state(tab, step),
-                "steps": len(ladder.steps),
+                "steps": len(column_steps.steps),
                 "model": None if step is None else step.fit.model.name,
                 "values": {}
                 if step is None
@@ -222,7 +224,7 @@ def _removed_effects(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
     there = {e.kind for e in fit.model}
     return [
         {"place": i, "kind": e.kind, "name": fit.display_name(e), "text": str(e)}
-        for i, e in enumerate(work.tray[column])
+        for i, e in enumerate(work.removed[column])
         if e.kind not in there
     ]
 
@@ -252,7 +254,7 @@ def chip_units(unit: str) -> list[dict[str, str]]:
     ]
 
 
-def _left_out_text(work: Work) -> str:
+def _excluded_text(work: Work) -> str:
     """Text `` · from 2 h · 40 s excluded`` on the part of the log that is not analyzed; empty if all is analyzed."""
     span, out = work.part
     said = "" if span is None else f" · from {duration_text(work.whole.duration)}"
@@ -275,7 +277,7 @@ def _recording_record(tab: Tab) -> dict[str, Any]:
         ],
         "column": tab.column,
         "digest": now.digest,
-        "home": now.home,
+        "home": now.whole_digest,
         "targets": targets(whole),
         "span": now.part[0],
         "left_out": [list(one) for one in now.part[1]],
@@ -285,7 +287,7 @@ def _recording_record(tab: Tab) -> dict[str, Any]:
         "duration": column.duration,
         "unit": unit_text(column.unit),
         "text": f"{count_text(column.n)} samples · {duration_text(column.duration)} at {column.rate:.6g} Hz"
-        + _left_out_text(now),
+        + _excluded_text(now),
         "audit": [
             {
                 "severity": f.severity,

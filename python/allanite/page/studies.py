@@ -8,10 +8,10 @@ from allanite.common.errors import InputError
 from allanite.effects.files import held_and_limits, model_from_dict
 from allanite.fit import fit_model
 from allanite.fit.result import plain
-from allanite.page.bench import look
 from allanite.page.edits import parse_model_string
-from allanite.page.ladder import Ladder, Step
-from allanite.page.source import Segment, joined, part_of
+from allanite.page.source import Segment, merged_segments, part_of
+from allanite.page.tab_state import cache_results
+from allanite.page.work import ColumnSteps, Step
 from allanite.study import Rung
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def study(tab: Tab) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "log": source.name,
-        "digest": work.home,
+        "digest": work.whole_digest,
         "column": tab.log.columns[0],
         "span": work.part[0],
         "left_out": work.part[1],
@@ -44,23 +44,25 @@ def study(tab: Tab) -> dict[str, Any]:
             {
                 "column": name,
                 "unit": unit,
-                "at": ladder.at,
-                "ladder": [{"label": s.label, **_model(s.fit)} for s in ladder.steps],
+                "at": column_steps.at,
+                "ladder": [
+                    {"label": s.label, **_model_document(s.fit)} for s in column_steps.steps
+                ],
                 "tray": [str(effect) for effect in tray],
             }
-            for name, unit, ladder, tray in zip(
+            for name, unit, column_steps, tray in zip(
                 work.recording.columns,
                 work.recording.units,
-                work.board.ladders,
-                work.tray,
+                work.board.columns,
+                work.removed,
                 strict=True,
             )
-            if ladder.steps
+            if column_steps.steps
         ],
     }
 
 
-def _model(fit: Fit) -> dict[str, Any]:
+def _model_document(fit: Fit) -> dict[str, Any]:
     """Dict of the model of a fit with its values, held values and limits."""
     return {
         "model": fit.model.name,
@@ -91,49 +93,49 @@ def open_study(tab: Tab, document: Any) -> None:
     if not isinstance(axes, list) or not 0 < len(axes) <= len(columns):
         raise InputError("The study contains no steps for this log")
     try:
-        found = [_axis(axis, columns) for axis in axes]
-        span = _span(document.get("span"))
-        out = joined(_segment(one) for one in document.get("left_out", [])[:MOST])
+        found = [_axis_of_document(axis, columns) for axis in axes]
+        span = _span_of(document.get("span"))
+        out = merged_segments(_checked_segment(one) for one in document.get("left_out", [])[:MOST])
     except (AttributeError, TypeError, LookupError, ValueError, ArithmeticError) as error:
         raise InputError(f"The study is damaged ({error})") from None
     seen = document.get("column")
 
-    def bring(job: Job) -> None:
+    def fit_models(job: Job) -> None:
         """Fit the models of the study step by step, and replace the steps of its columns by them.
 
         Part and current column become those of the study; the current step is then checked.
         """
         job.take_turn()
         if (span, out) != tab.work.part:
-            tab.cut(job, (span, out), part_of(tab.work.whole, span, out))
+            tab.switch_to_part(job, (span, out), part_of(tab.work.whole, span, out))
         if seen in columns:
-            with tab.change(job):
-                tab.work.look(columns.index(seen))
+            with tab.changing(job):
+                tab.work.select_column(columns.index(seen))
         for column, models, labels, at, tray in found:
             log = tab.work.log(column)
             steps = []
             for i, (model, label) in enumerate(zip(models, labels, strict=True)):
-                job.say(f"Restoring {columns[column]}, step {i}: {model.name}")
+                job.begin_stage(f"Restoring {columns[column]}, step {i}: {model.name}")
                 step = Step(label, Rung(fit_model(log, model)))
                 step.error = step.fit.error
-                look(step.fit)
+                cache_results(step.fit)
                 steps.append(step)
-            with tab.change(job):
-                tab.push(Ladder(tuple(steps), at), column)
-                tab.work.tray[column] = tray
-        tab.rest(job, tab.step)
+            with tab.changing(job):
+                tab.set_steps(ColumnSteps(tuple(steps), at), column)
+                tab.work.removed[column] = tray
+        tab.check_until_interrupted(job, tab.step)
 
     if tab.busy:
         tab.cancel()
-    tab.run("Restoring the study", bring)
+    tab.start_job("Restoring the study", fit_models)
 
 
-def _span(said: Any) -> tuple[float, float] | None:
+def _span_of(said: Any) -> tuple[float, float] | None:
     """Pair (start, end) in s from a study document; None for the whole log."""
-    return None if said is None else _segment(said)
+    return None if said is None else _checked_segment(said)
 
 
-def _segment(said: Any) -> Segment:
+def _checked_segment(said: Any) -> Segment:
     """Pair (start, end) in s from a document; raises `ValueError` unless 0 ≤ start < end < ∞."""
     start, end = float(said[0]), float(said[1])
     if not 0.0 <= start < end < float("inf"):
@@ -141,7 +143,7 @@ def _segment(said: Any) -> Segment:
     return start, end
 
 
-def _axis(
+def _axis_of_document(
     axis: dict[str, Any], columns: tuple[str, ...]
 ) -> tuple[int, list[Any], list[str], int, list[Effect]]:
     """Tuple (column index, models, labels, index of the current step, removed effects) of one axis of a study.

@@ -8,10 +8,16 @@ from typing import TYPE_CHECKING
 from allanite.common.errors import InputError
 from allanite.effects import Model
 from allanite.fit import fit_model
-from allanite.page.bench import Bench, look
-from allanite.page.edits import effect as effect_at
-from allanite.page.edits import freed, frozen, parse_model_string, with_limits, with_value
-from allanite.page.ladder import Ladder, Step
+from allanite.page.edits import (
+    effect_at,
+    parse_model_string,
+    with_holds_of,
+    with_limits,
+    with_value,
+    with_values_held,
+)
+from allanite.page.tab_state import TabState, cache_results
+from allanite.page.work import ColumnSteps, Step
 from allanite.study import Rung, best_replacement, is_full, next_step
 
 if TYPE_CHECKING:
@@ -21,7 +27,7 @@ if TYPE_CHECKING:
     from allanite.page.jobs import Job
 
 
-class Tab(Bench):
+class Tab(TabState):
     """A browser tab: its state and the operations on it. Results are shown as soon as they are available."""
 
     def _refit(self, label: str, name: str, make: Callable[[], Rung]) -> None:
@@ -34,10 +40,10 @@ class Tab(Bench):
         def work(job: Job) -> None:
             """Fit the model of the step, add the step to the column's steps, and check it."""
             step = Step(label, make())
-            self.climb(job, step, column)
-            self.rest(job, step)
+            self.append_step(job, step, column)
+            self.check_until_interrupted(job, step)
 
-        self.run(name, work)
+        self.start_job(name, work)
 
     # -- the model ---------------------------------------------------------------------------------------
 
@@ -60,9 +66,9 @@ class Tab(Bench):
         step = self.step
         if step.check is None or not 0 <= number < len(step.check.suggestions):
             raise InputError("This suggestion no longer exists: see the updated list")
-        self._add(step.check.suggestions[number].effect)
+        self._fit_with(step.check.suggestions[number].effect)
 
-    def put(self, text: str) -> None:
+    def add_by_name(self, text: str) -> None:
         """Start a job that adds an effect, given by its name or as a model string with values.
 
         Raises `InputError` unless it is one effect.
@@ -70,19 +76,19 @@ class Tab(Bench):
         model = parse_model_string(text)
         if len(model) != 1:
             raise InputError("Add one effect at a time, or enter a whole model")
-        self._add(model.effects[0])
+        self._fit_with(model.effects[0])
 
-    def back(self, place: int) -> None:
+    def restore(self, place: int) -> None:
         """Start a job that adds the removed effect at an index of the tray, with its former values.
 
         Raises `InputError` if there is none.
         """
-        tray = self.work.tray[self.column]
+        tray = self.work.removed[self.column]
         if not 0 <= place < len(tray):
             raise InputError("This effect is already in the model")
-        self._add(tray[place])
+        self._fit_with(tray[place])
 
-    def _add(self, effect: Effect) -> None:
+    def _fit_with(self, effect: Effect) -> None:
         """Start a job that fits the current model with one more effect.
 
         Raises `InputError` for a second effect of a kind that a model can have only once.
@@ -95,7 +101,7 @@ class Tab(Bench):
         self._refit(f"+ {name}", f"Adding {name}", lambda: Rung(fit.add(effect), effect))
 
     def remove(self, place: int) -> None:
-        """Start a job that removes the effect at an index of the model; `back` can restore it.
+        """Start a job that removes the effect at an index of the model; `restore` can restore it.
 
         Raises `InputError` for the last effect.
         """
@@ -132,31 +138,31 @@ class Tab(Bench):
             lambda: Rung(fit_model(fit.recording, model)),
         )
 
-    def what_if(self, place: int, name: str, value: float) -> None:
+    def try_value(self, place: int, name: str, value: float) -> None:
         """Start a job that sets `preview` to the model with a trial value, not fitted; several trial values accumulate."""
         base = (self.preview or self.step.fit).model
         model = with_value(base, place, name, value, held=False)
-        still = Model(tuple(frozen(e) for e in model))
+        still = Model(tuple(with_values_held(e) for e in model))
         log = self.log
 
         def work(job: Job) -> None:
             """Compute the model with the trial value held, and set it as the preview; the steps stay."""
             found = fit_model(log, still)
-            effects = (freed(e, o) for e, o in zip(found.model, model, strict=True))
+            effects = (with_holds_of(e, o) for e, o in zip(found.model, model, strict=True))
             tried = replace(found, model=Model(tuple(effects)))
-            look(tried)
-            with self.change(job):
+            cache_results(tried)
+            with self.changing(job):
                 self.preview = tried
 
-        self.run("Trying the value", work)
+        self.start_job("Trying the value", work)
 
-    def drop_what_if(self) -> None:
+    def discard_trial(self) -> None:
         """Discard the trial values, and check the current step if its check was canceled."""
         self.preview = None
-        self.changed()
+        self.announce_change()
         self.recheck()
 
-    def fit_what_if(self) -> None:
+    def fit_from_trial(self) -> None:
         """Start a job that fits the model, starting from the trial values. Raises `InputError` without trial values."""
         if self.preview is None:
             raise InputError("There is no trial value")
@@ -183,41 +189,41 @@ class Tab(Bench):
                 job.columns, job.column = tuple(work_on[i:]), column
                 before = "" if columns is None else f"{names[column]} ({i + 1} of {len(work_on)}): "
                 job.take_turn()
-                self.start(job, column)
-                helped = self._improve(job, column, before)
+                self.fitted_step(job, column)
+                helped = self._improve_column(job, column, before)
                 if columns is None and not helped:
                     raise InputError(
                         "No effect lowers the error without worse predictions of unseen data"
                     )
 
         # The check with which the improvement starts may still be running.
-        self.run("Improving", work, follows=True)
+        self.start_job("Improving", work, follows=True)
 
-    def _improve(self, job: Job, column: int, before: str) -> bool:
+    def _improve_column(self, job: Job, column: int, before: str) -> bool:
         """Add steps until none helps; each is checked first, and an adequate model is then simplified.
 
         True if the last model is adequate, within the tolerance, or has the largest number of steps. The text `before`
         precedes the progress of the job.
         """
-        begun = self.board.ladders[column].at
+        begun = self.board.columns[column].at
         while True:
-            ladder = self.board.ladders[column]
-            step = ladder.step
+            column_steps = self.board.columns[column]
+            step = column_steps.step
             assert step is not None
-            check = self.finish(job, step)
-            rungs = [s.rung for s in ladder.steps[: ladder.at + 1]]
-            if self.within(step) and not check.adequate:
+            check = self.finished_check(job, step)
+            rungs = [s.rung for s in column_steps.steps[: column_steps.at + 1]]
+            if self.is_within_tolerance(step) and not check.adequate:
                 return True
             good = check.adequate or is_full(rungs[begun:])
             best = check.significant[0].effect if check.significant else None
             tried = "" if best is None else f", trying {step.fit.display_name(best)}"
-            job.say(f"{before}step {len(rungs) - begun}{tried}")
+            job.begin_stage(f"{before}step {len(rungs) - begun}{tried}")
             rung = best_replacement(rungs) if good else next_step(rungs, check)
             if rung is None:
                 return good
-            self.climb(job, Step(" ".join(rung.changes), rung), column)
+            self.append_step(job, Step(" ".join(rung.changes), rung), column)
 
-    def accept(self, tolerance: float | None) -> None:
+    def set_tolerance(self, tolerance: float | None) -> None:
         """Set the model discrepancy in % below which a model is accepted; None to require an adequate model.
 
         Raises `InputError` unless it lies in (0, 100].
@@ -225,24 +231,24 @@ class Tab(Bench):
         if tolerance is not None and not 0.0 < tolerance <= 100.0:
             raise InputError("The accepted model discrepancy must lie between 0 and 100 %")
         self.tolerance = tolerance
-        self.changed()
+        self.announce_change()
 
     # -- steps ---------------------------------------------------------------------------------------------
 
-    def go(self, number: int) -> None:
+    def go_to_step(self, number: int) -> None:
         """Make the step at an index the current one, from which the next change starts, and check it.
 
         A running job is canceled. If it is the compared step, the former step is compared with it. Raises `InputError`
         if there is none.
         """
-        if not 0 <= number < len(self.ladder.steps):
+        if not 0 <= number < len(self.column_steps.steps):
             raise InputError(f"There is no step {number}")
         if self.busy:
             self.cancel()
-        if self.ladder.steps[number] is self.beside:
+        if self.column_steps.steps[number] is self._compared:
             # Swap the two compared steps.
-            self.beside = self.ladder.step
-        self.push(Ladder(self.ladder.steps, number))
+            self._compared = self.column_steps.step
+        self.set_steps(ColumnSteps(self.column_steps.steps, number))
         self.recheck()
 
     def compare_steps(self, number: int | None) -> None:
@@ -250,22 +256,22 @@ class Tab(Bench):
 
         Raises `InputError` if there is none.
         """
-        if number is not None and not 0 <= number < len(self.ladder.steps):
+        if number is not None and not 0 <= number < len(self.column_steps.steps):
             raise InputError(f"There is no step {number}")
-        self.beside = None if number is None else self.ladder.steps[number]
-        self.changed()
+        self._compared = None if number is None else self.column_steps.steps[number]
+        self.announce_change()
 
     def undo(self) -> None:
         """Undo the last change, in any column; raises InputError if there is none."""
-        self._move(-1, "Nothing to undo")
+        self._undo_or_redo(-1, "Nothing to undo")
 
     def redo(self) -> None:
         """Redo the last undone change; raises InputError if there is none."""
-        self._move(+1, "Nothing to redo")
+        self._undo_or_redo(+1, "Nothing to redo")
 
-    def _part(self, by: int) -> bool:
-        """Undo (`by` = −1) or redo (+1) the selection of a part of the log. Returns True; False if there is none."""
-        now, place = self.work, self.place_of_source
+    def _undo_or_redo_part(self, by: int) -> bool:
+        """Undo (`by` = −1) or redo (+1) the selection of a part of the log. Returns False if there is no such selection."""
+        now, place = self.work, self.source_index
         other = now.before if by < 0 else now.after
         if other is None or place is None:
             return False
@@ -273,11 +279,11 @@ class Tab(Bench):
             other.after, now.before = now, None
         else:
             other.before, now.after = now, None
-        other.look(now.board.column)
+        other.select_column(now.board.column)
         self.works[place] = other
         return True
 
-    def _move(self, by: int, otherwise: str) -> None:
+    def _undo_or_redo(self, by: int, otherwise: str) -> None:
         """Undo (`by` = −1) or redo (+1) one change of the model, or else a selection of a part.
 
         Discard trial values and recheck. A running job is canceled. Raises `InputError` with the message `otherwise` if
@@ -286,7 +292,9 @@ class Tab(Bench):
         with self.lock:
             if self.busy:
                 self.cancel()
-            if self.now is None or not (self.work.move(by) or self._part(by)):
+            if self.open_work is None or not (
+                self.work.undo_or_redo(by) or self._undo_or_redo_part(by)
+            ):
                 raise InputError(otherwise)
             self.preview = None
             self.version += 1

@@ -10,13 +10,13 @@ import pytest
 from allanite import Recording
 from allanite.common.documents import jsonable
 from allanite.fit import fit_model
-from allanite.page import bench as bench_module
+from allanite.page import tab_state as bench_module
 from allanite.page.jobs import Job
-from allanite.page.ladder import Ladder, Step, Work
 from allanite.page.sessions import Sessions
 from allanite.page.shown.views import view
 from allanite.page.source import Source
 from allanite.page.tab import Tab
+from allanite.page.work import ColumnSteps, Step, Work
 from allanite.plots.themes import COMPONENTS, theme_of
 from allanite.study import Rung
 from page_sessions import act, client_of, opened, send, until, wait
@@ -326,9 +326,9 @@ def test_no_view_grows_with_the_log(hidden):
     samples[1000:5000] = np.nan
     log = Recording(np.column_stack([samples] * 4), 20.0, unit="rad/s", columns=list("abcd"))
     tab = Tab([Source("long", recording=log)], 1)
-    tab.place_of_source, tab.works[0] = 0, Work(log)
+    tab.source_index, tab.works[0] = 0, Work(log)
     fit = fit_model(tab.log, "N+B+K")
-    tab.push(Ladder((Step("start", Rung(fit)),), 0))
+    tab.set_steps(ColumnSteps((Step("start", Rung(fit)),), 0))
     for name in ("allan", "psd", "samples", "compare", "error", "nis"):
         assert len(json.dumps(jsonable(view(tab, name, "light"), figures=7))) <= 300_000
 

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-import allanite.page.bench
+import allanite.page.tab_state
 from allanite.page import explore
 from page_browser import READY
 from six_axes import six_axes
@@ -29,13 +29,13 @@ POINTS = "#plot .scatterlayer .points path.point"
 @pytest.fixture
 def held_fits(monkeypatch):
     """Event for which the first fits of all logs wait."""
-    release, fit = threading.Event(), allanite.page.bench.fit_model
+    release, fit = threading.Event(), allanite.page.tab_state.fit_model
 
     def fit_later(*given, **more):
         release.wait(120)
         return fit(*given, **more)
 
-    monkeypatch.setattr(allanite.page.bench, "fit_model", fit_later)
+    monkeypatch.setattr(allanite.page.tab_state, "fit_model", fit_later)
     yield release
     release.set()
 

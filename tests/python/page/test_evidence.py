@@ -11,13 +11,13 @@ from allanite.effects import parse_model
 from allanite.fit import fit_model
 from allanite.fit.rivals.undecided import Undecided
 from allanite.page.edits import SHEET
-from allanite.page.ladder import Ladder, Step, Work
 from allanite.page.sessions import Sessions
 from allanite.page.shown.cards import cards, failures
 from allanite.page.shown.figures import figure_of
 from allanite.page.source import Source
 from allanite.page.state import state
 from allanite.page.tab import Tab
+from allanite.page.work import ColumnSteps, Step, Work
 from allanite.plots.curves import residuals_between
 from allanite.plots.spec import HeatMap, Points
 from allanite.plots.time import close_up
@@ -48,9 +48,9 @@ def white_only():
     x = white(np.random.default_rng(2), 4000, 1.0, 1.0)
     log = Recording(x, 1.0, unit="deg/s", columns=["gyro"])
     tab = Tab([Source("white.npz", recording=log)], 1)
-    tab.place_of_source, tab.works[0] = 0, Work(log)
+    tab.source_index, tab.works[0] = 0, Work(log)
     step = Step("start", Rung(fit_model(log, "N+K")))
-    tab.push(Ladder((step,), 0))
+    tab.set_steps(ColumnSteps((step,), 0))
     step.error = step.fit.error
     step.study = Study(log, (step.rung,), check_fit(step.fit), "nothing helps")
     assert step.study.check.adequate

@@ -10,7 +10,7 @@ import pytest
 
 from allanite import Recording
 from allanite.common.threads import Pool, stop_if_unwanted
-from allanite.page import bench, child, jobs, source
+from allanite.page import child, jobs, source, tab_state
 from allanite.page.source import Source
 from allanite.page.tab import Tab
 from allanite.suggestion import check_fit
@@ -32,7 +32,7 @@ def test_ending_leaves_the_locks_of_the_library_open():
         time.sleep(pause)
         job.cancel()
         job.wait(30.0)
-        assert not job.at_work
+        assert not job.is_running
     assert thread._global_shutdown_lock.acquire(timeout=5.0)
     thread._global_shutdown_lock.release()
 
@@ -58,7 +58,7 @@ def test_pools_of_the_work_end_with_it():
     job.cancel()
     assert not job.busy
     job.wait(30.0)
-    assert not job.at_work
+    assert not job.is_running
     assert job.error is None
 
 
@@ -95,11 +95,11 @@ def test_what_is_ended_changes_nothing_any_more():
     changes = []
 
     def work(job):
-        with job.undisturbed():
+        with job.uncancelable():
             inside.set()
             out.wait(30.0)
             changes.append("first")
-        with job.undisturbed():
+        with job.uncancelable():
             changes.append("second")
 
     job = jobs.Job("change", work)
@@ -127,7 +127,7 @@ def test_improve_takes_up_the_check_that_is_at_work(hidden, monkeypatch):
             progress(0, 1)
         return check_fit(fit, progress)
 
-    monkeypatch.setattr(bench, "check_fit", slowly)
+    monkeypatch.setattr(tab_state, "check_fit", slowly)
     tab = Tab([Source("hidden", recording=hidden)], 1)
     tab.open(0)
     assert begun.wait(60.0)
@@ -136,7 +136,7 @@ def test_improve_takes_up_the_check_that_is_at_work(hidden, monkeypatch):
     tab.job.wait(120.0)
     assert tab.job.error is None
     # Every model of the ladder is checked once, the first one too.
-    assert models == [step.fit.model.name for step in tab.ladder.steps]
+    assert models == [step.fit.model.name for step in tab.column_steps.steps]
     assert len(models) > 1
 
 
@@ -152,7 +152,7 @@ def test_what_improve_waits_for_ends_with_it(hidden, monkeypatch):
         finally:
             ends.set()
 
-    monkeypatch.setattr(bench, "check_fit", forever)
+    monkeypatch.setattr(tab_state, "check_fit", forever)
     tab = Tab([Source("hidden", recording=hidden)], 1)
     tab.open(0)
     first = tab.job
@@ -162,7 +162,7 @@ def test_what_improve_waits_for_ends_with_it(hidden, monkeypatch):
     tab.job.wait(30.0)
     first.wait(30.0)
     assert ends.is_set()
-    assert not first.at_work
+    assert not first.is_running
 
 
 @pytest.mark.slow
@@ -191,7 +191,7 @@ def test_tabs_read_a_log_once_and_again_when_it_has_changed(tmp_path, monkeypatc
 
 
 def test_a_column_chosen_during_the_first_fit_of_another_is_fitted(monkeypatch):
-    begun, release, fit = threading.Event(), threading.Event(), bench.fit_model
+    begun, release, fit = threading.Event(), threading.Event(), tab_state.fit_model
 
     def fit_later(log, model):
         if log.columns == ("x",):
@@ -199,13 +199,13 @@ def test_a_column_chosen_during_the_first_fit_of_another_is_fitted(monkeypatch):
             release.wait(60.0)
         return fit(log, model)
 
-    monkeypatch.setattr(bench, "fit_model", fit_later)
+    monkeypatch.setattr(tab_state, "fit_model", fit_later)
     data = np.random.default_rng(3).normal(size=(2000, 2))
     log = Recording(data, 10.0, unit="deg/s", columns=["x", "y"])
     tab = Tab([Source("two.npz", recording=log)], 1)
     tab.open(0)
     assert begun.wait(60.0)
-    tab.choose(1)
+    tab.open_column(1)
     release.set()
     tab.job.wait(60.0)
-    assert tab.board.ladders[1].step.check is not None
+    assert tab.board.columns[1].step.check is not None

@@ -13,9 +13,9 @@ import allanite as al
 from allanite.common import child_process
 from allanite.page import child
 from allanite.page import sessions as sessions_module
-from allanite.page.ladder import Work
-from allanite.page.sessions import SILENT
+from allanite.page.sessions import MAX_SILENCE_S
 from allanite.page.shown.deviations import deviation_figure
+from allanite.page.work import Work
 from page_sessions import act, opened, send, until, wait
 
 DEEP = "[" * 100_000 + "]" * 100_000
@@ -137,8 +137,8 @@ def test_work_ends_when_the_page_is_left_and_is_taken_up_again(client, sessions)
 def test_what_is_left_is_forgotten(client, sessions, monkeypatch):
     tab, _ = opened(client, checked=False)
     client.post(f"tabs/{tab}/leave")
-    sessions.tabs[tab].heard -= SILENT
-    sessions.sweep()
+    sessions.tabs[tab].heard -= MAX_SILENCE_S
+    sessions.delete_silent_tabs()
     assert sessions.tabs == {}
 
 

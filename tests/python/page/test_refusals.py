@@ -60,7 +60,7 @@ def test_an_endless_stream_is_cut_off(client, sessions):
             yield b"1.0\n" * 16384
 
     limit = 20_000_000
-    sessions.most_bytes = limit
+    sessions.max_bytes = limit
 
     def bounded():
         for piece in endless():

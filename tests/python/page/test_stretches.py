@@ -7,7 +7,7 @@ import pytest
 
 from allanite import InputError, Recording, parse_model
 from allanite.page.shown.samples import samples_figure
-from allanite.page.source import joined, kept, part_of
+from allanite.page.source import merged_segments, model_for_part, part_of
 from page_sessions import act, opened
 
 
@@ -17,7 +17,10 @@ def log(n=2000, dtype=float):
 
 
 def test_stretches_that_touch_are_one():
-    assert joined([(5.0, 6.0), (1.0, 2.0), (2.0, 3.0), (5.5, 5.8)]) == ((1.0, 3.0), (5.0, 6.0))
+    assert merged_segments([(5.0, 6.0), (1.0, 2.0), (2.0, 3.0), (5.5, 5.8)]) == (
+        (1.0, 3.0),
+        (5.0, 6.0),
+    )
 
 
 @pytest.mark.parametrize("dtype", [float, np.float32, np.int16])
@@ -39,8 +42,8 @@ def test_of_too_little_nothing_is_made():
 
 def test_events_stay_where_time_has_not_moved():
     model = parse_model("N+STEP(time=5,height=1)")
-    assert kept(model, moved=False).name == "N+STEP"
-    assert kept(model, moved=True).name == "N"
+    assert model_for_part(model, moved=False).name == "N+STEP"
+    assert model_for_part(model, moved=True).name == "N"
 
 
 @pytest.mark.long

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from allanite.fit import Fit
     from allanite.fit.rivals.undecided import Undecided
-    from allanite.page.ladder import Step
+    from allanite.page.work import Step
     from allanite.study import Study
     from allanite.suggestion import Check, Suggestion
 
@@ -98,12 +98,12 @@ def failures(study: Study) -> list[dict[str, Any]]:
         shown = view and SHOWS[view]
         if text == check.nowhere and check.significant:
             # No view fails, so the sentence leads to the figure of the missing effect.
-            shown = telling_view(study)
+            shown = most_informative_view(study)
         out.append({"text": text, "view": shown, "place": place})
     return out
 
 
-def telling_view(study: Study) -> str:
+def most_informative_view(study: Study) -> str:
     """Name of the view that shows best what is missing: ``"allan"``, ``"psd"``, ``"samples"``, or another with scores.
 
     ``"allan"`` for an adequate model, ``"samples"`` for an effect that follows a column, ``"psd"`` for lines and bands.

@@ -57,16 +57,16 @@ def deviation_figure(
         raise InputError(f"No averaging times {grid[:20]!r}: one of {', '.join(GRIDS)}")
     if kind == "oadev" and not grid:
         return None
-    found = _found(log, kind, grid, kept)
+    found = _cached_deviation(log, kind, grid, kept)
     marks: list[Mark] = []
     shown = [np.asarray(found.deviation), np.asarray(found.low), np.asarray(found.high)]
     if fit is not None and kind in ALLAN:
         marks.append(Line(fit.curve.tau, fit.curve.model, "model", "model", 2.2))
     elif fit is not None and log.n <= MAX_SIMULATED:
-        simulated = _simulated(fit, kind, grid, kept)
-        marks.append(Line(*_drawn(simulated), "model", "Simulated sensor", 1.6))
+        simulated = _cached_simulated_deviation(fit, kind, grid, kept)
+        marks.append(Line(*_drawable_points(simulated), "model", "Simulated sensor", 1.6))
         shown.append(np.asarray(simulated.deviation))
-    tau, values = _drawn(found)
+    tau, values = _drawable_points(found)
     there = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
     low, high = np.asarray(found.low)[there], np.asarray(found.high)[there]
     known = bool(np.isfinite(low).any())
@@ -81,16 +81,18 @@ def deviation_figure(
     return Figure(title, f"{tau.size} averaging times", (panel,), kind="deviation")
 
 
-def _drawn(found: Deviation) -> tuple[np.ndarray, np.ndarray]:
+def _drawable_points(found: Deviation) -> tuple[np.ndarray, np.ndarray]:
     """Pair (τ in s, deviation) of the finite and positive points, which logarithmic axes can show."""
     kept = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
     return np.asarray(found.tau)[kept], np.asarray(found.deviation)[kept]
 
 
-def _found(log: Recording, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
+def _cached_deviation(
+    log: Recording, kind: str, grid: str, kept: dict[Any, Deviation]
+) -> Deviation:
     """`Deviation` of a recording, from the cache `kept`, or computed and added to it."""
     if (log, kind, grid) not in kept:
-        kept[log, kind, grid] = _deviation(log, kind, grid)
+        kept[log, kind, grid] = _computed_deviation(log, kind, grid)
     return kept[log, kind, grid]
 
 
@@ -100,14 +102,16 @@ def simulated_sensor(fit: Fit) -> Recording:
     return fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
 
 
-def _simulated(fit: Fit, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
+def _cached_simulated_deviation(
+    fit: Fit, kind: str, grid: str, kept: dict[Any, Deviation]
+) -> Deviation:
     """`Deviation` of a sensor simulated from the fit, from the cache `kept`, or computed and added to it."""
     if (fit, kind, grid) not in kept:
-        kept[fit, kind, grid] = _deviation(simulated_sensor(fit), kind, grid)
+        kept[fit, kind, grid] = _computed_deviation(simulated_sensor(fit), kind, grid)
     return kept[fit, kind, grid]
 
 
-def _deviation(log: Recording, kind: str, grid: str) -> Deviation:
+def _computed_deviation(log: Recording, kind: str, grid: str) -> Deviation:
     """`Deviation` of a recording by the estimator `kind` at the averaging times of a grid; "" is the default grid."""
     more = {"taus": GRIDS[grid]} if grid else {}
     found: Deviation = getattr(family, kind)(log, **more)

@@ -13,7 +13,7 @@ from allanite.common.files import OwnedFolder
 from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.page.edits import deviation_unit
-from allanite.page.shown.figures import VIEWS, figure_of, fit_of
+from allanite.page.shown.figures import VIEWS, displayed_fit, figure_of
 from allanite.page.shown.jobs import LAWS, calibrated
 from allanite.page.shown.tables import csv_of, tables_of
 from allanite.page.source import Reading, Uploads
@@ -38,7 +38,7 @@ RATIO = parse_unit("1").kind
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
+class GeneratedFile:
     """A generated file: bytes, media type, name, and a note for the user."""
 
     body: bytes
@@ -59,7 +59,7 @@ def targets(recording: Recording) -> list[list[str]]:
     return [[target.file_name, target.title] for target in offered]
 
 
-def accept(tab: Tab, source: Source, role: str) -> None:
+def open_upload(tab: Tab, source: Source, role: str) -> None:
     """Open an uploaded file as a log (``log``), a log for comparison (``compare``), or a data sheet (``sheet``).
 
     A log is appended to the sources and a job opens it, also if its rate or unit is unknown.
@@ -71,7 +71,7 @@ def accept(tab: Tab, source: Source, role: str) -> None:
         Nothing of it is kept.
     """
     if role == "sheet":
-        _accept_sheet(tab, source)
+        _open_sheet(tab, source)
         return
     if role == "compare":
         compare_with(tab, source)
@@ -87,7 +87,7 @@ def accept(tab: Tab, source: Source, role: str) -> None:
     tab.open(len(tab.sources) - 1, found=found)
 
 
-def _accept_sheet(tab: Tab, source: Source) -> None:
+def _open_sheet(tab: Tab, source: Source) -> None:
     """Set the data sheet of the tab to an uploaded one; a sheet without a name gets that of its file.
 
     Raises `InputError` if no log is open or the file is wrong.
@@ -101,7 +101,7 @@ def _accept_sheet(tab: Tab, source: Source) -> None:
     # A data sheet without a name gets the name of its file.
     named = sheet.name if sheet.name != source.path.stem else Path(source.name).stem
     tab.sheet = replace(sheet, name=named)
-    tab.changed()
+    tab.announce_change()
 
 
 def compare_with(tab: Tab, source: Source) -> None:
@@ -127,7 +127,7 @@ def compare_with(tab: Tab, source: Source) -> None:
     names = {name for name, _ in tab.others}
     found = [(f"{source.name} {c.columns[0]}", c) for c in other]
     tab.others += [(name, c) for name, c in found if name not in names]
-    tab.changed()
+    tab.announce_change()
 
 
 def sheet_rows(tab: Tab) -> dict[str, Any] | None:
@@ -135,7 +135,7 @@ def sheet_rows(tab: Tab) -> dict[str, Any] | None:
 
     None without a sheet or step. The rows are empty if the sheet has no figure for this kind of sensor.
     """
-    if tab.sheet is None or not tab.ladder.steps:
+    if tab.sheet is None or not tab.column_steps.steps:
         return None
     from allanite.comparison.datasheet import compare_datasheet
 
@@ -148,8 +148,8 @@ def sheet_rows(tab: Tab) -> dict[str, Any] | None:
         {
             "figure": row.figure.name.replace("_", " "),
             "sheet": f"{number(row.figure.value, 4)} {unit_text(row.figure.unit)}",
-            "measured": _measured(row),
-            "ratio": _interval(row.ratio) if row.ratio.detected else "–",
+            "measured": _measured_text(row),
+            "ratio": _ratio_text(row.ratio) if row.ratio.detected else "–",
             "remark": row.remark,
         }
         for row in found.rows
@@ -157,7 +157,7 @@ def sheet_rows(tab: Tab) -> dict[str, Any] | None:
     return {"name": tab.sheet.name, "rows": rows, "remarks": list(found.remarks)}
 
 
-def _measured(row: Row) -> str:
+def _measured_text(row: Row) -> str:
     """Text of the measured value in the unit of the data sheet.
 
     If it is not detected, ``< limit`` (95 %) or ``not detected``.
@@ -170,15 +170,17 @@ def _measured(row: Row) -> str:
     return "not detected" if limit is None else f"< {number(limit[1] * factor, 2)} {unit}"
 
 
-def _interval(ratio: Estimate) -> str:
+def _ratio_text(ratio: Estimate) -> str:
     """Text of a ratio with its interval: ``1.2 (1.1 … 1.3)``; only the number without an interval."""
     if ratio.interval is None:
         return number(ratio.value)
     return f"{number(ratio.value)} ({number(ratio.interval[0])} … {number(ratio.interval[1])})"
 
 
-def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None) -> Made:
-    """`Made` file with this name: a figure or its values, the study, an export of all axes, a law, or the report.
+def generated_file(
+    tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None
+) -> GeneratedFile:
+    """`GeneratedFile` file with this name: a figure or its values, the study, an export of all axes, a law, or the report.
 
     An export covers the fitted columns; a note names the others. Figures are in the `theme`.
 
@@ -192,26 +194,30 @@ def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = No
         figure = figure_of(tab, path.stem, options)
         if path.suffix == ".csv":
             unit = deviation_unit(tab.log.unit, tab.unit)
-            body = csv_of(tables_of(figure, fit_of(tab), unit)).encode()
+            body = csv_of(tables_of(figure, displayed_fit(tab), unit)).encode()
         else:
             with OwnedFolder(Uploads.KIND) as folder:
                 target = folder / f"figure{path.suffix}"
                 figure.save(target, theme)
                 body = target.read_bytes()
-        return Made(body, KINDS[path.suffix], f"{_stem(tab, tab.log.columns[0])}-{name}")
+        return GeneratedFile(
+            body, KINDS[path.suffix], f"{_file_stem(tab, tab.log.columns[0])}-{name}"
+        )
     if name == "study.json":
         body = json.dumps(study(tab), indent=1, ensure_ascii=False).encode()
-        return Made(body, "application/json", f"{_stem(tab)}-study.json")
+        return GeneratedFile(body, "application/json", f"{_file_stem(tab)}-study.json")
     if name == "report.html":
         return _report(tab)
     if name in LAWS:
         text = calibrated(tab.work.recording).export(LAWS[name])
-        return Made(text.encode(), "text/plain; charset=utf-8", f"{_stem(tab)}-{name}")
+        return GeneratedFile(
+            text.encode(), "text/plain; charset=utf-8", f"{_file_stem(tab)}-{name}"
+        )
     from allanite.exports import TARGETS, export
 
     wanted = next((one for one in TARGETS.values() if one.file_name == name), None)
     if wanted is not None:
-        fits = [s.fit for ladder in tab.board.ladders if (s := ladder.step) is not None]
+        fits = [s.fit for column_steps in tab.board.columns if (s := column_steps.step) is not None]
         if not fits:
             raise InputError("Nothing is fitted yet: open a log first")
         found = [
@@ -224,28 +230,30 @@ def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = No
         ]
         text = export(found, wanted.name)
         kind = "text/plain; charset=utf-8"
-        return Made(text.encode(), kind, f"{_stem(tab)}-{name}", _missing(tab))
+        return GeneratedFile(
+            text.encode(), kind, f"{_file_stem(tab)}-{name}", _missing_columns_note(tab)
+        )
     known = [*(f"{v}.svg" for v in VIEWS), "study.json", "report.html", *LAWS]
     known += [one.file_name for one in TARGETS.values()]
     raise InputError(f"No file {name[:60]!r}: one of {', '.join(known)}")
 
 
-def _stem(tab: Tab, column: str = "") -> str:
+def _file_stem(tab: Tab, column: str = "") -> str:
     """Stem of file names: the name of the log and, if given, of the column."""
     source = tab.source
     name = Path("log" if source is None else source.name).stem
     return re.sub(r"[^\w.-]+", "_", f"{name}-{column}" if column else name)
 
 
-def _missing(tab: Tab) -> str:
+def _missing_columns_note(tab: Tab) -> str:
     """Note on columns that are missing from a file because nothing is fitted; an empty text if there are none."""
     columns = tab.work.recording.columns
-    gone = [c for c, one in zip(columns, tab.board.ladders, strict=True) if not one.steps]
+    gone = [c for c, one in zip(columns, tab.board.columns, strict=True) if not one.steps]
     return f"Without {', '.join(gone)}: not yet checked" if gone else ""
 
 
-def _report(tab: Tab) -> Made:
-    """`Made` report on the steps of each column up to the current one.
+def _report(tab: Tab) -> GeneratedFile:
+    """`GeneratedFile` report on the steps of each column up to the current one.
 
     A note names columns without a fit or a finished check. Raises `InputError` if no column is left.
     """
@@ -253,8 +261,8 @@ def _report(tab: Tab) -> Made:
 
     entries, open_ = [], []
     columns = tab.work.recording.columns
-    for column, ladder in enumerate(tab.board.ladders):
-        steps = ladder.steps[: ladder.at + 1]
+    for column, column_steps in enumerate(tab.board.columns):
+        steps = column_steps.steps[: column_steps.at + 1]
         if not steps:
             continue
         first, last = steps[0].check, steps[-1].study
@@ -267,7 +275,10 @@ def _report(tab: Tab) -> Made:
         entries.append(Entry(found, first, log.oadev()))
     if not entries:
         raise InputError("The report needs a finished search: wait until the search ends")
-    notes = [_missing(tab), f"Without {', '.join(open_)}: not searched yet" if open_ else ""]
+    notes = [
+        _missing_columns_note(tab),
+        f"Without {', '.join(open_)}: not searched yet" if open_ else "",
+    ]
     body = Report(tuple(entries)).to_html().encode()
-    name = f"{_stem(tab)}-report.html"
-    return Made(body, "text/html; charset=utf-8", name, ". ".join(n for n in notes if n))
+    name = f"{_file_stem(tab)}-report.html"
+    return GeneratedFile(body, "text/html; charset=utf-8", name, ". ".join(n for n in notes if n))

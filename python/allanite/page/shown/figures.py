@@ -16,10 +16,10 @@ from allanite.effects import Deterministic
 from allanite.effects.sheet_units import figure_unit, requested_units
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.page.edits import chosen_units
-from allanite.page.shown.beside import two_models
 from allanite.page.shown.deviations import deviation_figure, simulated_sensor
 from allanite.page.shown.jobs import average_figure, thermal_figure
 from allanite.page.shown.samples import samples_figure
+from allanite.page.shown.two_steps import two_models_figure
 from allanite.plots.axes import linear_axis, log_axis, score_axis
 from allanite.plots.curves import (
     SINGLE,
@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.fit import Fit
-    from allanite.page.ladder import Work
     from allanite.page.tab import Tab
+    from allanite.page.work import Work
     from allanite.statespace.filtering import Innovations
     from allanite.suggestion import Check
 
@@ -56,7 +56,8 @@ if TYPE_CHECKING:
 MAX_ZOOMED = 1500
 #: Maximum number of filtered samples; of a longer record only the first ones are used.
 MAX_FILTERED = 1_000_000
-#: Innovations with a smaller p-value of whiteness are called correlated: the false-alarm probability of `chance_outside`.
+#: Innovations whose p-value of whiteness is smaller are called correlated. The false-alarm probability is that of
+#: `max_outside_by_chance`.
 MIN_WHITENESS = 0.01
 
 
@@ -69,13 +70,13 @@ def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> 
         raise InputError(f"Unknown view {name[:40]!r}: one of {', '.join(VIEWS)}")
     with requested_units(chosen_units(tab.log.unit, tab.unit)):
         figure: Figure = in_figure_units(VIEWS[name](tab, options or {}))
-        fit = fit_of(tab)
+        fit = displayed_fit(tab)
         return figure if fit is None else _with_effect_colors(figure, tab.work, fit)
 
 
 def _with_effect_colors(figure: Figure, work: Work, fit: Fit) -> Figure:
     """Copy of a figure with the colors of this page for lines and rules whose label is that of an effect of the fit."""
-    colors = colors_of(work, fit)
+    colors = effect_colors(work, fit)
     roles = {part.label: colors[part.place] for part in component_styles(fit)}
 
     def with_effect_color(mark: Mark) -> Mark:
@@ -88,13 +89,13 @@ def _with_effect_colors(figure: Figure, work: Work, fit: Fit) -> Figure:
     return replace(figure, panels=panels)
 
 
-def fit_of(tab: Tab) -> Fit | None:
+def displayed_fit(tab: Tab) -> Fit | None:
     """`Fit` that is displayed: the model with trial values, or else that of the current step; None without a step."""
-    step = tab.ladder.step
+    step = tab.column_steps.step
     return tab.preview or (None if step is None else step.fit)
 
 
-def colors_of(work: Work, fit: Fit) -> list[str]:
+def effect_colors(work: Work, fit: Fit) -> list[str]:
     """List of the color roles of the effects of a model; an effect keeps its first color in all models.
 
     New effects are added to `work.colors`.
@@ -113,7 +114,7 @@ def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
 
     Before the first fit, only the measured curve in the unit of figures.
     """
-    fit = fit_of(tab)
+    fit = displayed_fit(tab)
     other = deviation_figure(tab.log, fit, options, tab.work.deviations)
     if other is not None:
         return other
@@ -134,7 +135,7 @@ def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     Single ordinates are drawn between ``from`` and ``to`` Hz if both options are given. After a check whose worst range
     is narrower than an octave, the power of this range over time is beside it.
     """
-    fit = fit_of(tab) or tab.step.fit
+    fit = displayed_fit(tab) or tab.step.fit
     check = tab.step.check if tab.preview is None else None
     spans = spectrum_spans(fit, None if check is None else check.where.worst_frequency)
     panels = spectrum_panels(fit, 0, spans, missing_lines(check))
@@ -215,9 +216,9 @@ def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
 
     The first missing effect is drawn, too, and named in the subtitle if it follows a column and no preview is shown.
     """
-    step = tab.ladder.step
+    step = tab.column_steps.step
     worst = None if step is None or step.check is None else step.check.where.worst_time
-    fit = fit_of(tab)
+    fit = displayed_fit(tab)
     moments = []
     if fit is not None:
         moments = [(e.when[0], fit.display_name(e)) for e in fit.model if e.when is not None]
@@ -255,8 +256,8 @@ def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     from allanite.comparison import Drawn, compare
     from allanite.plots import plot_compare
 
-    if tab.other_step is not None:
-        return two_models(tab.ladder, tab.other_step)
+    if tab.compared_step is not None:
+        return two_models_figure(tab.column_steps, tab.compared_step)
     log, whole = tab.log, tab.work.recording
     items: list[Any] = [(f"{log.columns[0]}, measured", log, None)]
     # The same axis first, then the same kind of sensor, since not all curves may be shown.
@@ -281,7 +282,7 @@ def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     drawn, more = items[: len(LOGS)], [name for name, _, _ in items[len(LOGS) :]]
     found = compare(drawn)
     curves = list(found.curves)
-    if tab.ladder.steps:
+    if tab.column_steps.steps:
         simulated = compare([("Simulated sensor", simulated_sensor(tab.step.fit), None)]).curves[0]
         curves.append(replace(simulated, kind="simulated", low=None, high=None))
     for figure in () if tab.sheet is None else tab.sheet.figures:
@@ -340,7 +341,7 @@ def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     until = _positive_option(options, "until", min(600.0, span / 10.0))
     rate = tab.log.rate
     tau = np.geomspace(max(1.0 / rate, until / 300.0), until, 13)
-    known = dict(zip((e.short for e in fit.model), colors_of(tab.work, fit), strict=True))
+    known = dict(zip((e.short for e in fit.model), effect_colors(tab.work, fit), strict=True))
     limits = {fit.model.effects[p.place].short: p.limit for p in component_styles(fit)}
     panels, said, apart = [], [], []
     found = error_growth(fit, aided=aided, tau=tau)
@@ -370,7 +371,7 @@ def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
             rms = factor * seen.rms
             low, high = interval(rms, seen.segments.astype(float))
             marks.append(Points(seen.tau, rms, "measured", "" if i else words, low, high))
-            apart.append(_deviation_text(seen.tau, total, low, high))
+            apart.append(_disagreement_text(seen.tau, total, low, high))
         name = unit_text(unit)
         noun, _, cause = growth.quantity.partition(" ")
         shown = f"{number(float(total[-1]), 2)}{'' if name == '°' else ' '}{name}"
@@ -396,7 +397,7 @@ def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     )
 
 
-def _deviation_text(
+def _disagreement_text(
     tau: NDArray[np.float64],
     total: NDArray[np.float64],
     low: NDArray[np.float64],
@@ -409,14 +410,14 @@ def _deviation_text(
     """
     over, under = low > total, high < total
     out = over | under
-    if np.count_nonzero(out) <= chance_outside(int(np.isfinite(low).sum())):
+    if np.count_nonzero(out) <= max_outside_by_chance(int(np.isfinite(low).sum())):
         return ""
     first = int(np.flatnonzero(out)[0])
     way = "larger" if over[first] else "smaller"
     return f"the measured errors are {way} from {number(float(tau[first]), 2)} s on"
 
 
-def chance_outside(points: int) -> int:
+def max_outside_by_chance(points: int) -> int:
     """Largest number of points, as an int, that may lie outside their 95 % intervals by chance.
 
     For independent points, more lie outside with a probability below 1 %.
@@ -499,12 +500,12 @@ def _consistency_sentence(
     over, under = nis > high, nis < low
     count, points = int(np.count_nonzero(over | under)), nis.size
     outside = f"{count} of {points} points lie outside the 95 % interval"
-    if count <= chance_outside(points) and whiteness < MIN_WHITENESS:
+    if count <= max_outside_by_chance(points) and whiteness < MIN_WHITENESS:
         return (
             f"the errors are as large as the filter expects ({outside}), but they are correlated:"
             f" {p_text(whiteness)}"
         )
-    if count <= chance_outside(points):
+    if count <= max_outside_by_chance(points):
         return f"the filter is consistent with the record: {outside}"
     kind, which = (
         ("overconfident", over) if over.sum() >= under.sum() else ("too conservative", under)

@@ -31,14 +31,14 @@ def offers(finding: Finding, rate: float, duration: float) -> list[dict[str, Any
         text = f"Use the quiet {duration_text(length)}"
         return [{"text": text, "act": {"do": "take", "quiet": True}}]
     if finding.kind == "not_static":
-        return [_longer(float(values["start_s"]), float(values["end_s"]), duration)]
+        return [_longer_part_button(float(values["start_s"]), float(values["end_s"]), duration)]
     if finding.kind == "seam":
         at = float(values["row"]) / rate
-        return [{**_longer(at, at + 1.0 / rate, duration), "text": "Split at the seam"}]
+        return [{**_longer_part_button(at, at + 1.0 / rate, duration), "text": "Split at the seam"}]
     return []
 
 
-def _longer(start: float, end: float, duration: float) -> dict[str, Any]:
+def _longer_part_button(start: float, end: float, duration: float) -> dict[str, Any]:
     """Dict of the button that selects the part before or after a segment, whichever is longer."""
     first, last = (end, duration) if duration - end > start else (0.0, start)
     text = f"Use only {first:.4g}–{last:.4g} s"

@@ -11,16 +11,16 @@ from allanite.common.parameters import Estimate
 from allanite.common.units import conversion
 from allanite.fit.solution import Process
 from allanite.page.edits import deviation_unit, shown_unit
-from allanite.page.shown.figures import colors_of
+from allanite.page.shown.figures import effect_colors
 from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:
     from allanite.fit import Fit
-    from allanite.page.ladder import Work
+    from allanite.page.work import Work
     from allanite.plots.themes import Theme
 
 
-def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> None:
+def set_hover_texts(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> None:
     """Set the hover text of each trace in `data` of the view `name`; `unit` is that of the values.
 
     Heat maps and traces without hover text are unchanged. Measured points of the fit get a text each.
@@ -73,7 +73,7 @@ def _hover_texts(fit: Fit, unit: str) -> list[str]:
     return out
 
 
-def readings(
+def coefficient_readings(
     fit: Fit, work: Work, unit: str | None, look: Theme, axes: dict[str, Any]
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Pair (traces, annotations) of plotly at the points where detected standard coefficients are read.
@@ -87,7 +87,7 @@ def readings(
     curve = fit.curve
     factor = conversion(fit.recording.unit, deviation_unit(fit.recording.unit, unit))
     for effect, values, role in zip(
-        fit.model.effects, fit.estimates, colors_of(work, fit), strict=True
+        fit.model.effects, fit.estimates, effect_colors(work, fit), strict=True
     ):
         line = effect.standard
         value = None if line is None else values.get(line.name)
@@ -145,7 +145,7 @@ def readings(
     return traces, labels
 
 
-def live(fit: Fit, unit: str) -> dict[str, Any]:
+def drag_data(fit: Fit, unit: str) -> dict[str, Any]:
     """Dict of arrays from which the browser computes misfit and curve while a line is dragged, without requests.
 
     They are power, spectra, groups of bins, and the measured curve in `unit`.

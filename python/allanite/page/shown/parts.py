@@ -15,7 +15,7 @@ from allanite.exports._text import verdict_in
 from allanite.page.edits import deviation_unit
 from allanite.page.shown import documents
 from allanite.page.shown.catalogue import catalogue
-from allanite.page.shown.figures import VIEWS, figure_of, fit_of
+from allanite.page.shown.figures import VIEWS, displayed_fit, figure_of
 from allanite.page.shown.tables import tables_of
 from allanite.page.source import Reading
 from allanite.plots.words import unit_text
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from allanite.axes import Common
     from allanite.comparison.acceptance import Acceptance, FigureVerdict
     from allanite.fit import Fit
-    from allanite.page.ladder import Work
     from allanite.page.tab import Tab
+    from allanite.page.work import Work
     from allanite.recording import Recording
 
 #: Kinds of sensors whose columns can get a common unit, and the offered units.
@@ -40,7 +40,9 @@ POINTS = 24
 
 
 def part(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
-    """Data by name: one of `_PARTS`, or ``table-…`` for the tables of a view with its `options`.
+    """Data for JSON that the page requests by name: one of `_PARTS`, or ``table-VIEW`` for the tables of a view.
+
+    `options` are the query parameters of the request.
 
     Raises
     ------
@@ -52,7 +54,7 @@ def part(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
         if view not in VIEWS:
             raise InputError(f"No view {view[:40]!r}")
         unit = deviation_unit(tab.log.unit, tab.unit)
-        return tables_of(figure_of(tab, view, options), fit_of(tab), unit)
+        return tables_of(figure_of(tab, view, options), displayed_fit(tab), unit)
     if name not in _PARTS:
         raise InputError(f"Nothing is called {name[:40]!r}")
     return _PARTS[name](tab, options or {})
@@ -109,7 +111,7 @@ def _svg_path(curve: Any, alike: list[Any]) -> str:
 
 def _catalogue(tab: Tab, _: Mapping[str, str]) -> list[dict[str, Any]]:
     """List of the records of all effects, named for the kind of the current sensor."""
-    kind = "" if tab.now is None else parse_unit(tab.log.unit).kind
+    kind = "" if tab.open_work is None else parse_unit(tab.log.unit).kind
     return catalogue(kind)
 
 
@@ -151,7 +153,7 @@ def _common_properties(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
     from allanite.axes.words import common_form_sentences, shared_effect_sentences
 
     names = tab.work.recording.columns
-    steps = [(n, one.step) for n, one in zip(names, tab.board.ladders, strict=True)]
+    steps = [(n, one.step) for n, one in zip(names, tab.board.columns, strict=True)]
     fits = tuple((n, s.fit) for n, s in steps if s is not None)
     if len(fits) < 2:
         raise InputError("Fit at least two axes before comparing them")
@@ -182,7 +184,7 @@ def _common_of_fits(fits: tuple[tuple[str, Fit], ...]) -> Common:
 
 def _export_verdict(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
     """Dict with the verdict line of an export file and a note on the axes that it lacks, before it is saved."""
-    made = documents.make(tab, options.get("target", ""), "light")
+    made = documents.generated_file(tab, options.get("target", ""), "light")
     return {"verdict": verdict_in(made.body.decode()), "missing": made.note}
 
 
@@ -194,8 +196,8 @@ def _acceptance_results(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None
     if tab.sheet is None:
         return None
     axes, remarks = [], dict[str, None]()
-    for name, ladder in zip(tab.work.recording.columns, tab.board.ladders, strict=True):
-        study = None if ladder.step is None else ladder.step.study
+    for name, column_steps in zip(tab.work.recording.columns, tab.board.columns, strict=True):
+        study = None if column_steps.step is None else column_steps.step.study
         if study is None:
             continue
         own = tab.sheet.of_kind(parse_unit(study.recording.unit).kind)

@@ -9,7 +9,7 @@ from allanite.common.units import conversion, parse_unit
 from allanite.effects.sheet_units import requested_units
 from allanite.page.edits import chosen_units, deviation_unit
 from allanite.page.shown import overlays
-from allanite.page.shown.figures import figure_of, fit_of
+from allanite.page.shown.figures import displayed_fit, figure_of
 from allanite.page.shown.offers import sentence
 from allanite.plots.curves import SINGLE, component_styles
 from allanite.plots.plotly_painter import html_text
@@ -56,14 +56,14 @@ def view(
 def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) -> dict[str, Any]:
     """Dict of a view in the units that the viewer chose: plotly's data and layout, title, headline, subtitle and flags.
 
-    The headline is the subtitle's part before its last line, or empty. Fitted figures also contain ``live`` curves;
+    The headline is the subtitle's part before its last line, or empty. Fitted figures also contain ``drag_data`` curves;
     ``"allan"`` readings of coefficients and ``units``.
     """
     look = theme_of(theme)
     figure = figure_of(tab, name, options)
     painted = figure.to_plotly(theme)
     data, layout = painted["data"], painted["layout"]
-    shown = fit_of(tab)
+    shown = displayed_fit(tab)
     for trace in data:
         # The suffix is not needed here.
         trace["name"] = str(trace.get("name") or "").removesuffix(" (recording)")
@@ -86,26 +86,26 @@ def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) ->
     if len([p for p in figure.panels if p.row == 0]) == 1:
         layout["annotations"] = [a for a in layout["annotations"] if not _is_title(a, figure)]
     unit = deviation_unit(tab.log.unit, tab.unit)
-    overlays.hover(data, shown, name, _value_unit(figure) or unit)
+    overlays.set_hover_texts(data, shown, name, _value_unit(figure) or unit)
     fitted = figure.kind == "fit"
     if shown is not None and fitted:
-        _mark_components(data, shown)
-        found["live"] = overlays.live(shown, unit)
+        _label_traces(data, shown)
+        found["live"] = overlays.drag_data(shown, unit)
     if shown is not None and fitted and name == "allan":
-        points, labels = overlays.readings(shown, tab.work, tab.unit, look, layout)
+        points, labels = overlays.coefficient_readings(shown, tab.work, tab.unit, look, layout)
         data += points
         layout["annotations"] += labels
-        found["units"] = _units(unit)
+        found["units"] = _cursor_units(unit)
     for trace in data:
         if trace.get("type") == "heatmap":
             title = trace["colorbar"]["title"]
             title["text"] = sentence(title["text"])
             title["font"] = {"size": 13}
-    _arrange(layout, name, figure.kind, look)
+    _adapt_layout(layout, name, figure.kind, look)
     return {**found, **painted}
 
 
-def _arrange(layout: dict[str, Any], name: str, kind: str, look: Any) -> None:
+def _adapt_layout(layout: dict[str, Any], name: str, kind: str, look: Any) -> None:
     """Change plotly's `layout` for the page: titles, legend, margins, colors."""
     for key, axis in layout.items():
         if key.startswith("xaxis") and axis["domain"][0] > 0.0:
@@ -143,7 +143,7 @@ def _value_unit(figure: Figure) -> str:
     return "" if quantity is None else quantity.unit
 
 
-def _units(unit: str) -> list[dict[str, Any]]:
+def _cursor_units(unit: str) -> list[dict[str, Any]]:
     """List of the units of the cursor: dicts with the text and the factor from `unit`, which comes first.
 
     Units that it cannot be converted to are left out.
@@ -159,7 +159,7 @@ def _units(unit: str) -> list[dict[str, Any]]:
     return out
 
 
-def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
+def _label_traces(data: list[dict[str, Any]], fit: Fit) -> None:
     """Set ``meta`` of each trace to what it draws: effect, limit, model, measured, single (ordinates) or residual.
 
     Effects have their index in the model (``effect-0``). Other traces stay without it.

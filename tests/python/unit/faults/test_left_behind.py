@@ -41,7 +41,7 @@ def test_uploads_of_a_killed_page_go_with_the_next_start(temporary):
         killed.wait(60)
         assert os.path.exists(paths[1])  # noqa: PTH110
         uploads = Uploads()
-        mine = uploads.place("x.csv")
+        mine = uploads.new_path("x.csv")
         mine.write_text("2")
         assert [os.path.exists(path) for path in paths] == [True, False]  # noqa: PTH110
         assert other.is_dir()

@@ -181,14 +181,14 @@ def test_values_of_other_types_are_no_parameters(value):
 
 @pytest.mark.parametrize("value", ["text", "1e5", [1.0], {}, {"value": 1}])
 def test_a_study_file_with_values_of_other_types_is_one_line(value):
-    from allanite.page.studies import _axis
+    from allanite.page.studies import _axis_of_document
 
     effect = {"kind": "angle_random_walk", "parameters": {"N": {"value": value}}}
     axis = {"column": "x", "at": 0, "ladder": [{"label": "", "effects": [effect]}]}
     with pytest.raises(
         al.InputError, match=r"is not a number|do not have the format of a model, fit or check file"
     ):
-        _axis(axis, ("x",))
+        _axis_of_document(axis, ("x",))
 
 
 def test_a_panic_of_the_core_is_an_error_with_a_report(monkeypatch, capfd, tmp_path):

@@ -43,7 +43,7 @@ class Step:
 
 
 @dataclass(frozen=True, eq=False)
-class Ladder:
+class ColumnSteps:
     """The steps of one column, and the index of the current one."""
 
     steps: tuple[Step, ...] = ()
@@ -59,12 +59,14 @@ class Ladder:
 class Board:
     """The steps of all columns, and the index of the current column."""
 
-    ladders: tuple[Ladder, ...]
+    columns: tuple[ColumnSteps, ...]
     column: int = 0
 
-    def put(self, column: int, ladder: Ladder) -> Board:
-        """Copy of the board with `ladder` as the steps of the column at an index."""
-        return replace(self, ladders=(*self.ladders[:column], ladder, *self.ladders[column + 1 :]))
+    def with_steps(self, column: int, column_steps: ColumnSteps) -> Board:
+        """Copy of the board with `column_steps` as the steps of the column at an index."""
+        return replace(
+            self, columns=(*self.columns[:column], column_steps, *self.columns[column + 1 :])
+        )
 
 
 class Work:
@@ -94,14 +96,14 @@ class Work:
         self.after: Work | None = None
         #: Models of the previous part with which the columns start; None for the default model.
         self.models: list[Model | None] = [None] * len(recording.columns)
-        self.history = [Board((Ladder(),) * len(recording.columns))]
-        self.place = 0
+        self.history = [Board((ColumnSteps(),) * len(recording.columns))]
+        self.state_index = 0
         self.digest = _digest(recording)
         #: Digest of the whole log, independent of the analyzed part.
-        self.home = self.digest if self.whole is recording else _digest(self.whole)
+        self.whole_digest = self.digest if self.whole is recording else _digest(self.whole)
         self.audited = False
         #: Removed effects of each column, which can be restored with their values.
-        self.tray: list[list[Effect]] = [[] for _ in recording.columns]
+        self.removed: list[list[Effect]] = [[] for _ in recording.columns]
         #: Color role of each effect, which it keeps once assigned.
         self.colors: dict[tuple[str, int], int] = {}
         #: Computed deviations of columns and of simulated sensors.
@@ -115,7 +117,7 @@ class Work:
         other = copy(self)
         other.before = other.after = None
         other.models, other.history = list(self.models), list(self.history)
-        other.tray = [list(effects) for effects in self.tray]
+        other.removed = [list(effects) for effects in self.removed]
         other.colors, other.deviations = dict(self.colors), dict(self.deviations)
         other._columns = dict(self._columns)
         return other
@@ -123,7 +125,7 @@ class Work:
     @property
     def board(self) -> Board:
         """Current `Board`."""
-        return self.history[self.place]
+        return self.history[self.state_index]
 
     def log(self, column: int) -> Recording:
         """`Recording` of the column at an index, cached."""
@@ -131,36 +133,37 @@ class Work:
             self._columns[column] = self.recording.column(column)
         return self._columns[column]
 
-    def look(self, column: int) -> None:
+    def select_column(self, column: int) -> None:
         """Make `column` the current column; this cannot be undone."""
-        self.history[self.place] = replace(self.board, column=column)
+        self.history[self.state_index] = replace(self.board, column=column)
 
-    def push(self, column: int, ladder: Ladder) -> None:
+    def set_steps(self, column: int, column_steps: ColumnSteps) -> None:
         """Store new steps of a column as a state to undo, and drop undone states and undone selections of a part.
 
         The first fit of a column adds no state: it is written into all states.
         """
         self.after = None
-        if not self.board.ladders[column].steps:
+        if not self.board.columns[column].steps:
             # The first fit of a column cannot be undone.
             self.history = [
-                b if b.ladders[column].steps else b.put(column, ladder) for b in self.history
+                b if b.columns[column].steps else b.with_steps(column, column_steps)
+                for b in self.history
             ]
             return
-        self.history = [*self.history[: self.place + 1], self.board.put(column, ladder)]
-        self.place += 1
+        self.history = [
+            *self.history[: self.state_index + 1],
+            self.board.with_steps(column, column_steps),
+        ]
+        self.state_index += 1
 
-    def move(self, by: int) -> bool:
-        """Undo (`by` = −1) or redo (+1) a change, and make its column current.
-
-        Returns True; False if there is no such change.
-        """
-        if not 0 <= self.place + by < len(self.history):
+    def undo_or_redo(self, by: int) -> bool:
+        """Undo (`by` = −1) or redo (+1) a change, and make its column current. Returns False if there is none."""
+        if not 0 <= self.state_index + by < len(self.history):
             return False
-        old, new = self.board, self.history[self.place + by]
-        changed = [i for i, one in enumerate(new.ladders) if one is not old.ladders[i]]
-        self.place += by
-        self.look(changed[0] if changed else old.column)
+        old, new = self.board, self.history[self.state_index + by]
+        changed = [i for i, one in enumerate(new.columns) if one is not old.columns[i]]
+        self.state_index += by
+        self.select_column(changed[0] if changed else old.column)
         return True
 
 

@@ -11,9 +11,9 @@ from allanite.common.errors import AllaniteError, InputError
 from allanite.fit import fit_model
 from allanite.page.edits import SHEET, parse_model_string
 from allanite.page.jobs import Job
-from allanite.page.ladder import Board, Ladder, Step, Work
-from allanite.page.source import kept, part_of
+from allanite.page.source import model_for_part, part_of
 from allanite.page.words import WORDS
+from allanite.page.work import Board, ColumnSteps, Step, Work
 from allanite.readers.starts import start_model
 from allanite.recording.at_rest import motion_error
 from allanite.study import Rung, Study
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from allanite.sources.datasheet import DataSheet
 
 
-class Bench:
+class TabState:
     """State of one tab. Every change creates a new `Board`, so that undo moves back in a list of boards."""
 
     def __init__(self, sources: Sequence[Source], number: int) -> None:
         self.sources = list(sources)
         self.number = number
-        self.place_of_source: int | None = None
+        self.source_index: int | None = None
         #: Work on each opened log, by its place in the list.
         self.works: dict[int, Work] = {}
         self.problem: str | None = None
@@ -49,16 +49,16 @@ class Bench:
         self.others: list[tuple[str, Recording]] = []
         self.sheet: DataSheet | None = None
         #: Step with which the current step is compared.
-        self.beside: Step | None = None
+        self._compared: Step | None = None
         self.job: Job | None = None
         #: Thread of the audit of the log that was read last.
         self._audit: threading.Thread | None = None
         self.version = 0
-        self.heard = time.monotonic()
-        self.left = False
+        self.last_request = time.monotonic()
+        self.has_left = False
         self.lock = threading.RLock()
 
-    def take_over(self, other: Bench) -> None:
+    def copy_state_from(self, other: TabState) -> None:
         """Replace the state of this tab by a copy of that of another tab, and announce the change.
 
         Later changes of one tab do not affect the other. Trial values, compared step and job are not copied.
@@ -66,22 +66,22 @@ class Bench:
         with other.lock:
             self.sources = list(other.sources)
             self.works = {place: work.copied() for place, work in other.works.items()}
-            self.place_of_source, self.problem = other.place_of_source, other.problem
+            self.source_index, self.problem = other.source_index, other.problem
             self.tolerance, self.unit = other.tolerance, other.unit
             self.others, self.sheet = list(other.others), other.sheet
-        self.changed()
+        self.announce_change()
 
     # -- state -------------------------------------------------------------------------------------
 
     @property
     def source(self) -> Source | None:
         """`Source` of the selected log, opened or not; None if no log is selected."""
-        return None if self.place_of_source is None else self.sources[self.place_of_source]
+        return None if self.source_index is None else self.sources[self.source_index]
 
     @property
-    def now(self) -> Work | None:
+    def open_work(self) -> Work | None:
         """`Work` on the open log; None if no log is open or while the log is being read."""
-        return None if self.place_of_source is None else self.works.get(self.place_of_source)
+        return None if self.source_index is None else self.works.get(self.source_index)
 
     @property
     def work(self) -> Work:
@@ -92,7 +92,7 @@ class Bench:
         InputError
             No log is open.
         """
-        found = self.now
+        found = self.open_work
         if found is None:
             raise InputError("No log is open: drop a file or choose one")
         return found
@@ -103,8 +103,8 @@ class Bench:
 
         If no log is open, a new board with one column without steps.
         """
-        found = self.now
-        return Board((Ladder(),)) if found is None else found.board
+        found = self.open_work
+        return Board((ColumnSteps(),)) if found is None else found.board
 
     @property
     def column(self) -> int:
@@ -112,9 +112,9 @@ class Bench:
         return self.board.column
 
     @property
-    def ladder(self) -> Ladder:
-        """`Ladder` with the steps of the current column; it has no steps before the first fit."""
-        return self.board.ladders[self.column]
+    def column_steps(self) -> ColumnSteps:
+        """`ColumnSteps` with the steps of the current column; it has no steps before the first fit."""
+        return self.board.columns[self.column]
 
     @property
     def step(self) -> Step:
@@ -125,20 +125,20 @@ class Bench:
         InputError
             Nothing is fitted yet, or no log is open.
         """
-        found = self.ladder.step
+        found = self.column_steps.step
         if found is None:
             raise InputError("Nothing is fitted yet: open a log first")
         return found
 
     @property
-    def other_step(self) -> Step | None:
+    def compared_step(self) -> Step | None:
         """`Step` that the user compares with the current step, or None.
 
         None if none was chosen, if the chosen step is the current one, or if it belongs to another column.
         """
-        ladder = self.ladder
-        there = self.beside in ladder.steps and self.beside is not ladder.step
-        return self.beside if there else None
+        column_steps = self.column_steps
+        there = self._compared in column_steps.steps and self._compared is not column_steps.step
+        return self._compared if there else None
 
     @property
     def busy(self) -> bool:
@@ -152,7 +152,7 @@ class Bench:
 
     # -- work ----------------------------------------------------------------------------------------
 
-    def run(self, name: str, work: Callable[[Job], object], *, follows: bool = False) -> None:
+    def start_job(self, name: str, work: Callable[[Job], object], *, follows: bool = False) -> None:
         """Start a job called `name` that calls `work` in a thread; returns at once. One job runs at a time.
 
         A running check is canceled, or awaited if the new job `follows`. Raises `InputError` if another job is running.
@@ -172,89 +172,89 @@ class Bench:
                         job.await_end(before)
                     work(job)
                 finally:
-                    self.changed()
+                    self.announce_change()
 
             self.job = Job(name, guarded)
             self.job.start()
 
-    def changed(self) -> None:
+    def announce_change(self) -> None:
         """Increase `version`, by which the browser learns of a change."""
         with self.lock:
             self.version += 1
 
     @contextmanager
-    def change(self, job: Job) -> Iterator[None]:
+    def changing(self, job: Job) -> Iterator[None]:
         """Context that changes the state for a job under the lock and then increases `version`.
 
         Raises `Ended` if the job was canceled.
         """
-        with self.lock, job.undisturbed():
+        with self.lock, job.uncancelable():
             yield
             self.version += 1
 
-    def push(self, ladder: Ladder, column: int | None = None) -> None:
+    def set_steps(self, column_steps: ColumnSteps, column: int | None = None) -> None:
         """Store new steps of a column (default: the current one), discard undone changes and trial values.
 
         Increases `version`.
         """
         with self.lock:
-            self.work.push(self.column if column is None else column, ladder)
+            self.work.set_steps(self.column if column is None else column, column_steps)
             self.preview = None
             self.version += 1
 
-    def climb(self, job: Job, step: Step, column: int) -> None:
+    def append_step(self, job: Job, step: Step, column: int) -> None:
         """Add `step` after the current step of a column, and make it the current one; later steps are dropped.
 
         The estimates of its fit are computed first, and the list of removed effects is updated. Raises `Ended` if the
         job was canceled.
         """
-        look(step.fit)
-        with self.change(job):
-            ladder = self.board.ladders[column]
-            steps = ladder.steps[: ladder.at + 1]
-            self._keep(column, ladder.step, step)
-            self.push(Ladder((*steps, step), len(steps)), column)
+        cache_results(step.fit)
+        with self.changing(job):
+            column_steps = self.board.columns[column]
+            steps = column_steps.steps[: column_steps.at + 1]
+            self._update_removed(column, column_steps.step, step)
+            self.set_steps(ColumnSteps((*steps, step), len(steps)), column)
 
-    def _keep(self, column: int, before: Step | None, after: Step) -> None:
-        """Update `Work.tray`: append effects that the new step lacks, and delete kinds that the new model has again."""
-        tray, there = self.work.tray[column], {e.kind for e in after.fit.model}
+    def _update_removed(self, column: int, before: Step | None, after: Step) -> None:
+        """Update `Work.removed`: append effects that the new step lacks, and delete kinds that the new model has again."""
+        tray, there = self.work.removed[column], {e.kind for e in after.fit.model}
         gone = [] if before is None else [e for e in before.fit.model if e.kind not in there]
         kinds = there | {e.kind for e in gone}
-        self.work.tray[column] = [*(e for e in tray if e.kind not in kinds), *gone]
+        self.work.removed[column] = [*(e for e in tray if e.kind not in kinds), *gone]
 
-    def within(self, step: Step) -> bool:
+    def is_within_tolerance(self, step: Step) -> bool:
         """True if the model discrepancy of a step (%) is below the tolerance; False if no tolerance is set."""
         return self.tolerance is not None and step.fit.discrepancy.percent < self.tolerance
 
-    def finish(self, job: Job, step: Step) -> Check:
-        """`Check` of a step, after waiting for a turn.
+    def finished_check(self, job: Job, step: Step) -> Check:
+        """`Check` of the fit of a step; stores the step's error and study, each as soon as it is computed.
 
-        Stores the step's errors and then its study, each as soon as computed. What exists is not computed again. Raises
-        `Ended` if the job was canceled.
+        Waits until the number of searches in other tabs permits one more. Results that exist are not computed again.
+        Raises `Ended` if the job was canceled.
         """
         job.take_turn()
-        job.say(f"Searching for effects missing from {step.fit.model.name}")
+        job.begin_stage(f"Searching for effects missing from {step.fit.model.name}")
         if step.error is None:
             found = step.fit.error
-            with self.change(job):
+            with self.changing(job):
                 step.error = found
         if step.study is None:
             check = check_fit(step.fit, job.progress)
             study = Study(step.fit.recording, (step.rung,), check, "nothing helps")
             if check.adequate:
-                job.say("Comparing alternative explanations")
+                job.begin_stage("Comparing alternative explanations")
                 _ = study.doubts  # cached by the study
-            with self.change(job):
+            with self.changing(job):
                 step.study = study
         return step.study.check
 
-    def rest(self, job: Job, step: Step) -> None:
+    def check_until_interrupted(self, job: Job, step: Step) -> None:
         """Check a step in a job that any action of the user cancels (sets `gives_way`).
 
         A check that exists is not repeated. Returns when the audit of the samples is also finished.
         """
         job.gives_way = True
-        self.finish(job, step)
+        self.finished_check(job, step)
         if self._audit is not None:
             self._audit.join()
 
@@ -289,7 +289,7 @@ class Bench:
         if reading is not None:
             source = self.sources[place] = source.with_reading(reading)
         known = self.works.get(place) if reading is None and found is None else None
-        if column is not None and (known is None or not 0 <= column < len(known.board.ladders)):
+        if column is not None and (known is None or not 0 <= column < len(known.board.columns)):
             raise InputError(f"There is no column {column}")
 
         def work(job: Job) -> None:
@@ -297,14 +297,14 @@ class Bench:
 
             Bad input, and motion in a log, is written to `problem` instead of raised.
             """
-            with self.change(job):
-                self.place_of_source, self.problem, self.preview = place, None, None
+            with self.changing(job):
+                self.source_index, self.problem, self.preview = place, None, None
                 self.moving = False
                 self.unit = SHEET
                 if known is None:
                     self.works.pop(place, None)
                 elif column is not None:
-                    known.look(column)
+                    known.select_column(column)
             try:
                 if known is None:
                     watch = lambda: job.progress(0, 0)  # noqa: E731
@@ -314,12 +314,12 @@ class Bench:
                         self.moving = refusal is not None
                         if refusal is not None:
                             raise refusal
-                    self._begin(job, place, Work(recording))
+                    self._store_new_work(job, place, Work(recording))
             except AllaniteError as error:
-                with self.change(job):
+                with self.changing(job):
                     self.problem = " ".join(error.worded(WORDS).split())
                 return
-            self._first(job, self.column)
+            self._checked_first_step(job, self.column)
 
         if self.busy:
             self.cancel()
@@ -327,27 +327,27 @@ class Bench:
             # An earlier problem does not apply to the new reading.
             self.problem = None
             self.version += 1
-        self.run(f"Reading {source.name}", work)
+        self.start_job(f"Reading {source.name}", work)
 
-    def _begin(self, job: Job, place: int, work: Work) -> None:
+    def _store_new_work(self, job: Job, place: int, work: Work) -> None:
         """Store the work on a newly read log in `works`, which displays its curve, and start the audit of its samples.
 
         The audit runs in its own thread beside the first fit, and to its end even if the job is canceled.
         """
-        with self.change(job):
+        with self.changing(job):
             self.works[place] = work
 
         def audit() -> None:
             """Audit the samples, unless another tab has done it, and set `audited`."""
-            with self.sources[place].shared.alone(None):
+            with self.sources[place].shared.exclusive(None):
                 _ = work.recording.audit  # cached by the recording
             work.audited = True
-            self.changed()
+            self.announce_change()
 
         self._audit = threading.Thread(target=audit, daemon=True)
         self._audit.start()
 
-    def take(self, part: Part) -> None:
+    def analyze_part(self, part: Part) -> None:
         """Start a job that analyzes a part of the log, starting from the current models; a running job is canceled.
 
         Raises `InputError` if the part has too few samples or no log is open.
@@ -356,94 +356,97 @@ class Bench:
 
         def work(job: Job) -> None:
             """Cut the part out of the log, and fit the first models to it."""
-            self.cut(job, part, found)
-            self._first(job, self.column)
+            self.switch_to_part(job, part, found)
+            self._checked_first_step(job, self.column)
 
         if self.busy:
             self.cancel()
-        self.run("Selecting a part of the log", work)
+        self.start_job("Selecting a part of the log", work)
 
-    def cut(self, job: Job, part: Part, found: Recording) -> None:
+    def switch_to_part(self, job: Job, part: Part, found: Recording) -> None:
         """Make `found`, a part of the log, the analyzed recording.
 
         Undo returns to the former part, but no further back. The models of the columns become the start models, except
         effects at a time if the start moved.
         """
-        before, place = self.work, self.place_of_source
+        before, place = self.work, self.source_index
         assert place is not None
         moved = (before.part[0] or (0.0,))[0] != (part[0] or (0.0,))[0]
         work = Work(found, before.whole, part)
-        steps = [one.step for one in before.board.ladders]
-        work.models = [None if s is None else kept(s.fit.model, moved) for s in steps]
-        self._begin(job, place, work)
-        with self.change(job):
+        steps = [one.step for one in before.board.columns]
+        work.models = [None if s is None else model_for_part(s.fit.model, moved) for s in steps]
+        self._store_new_work(job, place, work)
+        with self.changing(job):
             # Undo reaches back one part only, because each part keeps a copy of the log.
             work.before, before.before = before, None
-            self.work.look(before.board.column)
+            self.work.select_column(before.board.column)
             self.preview = None
 
-    def choose(self, column: int) -> None:
+    def open_column(self, column: int) -> None:
         """Show a column, without its preview, and start a job that fits and checks its first model.
 
         If a job of the user runs, it continues instead; a running check is canceled. Raises `InputError` if the column
         does not exist or no log is open.
         """
-        if not 0 <= column < len(self.board.ladders) or self.now is None:
+        if not 0 <= column < len(self.board.columns) or self.open_work is None:
             raise InputError(f"There is no column {column}")
         with self.lock:
-            self.work.look(column)
+            self.work.select_column(column)
             self.preview = None
             self.version += 1
         if self.busy and self.job is not None and not self.job.gives_way:
             return  # a job started by the user continues
-        self.run(
-            f"Fitting {self.work.recording.columns[column]}", lambda job: self._first(job, column)
+        self.start_job(
+            f"Fitting {self.work.recording.columns[column]}",
+            lambda job: self._checked_first_step(job, column),
         )
 
-    def _first(self, job: Job, column: int) -> Step:
+    def _checked_first_step(self, job: Job, column: int) -> Step:
         """Current `Step` of a column, checked; fits the first model if the column has no step.
 
         Another column that the user chooses comes first.
         """
         job.gives_way = True
-        step = self.start(job, column)
-        self.rest(job, step)
+        step = self.fitted_step(job, column)
+        self.check_until_interrupted(job, step)
         return step
 
-    def start(self, job: Job, column: int) -> Step:
+    def fitted_step(self, job: Job, column: int) -> Step:
         """Current `Step` of a column; fits and stores the first model if the column has no step.
 
         The first model is that of the former part of the log, or else N+B+K (Q+F+N+B+K for a clock).
         """
-        known = self.board.ladders[column].step
+        known = self.board.columns[column].step
         if known is not None:
             return known
         log = self.work.log(column)
         model = self.work.models[column] or parse_model_string(start_model(log))
-        job.say(f"Fitting {model.name} to {log.columns[0]}")
+        job.begin_stage(f"Fitting {model.name} to {log.columns[0]}")
         step = Step("start", Rung(fit_model(log, model)))
-        look(step.fit)
-        with self.change(job):
-            self.push(Ladder((step,), 0), column)
+        cache_results(step.fit)
+        with self.changing(job):
+            self.set_steps(ColumnSteps((step,), 0), column)
         return step
 
     def recheck(self) -> None:
         """Start a job that checks the current step, if its check was canceled and no job is running."""
-        step = self.ladder.step
+        step = self.column_steps.step
         if step is not None and step.check is None and not self.busy:
-            self.run("Searching for missing effects", lambda job: self.rest(job, step))
+            self.start_job(
+                "Searching for missing effects", lambda job: self.check_until_interrupted(job, step)
+            )
 
     def resume(self) -> None:
         """Start the job that was canceled when the page was left: reading, the first fit, or the check.
 
         Without an open log, the first log is opened. Nothing starts if the check exists.
         """
-        if self.now is None and self.place_of_source is not None and self.problem is None:
-            self.open(self.place_of_source)
-        elif self.now is None and self.place_of_source is None and self.sources:
+        if self.open_work is None and self.source_index is not None and self.problem is None:
+            self.open(self.source_index)
+        elif self.open_work is None and self.source_index is None and self.sources:
             self.open(0)
-        elif self.now is not None and self.ladder.step is None:
-            self.choose(self.column)
+        elif self.open_work is not None and self.column_steps.step is None:
+            self.open_column(self.column)
         else:
             self.recheck()
 
@@ -451,9 +454,9 @@ class Bench:
         """Cancel the job, if there is one."""
         if self.job is not None:
             self.job.cancel()
-            self.changed()
+            self.announce_change()
 
 
-def look(fit: Fit) -> None:
+def cache_results(fit: Fit) -> None:
     """Compute and cache the estimates, misfit, band and discrepancy of a fit; returns nothing."""
     _ = fit.estimates, fit.misfit, fit.band, fit.discrepancy

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from allanite.fit import Fit
-    from allanite.page.ladder import Ladder, Step
     from allanite.page.tab import Tab
+    from allanite.page.work import ColumnSteps, Step
 
 #: Residual |z| of the guide lines: 95 % of the residuals of a true model are smaller.
 GUIDE = 2.0
@@ -25,14 +25,16 @@ GUIDE = 2.0
 SURE = 2.0
 
 
-def two_models(ladder: Ladder, other: Step) -> Figure:
+def two_models_figure(column_steps: ColumnSteps, other: Step) -> Figure:
     """`Figure` of the measured Allan deviation with the models of two steps, and their residuals (σ) below.
 
     The steps are the current one and `other`.
     """
-    assert ladder.step is not None
-    one, two = ladder.step.fit, other.fit
-    first, second = (f"model of step {ladder.steps.index(s)}" for s in (ladder.step, other))
+    assert column_steps.step is not None
+    one, two = column_steps.step.fit, other.fit
+    first, second = (
+        f"model of step {column_steps.steps.index(s)}" for s in (column_steps.step, other)
+    )
     curve, there = one.curve, two.curve
     low, high = interval(curve.measured, curve.edf)
     sure = curve.edf >= SURE
@@ -64,37 +66,41 @@ def differences(tab: Tab) -> dict[str, Any] | None:
 
     Keys: ``at`` (place of the compared step), ``heads``, ``models`` and ``rows``.
     """
-    ladder, other = tab.ladder, tab.other_step
-    if other is None or ladder.step is None:
+    column_steps, other = tab.column_steps, tab.compared_step
+    if other is None or column_steps.step is None:
         return None
-    places = [ladder.steps.index(s) for s in (ladder.step, other)]
+    places = [column_steps.steps.index(s) for s in (column_steps.step, other)]
     heads = [f"Step {k}" for k in places]
     return {
         "at": places[1],
         "heads": heads,
-        "models": [s.fit.model.name for s in (ladder.step, other)],
+        "models": [s.fit.model.name for s in (column_steps.step, other)],
         "rows": [
-            *_effects(ladder.step.fit, other.fit, tab.unit, places),
-            *_measures(ladder.step, other, places),
+            *_value_rows(column_steps.step.fit, other.fit, tab.unit, places),
+            *_error_rows(column_steps.step, other, places),
         ],
     }
 
 
-def _row(what: str, texts: tuple[str, str], remark: str, differs: bool) -> dict[str, Any]:
+def _difference_row(
+    what: str, texts: tuple[str, str], remark: str, differs: bool
+) -> dict[str, Any]:
     """Dict of a row of the table of differences, with the keys what, texts, remark and differs."""
     return {"what": what, "texts": list(texts), "remark": remark, "differs": differs}
 
 
-def _effects(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterator[dict[str, Any]]:
+def _value_rows(
+    one: Fit, two: Fit, unit: str | None, places: list[int]
+) -> Iterator[dict[str, Any]]:
     """Yield one row for each value of the effects of both models; ``–`` if a model lacks the value.
 
     Rows of the first model come first. The remark is empty for equal texts, the ratio if both are detected, or says
     which step has or detects the value.
     """
-    first, second = _values(one, unit), _values(two, unit)
+    first, second = _displayed_values(one, unit), _displayed_values(two, unit)
     for key in [*first, *(k for k in second if k not in first)]:
         a, b = first.get(key), second.get(key)
-        texts = tuple("–" if v is None else _text(v) for v in (a, b))
+        texts = tuple("–" if v is None else _value_text(v) for v in (a, b))
         if a is None or b is None:
             remark = f"Only in step {places[1] if a is None else places[0]}"
         elif texts[0] == texts[1]:
@@ -103,16 +109,16 @@ def _effects(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterato
             remark = f"× {number(a['number'] / b['number'], 3)}"
         else:
             remark = "Detected in one" if a["detected"] != b["detected"] else ""
-        yield _row(key[0], (texts[0], texts[1]), remark, texts[0] != texts[1])
+        yield _difference_row(key[0], (texts[0], texts[1]), remark, texts[0] != texts[1])
 
 
-def _text(value: Mapping[str, Any]) -> str:
+def _value_text(value: Mapping[str, Any]) -> str:
     """Text of a value, with its interval or the reason why it is not fitted: ``0.3 (0.2 … 0.4)``."""
     spread = value["kept"] or value["spread"]
     return f"{value['text']} ({spread})" if spread and value["detected"] else str(value["text"])
 
 
-def _values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]:
+def _displayed_values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]:
     """Dict from (name, number) to the record of a displayed value; the number counts values of the same name from 0.
 
     Per effect: its free values, or its first value if none is free.
@@ -127,7 +133,7 @@ def _values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]
     return out
 
 
-def _measures(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any]]:
+def _error_rows(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any]]:
     """Yield five rows with the misfit and errors of both steps and their predictions of unseen data."""
     first, second = step_row(one), step_row(two)
     for what, key in (
@@ -137,16 +143,16 @@ def _measures(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any
         ("Model discrepancy", "discrepancy_text"),
     ):
         texts = (first[key], second[key])
-        yield _row(what, texts, "", texts[0] != texts[1])
-    yield _row(
+        yield _difference_row(what, texts, "", texts[0] != texts[1])
+    yield _difference_row(
         "Unseen data",
         (first["predictive_text"], second["predictive_text"]),
-        _predicts(one, two, places),
+        _prediction_text(one, two, places),
         first["predictive_text"] != second["predictive_text"],
     )
 
 
-def _predicts(one: Step, two: Step, places: list[int]) -> str:
+def _prediction_text(one: Step, two: Step, places: list[int]) -> str:
     """Text ``Step 1 better by 3.2 ± 0.8 nats in total`` on the prediction of unseen data; empty if not computed.
 
     `places` are the numbers of the two steps.
