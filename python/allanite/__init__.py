@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 import ast
-import warnings
 from importlib import import_module
 from pkgutil import get_data
 
@@ -59,15 +58,17 @@ def _former_effect(name: str) -> object:
     if name[:1].isupper():
         effects = import_module("allanite.effects")
         if name in (effect.__name__ for effect in effects.CATALOGUE) and hasattr(effects, name):
-            _warn(name, f"effects.{name}", stacklevel=4)
+            _warn(name, f"effects.{name}", stacklevel=5)
             found: object = getattr(effects, name)
             return found
     raise AttributeError(f"module 'allanite' has no attribute {name!r}")
 
 
-def _warn(former: str, name: str, stacklevel: int = 3) -> None:
+def _warn(former: str, name: str, stacklevel: int = 4) -> None:
     """Give a `DeprecationWarning` that a former name has been replaced by another name."""
-    warnings.warn(f"al.{former} is now al.{name}", DeprecationWarning, stacklevel=stacklevel)
+    from allanite.common.former import warn_of_former_name
+
+    warn_of_former_name(f"al.{former}", f"al.{name}", stacklevel)
 
 
 def __dir__() -> list[str]:

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.calibration.forms import design, memory_of, with_near_best_evidence
+from allanite.calibration.forms import design, law_of, with_near_best_evidence
 from allanite.common.parameters import NORMAL
 from allanite.common.showing import brief
-from allanite.effects.covariate import Covariate
-from allanite.effects.hysteresis import Hysteresis
 from allanite.fit.likelihood.marginal import joint_amplitudes
 
 if TYPE_CHECKING:
@@ -125,11 +123,8 @@ def _power_matrix(fit: Fit) -> Array:
     for own in fit.solution.functions:
         for k in range(own.amplitudes.size):
             row = np.zeros(3)
-            if isinstance(own.effect, Covariate):
-                row[k] = 1.0
-            if isinstance(own.effect, Hysteresis):
-                # The mean of the two branches of a hysteresis is linear in the temperature.
-                row[0] = 1.0
+            if own.effect.column_powers:
+                row[own.effect.column_powers[k] - 1] = 1.0
             rows.append(row)
     return np.array(rows).reshape(-1, 3)
 
@@ -138,11 +133,7 @@ def _coefficients_and_loop(fit: Fit) -> tuple[Array, float]:
     """Tuple (coefficients of T, T² and T³, shape (3,); height of the hysteresis loop, 0 without hysteresis)."""
     amplitudes = [own.amplitudes for own in fit.solution.functions]
     coefficients = np.concatenate([*amplitudes, np.zeros(0)]) @ _power_matrix(fit)
-    play = memory_of(fit, Hysteresis)
-    loop = 0.0
-    if isinstance(play, Hysteresis):
-        loop = 2.0 * float(play.amplitudes()[0]) * (play.width or 0.0)
-    return coefficients, loop
+    return coefficients, sum(e.column_loop for e in law_of(fit))
 
 
 def _random_laws(fit: Fit, count: int, rng: np.random.Generator) -> Array:

@@ -157,8 +157,9 @@ def tried_forms(
 
 def _opposes_temperature(fit: Fit) -> bool:
     """True if the hysteresis has the opposite sign of the linear term, so that it describes a drift."""
-    law, own = (memory_of(fit, kind) for kind in (Covariate, Hysteresis))
-    return law is not None and own is not None and law.amplitudes()[0] * own.amplitudes()[0] < 0.0
+    law = law_of(fit)
+    linear = next((e.amplitudes()[0] for e in law if e.column_powers and not e.column_loop), 0.0)
+    return bool(linear * sum(e.column_loop for e in law) < 0.0)
 
 
 def refitted(first: Fit, model: Model) -> Fit:
@@ -198,11 +199,6 @@ def chosen(tried: Sequence[Tried]) -> Tried:
 def law_of(fit: Fit) -> list[Deterministic]:
     """List of `Deterministic`: effects of a fit that depend on the temperature."""
     return [e for e in fit.model.deterministic if e.follows is not None]
-
-
-def memory_of(fit: Fit, kind: type[Deterministic]) -> Deterministic | None:
-    """First deterministic effect of this class in a fit, or None."""
-    return next((e for e in fit.model.deterministic if isinstance(e, kind)), None)
 
 
 def design(fit: Fit) -> tuple[Array, Array, NDArray[np.bool_]]:

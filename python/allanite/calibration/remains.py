@@ -11,7 +11,6 @@ from allanite.calibration.law import Loop, NoiseLaw, Remainder
 from allanite.common.parameters import NORMAL
 from allanite.common.units import parse_unit
 from allanite.deviation import oadev
-from allanite.effects.covariate import Covariate
 from allanite.fit.likelihood.whitened import cell_means, whiten
 from allanite.fit.shapes.deterministic import LOWEST_ORDINATES, design_of, regress
 from allanite.statespace.growth import QUANTITIES, error_growth
@@ -119,10 +118,9 @@ def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
     # The quadratic and cubic terms were fitted without their means, so that the means are subtracted here.
     mean = 0.0
     for effect in law_of(fit):
-        if isinstance(effect, Covariate):
-            u = effect.regressors(fit.data.time, fit.data.covariates)[:, 0]
-            c = effect.amplitudes()
-            mean += sum(float(c[k]) * float(np.mean(u ** (k + 1))) for k in range(1, c.size))
+        u = effect.regressors(fit.data.time, fit.data.covariates)[:, 0]
+        terms = zip(effect.amplitudes(), effect.column_powers, strict=False)
+        mean += sum(float(c) * float(np.mean(u**power)) for c, power in terms if power > 1)
     return tuple(float(np.nanmean(left[part])) - mean for part in runs.parts)
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.former import warn_of_former_name
 from allanite.common.validation import positive_rate
 from allanite.deviation.averaging import QUANTITIES, one_column
 from allanite.deviation.confidence import degrees_of_freedom
@@ -108,8 +108,7 @@ class Accumulator:
     @property
     def gaps(self) -> int:
         """Former name of `missing`: the same number; warns of deprecated use."""
-        message = "Accumulator.gaps is now Accumulator.missing"
-        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        warn_of_former_name("Accumulator.gaps", "Accumulator.missing")
         return self.missing
 
     def update(self, chunk: ArrayLike) -> None:

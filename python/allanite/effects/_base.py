@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from allanite.common.errors import InputError
+from allanite.common.former import Former
 from allanite.effects._declared import Array, Columns, has_several, names_of
 from allanite.effects._declared import Parameter as Parameter
 from allanite.effects._declared import StraightLine as StraightLine
@@ -545,6 +546,10 @@ class Stochastic(Effect):
     #: Names of the shapes that place the further `peaks` and set their strength.
     companions: ClassVar[tuple[str, ...]] = ()
 
+    modulating = Former(
+        "like", lambda cls, band, rate, depth: cls.like(band, modulation=rate, depth=depth)
+    )
+
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Tuple of primitive spectral terms (`effects.terms`) at the present shape and `rate` (Hz), with coefficient 1.
 
@@ -594,6 +599,11 @@ class Stochastic(Effect):
     def stretches(self) -> tuple[Stochastic, ...]:
         """Tuple of the process in each of the equal segments of the record, in order; empty unless `moving`."""
         return ()
+
+    @property
+    def gauss_markov(self) -> tuple[float, float] | None:
+        """Pair (q_c, correlation time in s) of a first-order Gauss-Markov process; by default None, also without values."""
+        return None
 
     @property
     def middles(self) -> tuple[float, ...]:

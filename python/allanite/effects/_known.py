@@ -71,6 +71,16 @@ class Deterministic(Effect):
         return ()
 
     @property
+    def column_powers(self) -> tuple[int, ...]:
+        """Tuple of the power of the followed column that each amplitude multiplies; by default empty: no such function."""
+        return ()
+
+    @property
+    def column_loop(self) -> float:
+        """Value while the followed column falls minus the value while it rises, long after a change; by default 0."""
+        return 0.0
+
+    @property
     def base_frequency(self) -> float | None:
         """Frequency of the first line, Hz; by default None: the effect is not `periodic`."""
         return None

@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
+from allanite.common.former import Former
 from allanite.effects._declared import Array, Parameter
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import Term, White
@@ -62,6 +63,16 @@ class Level(Modifier):
     screened = "level"
     family = "level"
     passing = True
+
+    switched = Former(
+        "from_values", lambda cls, times, factors: cls.from_values(times=times, factors=factors)
+    )
+    gated = Former(
+        "from_values",
+        lambda cls, period, start, share, factor: cls.from_values(
+            period=period, start=start, share=share, factor=factor
+        ),
+    )
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None

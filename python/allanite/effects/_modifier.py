@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.common.former import Former
 from allanite.effects._base import Effect
 from allanite.effects._declared import Array, Columns
 from allanite.effects.terms import Term, White
@@ -48,6 +49,24 @@ class Modifier(Effect):
     passing: ClassVar[bool] = False
     #: True if the effect excludes samples of the record (`missing`).
     removes: ClassVar[bool] = False
+
+    at = Former(
+        "from_values", lambda cls, times: cls.from_values(count=len(times), times=tuple(times))
+    )
+    changing = Former(
+        "from_values",
+        lambda cls, band, when, factor: cls.from_values(
+            low=band[0], high=band[1], start=when[0], end=when[1], factor=factor
+        ),
+    )
+    # A disturbance has no factor.
+    during = Former(
+        "from_values",
+        lambda cls, start, end, factor: (
+            cls.from_values(start=start, end=end, factor=factor)
+            or cls.from_values(start=start, end=end)
+        ),
+    )
 
     @classmethod
     def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:

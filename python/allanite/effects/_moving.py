@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from allanite.common.former import Former
 from allanite.effects._base import Stochastic
 from allanite.effects._declared import Array
 
@@ -26,6 +27,8 @@ class Moving(Stochastic):
     screened = "moving band"
     family = "course"
     moving = True
+
+    along = Former("like", lambda cls, band, course: cls.like(band, course=tuple(course)))
 
 
 def weights(time: Array, span: tuple[float, float], parts: int) -> Array:

@@ -90,6 +90,11 @@ class Covariate(Follower):
         """Array of 13 lags, s: 0, then from two samples or 1/2000 of the record to 1/10 of it."""
         return np.concatenate([[0.0], np.geomspace(max(2.0, n / 2000.0), n / 10.0, 12)]) / rate
 
+    @property
+    def column_powers(self) -> tuple[int, ...]:
+        """Tuple of the power of the column that each amplitude multiplies: 1, and 2 and 3 if they are in the model."""
+        return tuple(_POWERS[name] for name in self._fitted())
+
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
         """Tuple of one-term sums: the lagged column, and its square and cube if they are in the model."""
-        return tuple(((1.0, self._lagged(self.lag, _POWERS[name])),) for name in self._fitted())
+        return tuple(((1.0, self._lagged(self.lag, power)),) for power in self.column_powers)

@@ -67,6 +67,11 @@ class GaussMarkov(Stochastic):
             return None
         return self.q_c * float(np.sqrt(self.correlation_time / 2.0))
 
+    @property
+    def gauss_markov(self) -> tuple[float, float] | None:
+        """Pair (q_c, correlation time in s); None without values."""
+        return (self.q_c, self.correlation_time) if self.q_c and self.correlation_time else None
+
     def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of correlation times, s, from four samples (a faster process is a filter) to half the record, 8 per decade.
 

@@ -87,6 +87,16 @@ class Hysteresis(Follower):
         low, high = self.reach or (1e-3, 1e3)
         return np.geomspace(low, high, 1 + round(8.0 * np.log10(high / low)))
 
+    @property
+    def column_powers(self) -> tuple[int, ...]:
+        """Tuple (1,): the mean of the branches while the column rises and falls is linear in the column."""
+        return (1,)
+
+    @property
+    def column_loop(self) -> float:
+        """Value while the column falls minus the value while it rises, 2·coefficient·width; 0 without values."""
+        return 2.0 * (self.coefficient or 0.0) * (self.width or 0.0)
+
     def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of the value that the column drags along with the play, shape (n, 1)."""
         column = followed_column(self, covariates)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects.gauss_markov import GaussMarkov
 from allanite.exports._follow import SLACK, follow_lag, follow_walk, small_walk
 from allanite.exports._held import Choice, walk
 from allanite.exports._overbound import overbound_lag, overbound_walk
@@ -52,15 +51,17 @@ def choose_lag(
     if overbound:
         return overbound_lag(axis, time)
     if axis.as_fitted:
-        own = [e for e in axis.model.stochastic if isinstance(e, GaussMarkov)]
-        if own:
+        own = next((e.gauss_markov for e in axis.model.stochastic if e.gauss_markov), None)
+        if own is not None and time in (None, own[1]):
             first = _fitted_choice(axis)
-            q_c, T = float(own[0].q_c or 0.0), float(own[0].correlation_time or 0.0)
-            if q_c > 0.0 and time in (None, T):
-                held = tuple(name for name in first.holds or () if name != "K")
-                return replace(
-                    first, K=0.0, q_c=axis.scale * q_c, correlation_time=T, holds=(*held, "GM")
-                )
+            held = tuple(name for name in first.holds or () if name != "K")
+            return replace(
+                first,
+                K=0.0,
+                q_c=axis.scale * own[0],
+                correlation_time=own[1],
+                holds=(*held, "GM"),
+            )
     return follow_lag(axis, time, simulator=simulator)
 
 

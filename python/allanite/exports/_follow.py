@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.effects import white_noise
-from allanite.effects.gauss_markov import GaussMarkov
 from allanite.exports._held import Choice, lag, walk
 from allanite.statespace.bias_filter import bias_filter_errors, mission_of, true_variance
 
@@ -138,16 +137,16 @@ class _Target:
     def gauss_markov_values(self) -> list[tuple[float, float]]:
         """List of pairs (q_c in SI, correlation time in s), one per Gauss-Markov process of the model with q_c > 0."""
         return [
-            (self.scale * float(e.q_c or 0.0), float(e.correlation_time or 0.0))
+            (self.scale * e.gauss_markov[0], e.gauss_markov[1])
             for e in self.model.stochastic
-            if isinstance(e, GaussMarkov) and e.q_c
+            if e.gauss_markov is not None
         ]
 
     @property
     def times(self) -> list[float]:
         """Sorted list of correlation times to try, s: 11 from 0.1 to 30 horizons, and those of the model."""
         grid = self.horizon * np.geomspace(MIN_LAG, MAX_LAG, LAG_COUNT)
-        return sorted({*map(float, grid), *(T for _, T in self.gauss_markov_values if T > 0.0)})
+        return sorted({*map(float, grid), *(T for _, T in self.gauss_markov_values)})
 
     def nees(self, ratio: Array, time: Array) -> Array:
         """NEES (true over predicted error variance) of filters with N = 1 SI, shape (candidates, coasting times).

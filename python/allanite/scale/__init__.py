@@ -6,8 +6,7 @@ fleet's table in `logs.py`, and a bet of the watch in `bets.py`.
 
 from __future__ import annotations
 
-import warnings
-
+from allanite.common.former import warn_of_former_name
 from allanite.scale.engine import Summaries, summarize
 from allanite.scale.logs import run_fleet
 from allanite.scale.population import Fleet, fleet
@@ -19,7 +18,6 @@ __all__ = ["Alarm", "Fleet", "Summaries", "Watch", "fleet", "run_fleet", "summar
 def __getattr__(name: str) -> object:
     """Function `summarize` for its former name ``summarise``, with a `DeprecationWarning`; else `AttributeError`."""
     if name == "summarise":
-        message = "al.scale.summarise is now al.scale.summarize"
-        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        warn_of_former_name("al.scale.summarise", "al.scale.summarize")
         return summarize
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.extensions import values_of_modules
+from allanite.common.former import warn_of_former_name
 from allanite.common.numbers import number
 from allanite.common.threads import Pool
 from allanite.effects import Modifier, Stochastic
@@ -138,6 +139,12 @@ class Suggestion:
             - parameters_cost(self.solution.effects[-1], self.solution)
             + prior(effect)
         )
+
+    @property
+    def rank(self) -> float:
+        """Twice the `score`, nats; a former name, which warns of deprecated use."""
+        warn_of_former_name("Suggestion.rank", "2 * Suggestion.score")
+        return 2.0 * self.score
 
     @property
     def gives_way(self) -> tuple[str, ...]:

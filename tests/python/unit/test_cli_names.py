@@ -50,6 +50,56 @@ def test_a_former_name_works_and_warns_of_the_new_one(former, now):
     assert done.stdout.strip() == f"DeprecationWarning: al.{former} is now al.{now}"
 
 
+BAND = allanite.effects.Resonance(frequency=10.0, damping=0.01, rms=1.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "former", "arguments", "now"),
+    [
+        ("Outliers", "at", ([1.0, 7.0],), "Outliers(count=2, times=(1.0, 7.0))"),
+        ("Disturbance", "during", (1.0, 2.0, 3.0), "Disturbance(start=1.0, end=2.0)"),
+        ("NoiseLevelChange", "during", (1.0, 2.0, 3.0), "NoiseLevelChange(1.0, 2.0, 3.0)"),
+        ("NoiseLevelChange", "at", ([1.0],), None),
+        (
+            "BandLevelChange",
+            "changing",
+            ((2.0, 4.0), (5.0, 9.0), 3.0),
+            "BandLevelChange(low=2.0, high=4.0, start=5.0, end=9.0, factor=3.0)",
+        ),
+        (
+            "NoiseLevels",
+            "switched",
+            ((5.0, 9.0), (2.0, 1.0)),
+            "NoiseLevels(times=(5.0, 9.0), factors=(2.0, 1.0))",
+        ),
+        (
+            "PeriodicNoiseLevel",
+            "gated",
+            (60.0, 12.0, 0.25, 2.0),
+            "PeriodicNoiseLevel(period=60.0, start=12.0, share=0.25, factor=2.0)",
+        ),
+        (
+            "DriftingResonance",
+            "along",
+            (BAND, [11.0, 10.0]),
+            "DriftingResonance(course=(11.0, 10.0), damping=0.01, rms=1.0)",
+        ),
+        (
+            "ModulatedVibration",
+            "modulating",
+            (BAND, 2.0, 2.0),
+            "ModulatedVibration(10.0, 0.01, 3**0.5, modulation=2.0, depth=2.0)",
+        ),
+    ],
+)
+def test_a_former_way_to_make_an_effect_works_and_warns(kind, former, arguments, now):
+    effect = getattr(allanite.effects, kind)
+    with pytest.warns(DeprecationWarning, match=rf"{kind}\.{former} is now {kind}\.") as caught:
+        found = getattr(effect, former)(*arguments)
+    assert caught[0].filename == __file__
+    assert found == (now and eval(now, vars(allanite.effects)))
+
+
 def test_every_effect_is_public():
     names = {effect.__name__ for effect in allanite.CATALOGUE if "allanite" in effect.__module__}
     assert all(hasattr(allanite.effects, name) for name in names)
