@@ -4,6 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
+# The extras that pyproject.toml collects in `all`; maturin would look for the package itself in an index.
+EXTRAS := $(shell sed -n 's/^all = \["allanite\[\(.*\)\]"\]$$/\1/p' pyproject.toml)
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
 .PHONY: help demo screenshots test test-all test-nightly test-rust test-python test-slow test-claims test-long floors lint bench bars miri sanitize clean gallery notebooks docs fuzz fuzz-core release
@@ -19,12 +21,12 @@ $(VENV)/.made:
 $(VENV)/.installed: $(VENV)/.made $(RUST) $(PYTHON_FILES) pyproject.toml
 	$(BIN)/maturin build --release --quiet --locked --interpreter $(BIN)/python --out target/wheels
 	$(BIN)/python -m pip install --quiet --force-reinstall --no-deps "$$(ls -t target/wheels/*.whl | head -n 1)"
-	$(BIN)/python -m pip install --quiet "$$(ls -t target/wheels/*.whl | head -n 1)[plots,page]"
+	$(BIN)/python -m pip install --quiet "$$(ls -t target/wheels/*.whl | head -n 1)[all]"
 	touch $@
 
 $(VENV)/.developed: $(VENV)/.made $(RUST) pyproject.toml
 	$(BIN)/python -m pip install --quiet --group test --group lint
-	$(BIN)/maturin develop --release --quiet --locked --extras plots,page,logs,scale
+	$(BIN)/maturin develop --release --quiet --locked --extras $(EXTRAS)
 	touch $@ $(VENV)/.installed
 
 demo: $(VENV)/.installed ## build, install into .venv, and find two hidden effects in a simulated gyroscope

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import allanite as al
@@ -160,6 +161,23 @@ def test_examples_say_where_data_come_from(tmp_path):
         module = runpy.run_path(str(ROOT / "examples" / f"{name}.py"))
         with pytest.raises(SystemExit, match=source):
             module["main"](tmp_path)
+
+
+def test_the_small_log_is_simulated_as_stated_and_its_line_is_found():
+    text = (ROOT / "docs" / "examples.md").read_text(encoding="utf-8")
+    command = re.search(r"^allanite simulate '(\S+)' (.*) --output examples/gyro.csv$", text, re.M)
+    assert command is not None
+    rate, duration, seed = (
+        float(re.search(rf"--{name} (\d+)", command[2])[1]) for name in ("rate", "duration", "seed")
+    )
+    recording = al.read(ROOT / "examples" / "gyro.csv")
+    simulated = al.parse_model(command[1]).simulate(duration=duration, rate=rate, seed=int(seed))
+    assert recording.unit == "deg/s"
+    np.testing.assert_allclose(recording.samples, simulated.samples, rtol=1e-12)
+    found = al.fit_model(recording, "N").check().significant[0].effect
+    assert found.kind == "sinusoid"
+    # The standard error of the frequency is √6 N/(π a T^1.5) = 9·10⁻⁵ Hz.
+    assert found.frequency == pytest.approx(2.5, abs=3.6e-4)
 
 
 @pytest.mark.long
