@@ -113,7 +113,7 @@ def section(record: Record, path: Path) -> str:
         f"## {record.title}",
         f"{record.what} *Source: {record.source}.*",
         f"{recording.n} samples at {recording.rate:g} Hz, {recording.unit}. The audit:",
-        bullets([with_readable_numbers(f.message) for f in recording.audit] or ["nothing odd"]),
+        bullets([f.message for f in recording.audit] or ["nothing odd"]),
         f"**{words}**",
         table(
             ("expected", "found", ""),

@@ -42,6 +42,11 @@ def number(value: float, figures: int = 3, *, power: bool = False) -> str:
     return f"{mantissa}·{ten}".replace("-", "−")
 
 
+def percent_text(share: float, decimals: int = 0) -> str:
+    """Text of a fraction in percent with a fixed number of decimals: ``0.47 %`` for 0.0047 and two decimals."""
+    return f"{100.0 * share:.{decimals}f} %"
+
+
 def time_scale(span: float) -> tuple[float, str]:
     """Tuple (size in s, name) of the unit for times in a record of `span` seconds.
 

@@ -82,7 +82,7 @@ class Where:
             left_out = f"; fewer than {MIN_EDF:g} degrees of freedom, so not in the Allan error"
             words = (
                 f"over τ: {_ratio_text(1.0 / peak['ratio'])} at {peak['tau_s']:.3g} s"
-                f"{_range_text(low, high, 's')} (z = {peak['z']:+.1f}"
+                f"{_range_text(low, high, 's')} ({_score_text(peak['z'])}"
                 f"{left_out if peak['tau_s'] in self.few else ''})"
             )
             out.append(("tau", self.worst_tau, words))
@@ -101,7 +101,7 @@ class Where:
             at = f"{peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz"
             words = (
                 f"over frequency: at {span} the power is {peak['ratio']:.3g} × the model's "
-                f"(z = {peak['z']:+.1f}{'' if at == span else f' at {at}'})"
+                f"({_score_text(peak['z'])}{'' if at == span else f' at {at}'})"
             )
             out.append(("frequency", self.worst_frequency, words))
         if self.worst_time is not None:
@@ -117,10 +117,15 @@ class Where:
             words = (
                 f"over time: at {low / size:.3g}–{high / size:.3g} {unit},"
                 f" {peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz the power is"
-                f" {peak['ratio']:.3g} × that of the rest of the record (z = {peak['z']:+.1f})"
+                f" {peak['ratio']:.3g} × that of the rest of the record ({_score_text(peak['z'])})"
             )
             out.append(("time", self.worst_time, words))
         return [(view, place, with_readable_numbers(words)) for view, place, words in out]
+
+
+def _score_text(z: float) -> str:
+    """Text of a standard normal score with its sign: ``z = +3.9``; from 100 on without decimals, ``z = -200``."""
+    return f"z = {z:+.{0 if abs(z) >= 99.95 else 1}f}"
 
 
 def _ratio_text(factor: float) -> str:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.common.numbers import percent_text
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -37,8 +39,8 @@ def gap_notes(
     if lost.size and lost.any():
         worst = int(np.argmax(lost))
         notes.append(
-            f"differences that touch them are not used: {lost[0]:.2%} at {tau[0]:g} s,"
-            f" {lost[worst]:.2%} at {tau[worst]:g} s"
+            f"differences that touch them are not used: {percent_text(lost[0], 2)} at {tau[0]:g} s,"
+            f" {percent_text(lost[worst], 2)} at {tau[worst]:g} s"
         )
         many = np.flatnonzero(lost > MAX_LOST_SHARE)
         # A single long gap costs only the longest τ most of their terms; decimation would not help.

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.common.numbers import percent_text
 from allanite.effects import white_noise
 from allanite.exports._held import Choice, lag, walk
 from allanite.statespace.bias_filter import bias_filter_errors, mission_of, true_variance
@@ -357,7 +358,7 @@ def _fitted_walk(target: _Target, K: float) -> Choice | None:
         words = f"K was not detected: {EXPECTED_SIZE}"
         return replace(choice, remarks=(("K", words),)) if "K" in target.undetected else choice
     last = target.horizon
-    words = f"the model needs none: this K adds {SMALL_WALK_SHARE:.0%} to the Allan variance at {last:.3g} s"
+    words = f"the model needs none: this K adds {percent_text(SMALL_WALK_SHARE)} to the Allan variance at {last:.3g} s"
     return Choice(N, little, remarks=(("K", words),))
 
 

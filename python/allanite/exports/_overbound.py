@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
+from allanite.common.numbers import percent_text
 from allanite.effects import white_noise
 from allanite.exports._follow import SMALL_WALK_SHARE, small_walk
 from allanite.exports._held import Choice, lag, walk
@@ -35,7 +36,7 @@ def overbound_walk(axis: Axis) -> Choice:
         return Choice(float(np.sqrt(white)), float(np.sqrt(slow)), overbound=True)
     N = float(np.sqrt(white))
     remark = (
-        f"the model needs none: this K adds {SMALL_WALK_SHARE:.0%} to the Allan variance at"
+        f"the model needs none: this K adds {percent_text(SMALL_WALK_SHARE)} to the Allan variance at"
         f" {axis.horizon:.3g} s"
     )
     return Choice(N, small_walk(N, axis), remarks=(("K", remark),), overbound=True)

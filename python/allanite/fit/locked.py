@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.errors import TooShortError
+from allanite.common.numbers import percent_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
 from allanite.common.units import coefficient_unit
@@ -30,7 +31,8 @@ def locked_error(column: Recording) -> TooShortError | None:
         return None
     unit = "" if column.unit == "1" else f" {column.unit}"
     found = (
-        f"{column.columns[0]}: {locked.share:.1%} of the samples have one code, so rounding (step {locked.step:.4g}{unit})"
+        f"{column.columns[0]}: {percent_text(locked.share, 1)} of the samples have one code, so rounding"
+        f" (step {locked.step:.4g}{unit})"
         f" hides the noise; no estimate is possible"
     )
     if np.isfinite(locked.most):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import duration_text, with_readable_numbers
+from allanite.common.numbers import duration_text
 from allanite.common.units import parse_unit
 from allanite.effects import standard
 from allanite.page.edits import SHEET
@@ -291,7 +291,7 @@ def _recording_record(tab: Tab) -> dict[str, Any]:
         "audit": [
             {
                 "severity": f.severity,
-                "message": sentence(with_readable_numbers(f.worded(WORDS))),
+                "message": sentence(f.worded(WORDS)),
                 "offers": offers(f, column.rate, column.duration),
             }
             for f in found

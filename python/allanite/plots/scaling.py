@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from allanite.common.units import conversion
+from allanite.common.units import FREQUENCY, conversion
 from allanite.effects.sheet_units import figure_unit
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Quantity, Rule
@@ -24,9 +24,9 @@ def density_axis(unit: str, axis: Axis) -> Axis:
 
 
 def sample_axis(unit: str, axis: Axis, words: str) -> Axis:
-    """Copy of a linear axis for samples in `unit`, with its label."""
-    quantity = Quantity(words, unit, samples=True)
-    return replace(axis, label=in_unit(words, unit), quantity=quantity)
+    """Copy of a linear axis for samples in `unit`, with its label; unit ``1`` is labeled as a fractional frequency."""
+    label = bracket(words, FREQUENCY) if unit == "1" else in_unit(words, unit)
+    return replace(axis, label=label, quantity=Quantity(words, unit, samples=True))
 
 
 def in_figure_units(figure: Figure) -> Figure:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.numbers import percent_text
 from allanite.common.plain import plain
 from allanite.common.units import (
     ACCELERATION,
@@ -491,7 +492,7 @@ def _findings_about_other_times(
             Finding(
                 "two_clocks",
                 "warning" if odd else "info",
-                both + (f"; their rates differ by {ratio:.2%}" if odd else ""),
+                both + (f"; their rates differ by {percent_text(ratio, 2)}" if odd else ""),
                 values={"relative": ratio},
                 remedy=" (choose by {time_column})",
             )

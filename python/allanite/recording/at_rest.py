@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.common.arrays import runs_of
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.numbers import percent_text
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, conversion, parse_unit
 from allanite.recording.axis_names import axis_letter
 from allanite.recording.findings import Finding
@@ -490,13 +491,13 @@ def _motion_text(motion: Motion, least: float) -> str:
     if motion.share > least and motion.activity > motion.limit:
         why.append(
             f"{motion.column} changes by {motion.activity:.2g} {motion.unit} within a second, more than a sensor"
-            f" at rest ({motion.limit:.2g}), in {motion.share:.0%} of the record"
+            f" at rest ({motion.limit:.2g}), in {percent_text(motion.share)} of the record"
         )
     if motion.sway and motion.share > least:
         why.append(f"it sways by {motion.sway:.2g}° rms, in gyroscopes and accelerometers alike")
     if motion.tilt > MAX_TILT:
         why.append(f"the direction of gravity turns by {motion.tilt:.0f}°")
-    return ", and ".join(why) or f"motion in {motion.share:.0%} of the record"
+    return ", and ".join(why) or f"motion in {percent_text(motion.share)} of the record"
 
 
 def _quiet_text(motion: Motion) -> str:

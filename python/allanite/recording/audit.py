@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.numbers import number
+from allanite.common.numbers import number, percent_text
 from allanite.common.units import coefficient_unit
 from allanite.recording.at_rest import motion_findings
 from allanite.recording.coarse_column import coarse_step_of
@@ -191,7 +191,7 @@ def _check_missing(c: _Column) -> Iterator[Finding]:
         yield c.finding(
             "missing",
             "warning",
-            f"{missing} samples are NaN ({missing / c.rows:.2%}). The fit uses all other samples{few}",
+            f"{missing} samples are NaN ({percent_text(missing / c.rows, 2)}). The fit uses all other samples{few}",
             remedy=remedy,
             count=missing,
         )
@@ -314,7 +314,8 @@ def _check_step(c: _Column) -> Iterator[Finding]:
         yield c.finding(
             "locked",
             "warning",
-            f"{locked.share:.1%} of the samples have one code: rounding (step {locked.step:.4g} {c.unit}) hides the noise,"
+            f"{percent_text(locked.share, 1)} of the samples have one code: rounding"
+            f" (step {locked.step:.4g} {c.unit}) hides the noise,"
             f" whose standard deviation is below {locked.most:.3g} {c.unit} (95 %)",
             share=locked.share,
             step=locked.step,
@@ -335,7 +336,7 @@ def _check_step(c: _Column) -> Iterator[Finding]:
     found = (
         "is as large as the noise: the samples rarely change code or flip between two, and the coefficients are deformed"
         if coarse
-        else f"its rounding adds {share:.1%} of the white noise"
+        else f"its rounding adds {percent_text(share, 1)} of the white noise"
         " (variance LSB²/12, slope −½ like N, not the slope −1 of Q)"
     )
     yield c.finding(
@@ -489,7 +490,7 @@ def _check_dominated(c: _Column) -> Iterator[Finding]:
     yield c.finding(
         "dominated",
         "warning",
-        f"one event at about {number(time, 4)} s makes up to {share:.0%} of the Allan variance at τ = {span}",
+        f"one event at about {number(time, 4)} s makes up to {percent_text(share)} of the Allan variance at τ = {span}",
         share=share,
         time_s=time,
         tau_s=m / c.rate,

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import CALL, remedy_text
+from allanite.common.numbers import percent_text, with_readable_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -50,7 +51,7 @@ class Finding:
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
         """Sentence of the finding with its remedy; `words` gives the name to print for each parameter."""
-        return self.found + remedy_text(self.remedy, words)
+        return with_readable_numbers(self.found) + remedy_text(self.remedy, words)
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: kind, severity, message, column, and each entry of `values`."""
@@ -165,8 +166,9 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
             "warning" if stamps.jitter * stamps.rate > 0.3 else "info",
             ("irregular sampling: " if stamps.jitter * stamps.rate > 0.3 else "")
             + f"spacing of the time stamps varies by {stamps.jitter * 1e3:.3g} ms rms"
-            f" ({stamps.jitter * stamps.rate:.0%} of the interval); samples are taken as evenly spaced (except by timing"
-            " and trend)" + (", and short gaps cannot be found" if stamps.lost else ""),
+            f" ({percent_text(stamps.jitter * stamps.rate)} of the interval); samples are taken as evenly spaced"
+            " (except by timing and trend)"
+            + (", and short gaps cannot be found" if stamps.lost else ""),
             values={"rms_s": stamps.jitter},
         )
     if stamps.drift:
@@ -218,12 +220,12 @@ def _jump_findings(stamps: Stamps) -> Iterator[Finding]:
         "warning",
         f"the time column jumps by up to {missing / stamps.rate:.4g} s: the record has"
         f" {len(stamps.pieces)} segments, rows {', '.join(shown)}{more}. Segment {stamps.piece + 1} is used:"
-        f" rows {first}–{end - 1}, {(end - first) / stamps.n:.0%} of the samples",
+        f" rows {first}–{end - 1}, {percent_text((end - first) / stamps.n)} of the samples",
         values={"count": len(stamps.pieces), "first_row": first, "last_row": end - 1},
         remedy=" ({piece} selects another segment; {rate} without the time column joins all)",
     )
 
 
 def _ppm(share: float) -> str:
-    """Text of a relative change: ``20 ppm`` below 10⁻³, else ``0.25%``."""
-    return f"{1e6 * share:.3g} ppm" if share < 1e-3 else f"{share:.2%}"
+    """Text of a relative change: ``20 ppm`` below 10⁻³, else ``0.25 %``."""
+    return f"{1e6 * share:.3g} ppm" if share < 1e-3 else percent_text(share, 2)

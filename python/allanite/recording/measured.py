@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.numbers import percent_text
 from allanite.recording.findings import Finding, stamp_findings
 from allanite.recording.markers import markers_of
 from allanite.recording.repeats import polling_of
@@ -74,8 +75,8 @@ def _without_repeats(recording: Recording) -> Recording:
         return recording
     rate = recording.rate * polling.ratio
     found = (
-        f"{rate:.4g} Hz sensor read at {recording.rate:.4g} Hz: {polling.share:.1%} of the samples repeat the one before;"
-        " the repeats are removed, so N is that of the sensor"
+        f"{rate:.4g} Hz sensor read at {recording.rate:.4g} Hz: {percent_text(polling.share, 1)} of the samples repeat"
+        " the one before; the repeats are removed, so N is that of the sensor"
     )
     values = {"share": polling.share, "sensor_hz": rate, "read_hz": recording.rate}
     kept = recording.with_rows(polling.kept, rate)

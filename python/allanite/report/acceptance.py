@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from allanite.common.files import whole_file
-from allanite.common.numbers import duration_text, with_readable_numbers
+from allanite.common.numbers import duration_text
 from allanite.common.plain import plain
 from allanite.comparison.acceptance import DOES_NOT_MEET, MEETS
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
@@ -125,7 +125,5 @@ def _description_rows(found: Sequence[Acceptance], serial: str, date: str) -> li
         rows.append(("temperature of the data sheet", first.sheet.temperature))
     if first.margin:
         rows.append(("margin", f"{100 * first.margin:g} % added to the data sheet's values"))
-    warnings = [
-        with_readable_numbers(str(f.message)) for f in recording.audit if f.severity == "warning"
-    ]
+    warnings = [f.message for f in recording.audit if f.severity == "warning"]
     return [(name, plain(text)) for name, text in rows] + [("note", w) for w in warnings[:2]]

@@ -116,12 +116,8 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
         )
         rows.append(("logged columns", ", ".join(n if n == u else in_unit(n, u) for n, u in named)))
     found = facts["audit"]
-    warnings = tuple(
-        with_readable_numbers(str(f["message"])) for f in found if f["severity"] == "warning"
-    )
-    remarks = tuple(
-        with_readable_numbers(str(f["message"])) for f in found if f["severity"] != "warning"
-    )
+    warnings = tuple(str(f["message"]) for f in found if f["severity"] == "warning")
+    remarks = tuple(str(f["message"]) for f in found if f["severity"] != "warning")
     out: list[Block] = [Heading("Record"), Table((), tuple(rows))]
     if warnings:
         out.append(Bullets(warnings, "bad"))

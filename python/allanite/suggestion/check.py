@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import chance_text, number, trials_text
+from allanite.common.numbers import chance_text, number, trials_text, with_readable_numbers
 from allanite.criticism import Where, criticise
 from allanite.effects import title_of
 from allanite.fit.likelihood.whitened import whiten
@@ -198,7 +198,7 @@ def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
     costly = s.p_value < FALSE_ALARM_PROBABILITY
     mark = " (its parameters cost more than it explains)" if costly else " (not significant)"
     mark = "" if s.significant else mark
-    evidence = (
+    evidence = with_readable_numbers(
         f"ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {chance_text(s.log10_p)}"
         f" after {trials_text(s.trials)}"
     )

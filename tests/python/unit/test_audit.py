@@ -270,7 +270,7 @@ def test_dropped_samples_are_one_remark_of_all_axes_with_what_to_do():
     recording = dropped(3)
     (told,) = [f for f in merged(recording.audit) if f.kind == "missing"]
     assert told.message.startswith(
-        "gx, gy, gz: 120 samples are NaN (0.30%). The fit uses all other"
+        "gx, gy, gz: 120 samples are NaN (0.30 %). The fit uses all other"
     )
     assert "loses more than half of its differences beyond" in told.message
     assert told.message.endswith("; for its curve use .decimate(20)")
@@ -284,7 +284,7 @@ def test_a_gap_of_a_phase_counts_samples_not_differences():
     (gap,) = [f for f in found if f.kind == "gaps"]
     (missing,) = [f for f in found if f.kind == "missing"]
     assert "400 samples missing" in gap.message
-    assert "400 samples are NaN (16.67%)" in missing.message
+    assert "400 samples are NaN (16.67 %)" in missing.message
     assert missing.values["count"] == 400
 
 

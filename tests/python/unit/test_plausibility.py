@@ -158,7 +158,7 @@ def test_a_lost_link_is_no_polled_sensor():
 def test_a_locked_column_has_a_bound_alone(field, capsys):
     code, out, err = run(capsys, "fit", field("locked.csv"))
     assert (code, out) == (3, "")
-    assert "99.4% of the samples have one code" in err
+    assert "99.4 % of the samples have one code" in err
     # 0.0016 rad/s at 160 Hz are 0.435 °/√h.
     limit = float(err.split("N < ")[1].split()[0])
     assert 0.435 < limit < 0.5

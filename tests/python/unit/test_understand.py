@@ -102,7 +102,7 @@ def test_two_clocks(tmp_path):
     r = al.read(csv(tmp_path, "time,seconds_elapsed,gx", t * 1.02, t, X[:, 0]))
     (finding,) = [f for f in r.audit if f.kind == "two_clocks"]
     assert finding.severity == "warning"
-    assert "1.96%" in finding.message
+    assert "1.96 %" in finding.message
     assert al.read(
         csv(tmp_path, "time,seconds_elapsed,gx", t * 1.02, t, X[:, 0]),
         time_column="seconds_elapsed",
