@@ -19,7 +19,7 @@ import numpy as np
 from results_file import Results
 
 import allanite as al
-from allanite.clocks.noise import thinned
+from allanite.clocks.noise import thinned_indices
 from allanite.fit.stamped.likelihood import StampedSeries
 from allanite.fit.stamped.noise import added, integrated_noise
 
@@ -67,7 +67,7 @@ def with_true_noise(name, seed, samples):
             for term in effect.unit_terms(RATE)
         ]
     )
-    rows = thinned(samples)
+    rows = thinned_indices(samples)
     powers = (0, 1, 2) if drift else (0, 1)
     at, ahead = (rows - (samples - 1)) / RATE, np.array(AFTER)
     series = StampedSeries(at, phase[rows], np.array([at**p for p in powers]))

@@ -13,7 +13,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.validation import SEEDS, positive, positive_rate, whole
-from allanite.effects import Model, as_model, weights
+from allanite.effects import Model, as_model, segment_weights
 from allanite.effects.terms import Exponential, White
 from allanite.recording import Recording
 from allanite.recording.samples import covariate_of
@@ -261,7 +261,7 @@ class _Source:
         self.filters += [_Running(e.response(self.rate)) for e in model.filters]
         span = (0.0, self.n / self.rate)
         swelling = [e for e in model.modifiers if e.band is not None]
-        of_all = [e for e in swelling if not any(map(e.swells, model.stochastic))]
+        of_all = [e for e in swelling if not any(map(e.changes_level_of, model.stochastic))]
         self.filters += [_Swelling(e, self.rate, span) for e in of_all]
         # The noise begins before the record, so that the filters have settled at its first sample.
         self.settling = sum(f.settling for f in self.filters)
@@ -275,7 +275,11 @@ class _Source:
             for effect, gains in _in_turn(whole_effect, span):
                 own = _generators(steady, effect, self.rate)
                 gains += [e.gain for e in levels if e.band is None and effect.white]
-                gains += [_swelling(e, self.rate, span) for e in swelling if e.swells(whole_effect)]
+                gains += [
+                    _swelling(e, self.rate, span)
+                    for e in swelling
+                    if e.changes_level_of(whole_effect)
+                ]
                 number += 1
                 if gains:
                     alone = _kernels.Simulator(own, seed, key + number, axis, total)
@@ -333,7 +337,9 @@ def _in_turn(effect: Stochastic, span: tuple[float, float]) -> list[tuple[Stocha
 
     def gain(part: int) -> Gain:
         """Factor over time of the process of the segment with index `part`, as a function of time."""
-        return lambda time, _=None: np.sqrt(weights(time, span, len(effect.stretches))[part])
+        return lambda time, _=None: np.sqrt(
+            segment_weights(time, span, len(effect.stretches))[part]
+        )
 
     return [(part, [gain(i)]) for i, part in enumerate(effect.stretches)]
 

@@ -14,7 +14,7 @@ from allanite.axes.forms import Form, common_form
 from allanite.axes.lines import CommonEvent, CommonLine, common_events, common_lines
 from allanite.axes.shared import SharedNoise, shared_noise
 from allanite.axes.triads import NAMES, columns_by_sensor
-from allanite.axes.twin import samples_of, twin
+from allanite.axes.twin import sample_statistics, twin
 from allanite.common.documents import fields_dict, plain_value
 from allanite.common.errors import CALL
 from allanite.common.files import whole_file
@@ -158,7 +158,7 @@ class Characterization:
             "schema": "allanite/characterize/1",
             "version": _kernels.version(),
             "columns": plain_value(list(self.studies.values())),
-            "samples": {name: samples_of(study) for name, study in self.studies.items()},
+            "samples": {name: sample_statistics(study) for name, study in self.studies.items()},
             "failed": dict(self.failed),
             "common": self.common.to_dict(),
             **{key: plain_value(value) for key, value in optional.items() if value},

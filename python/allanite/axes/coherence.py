@@ -115,9 +115,9 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
 
 
 def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
-    """Complex array: real-input Fourier transform of the whitened residual of a fit.
+    """Complex array: Fourier transform (`numpy.fft.rfft`) of the whitened residual of a fit.
 
-    Its samples at both ends are set to 0 first.
+    The samples near both ends of the residual are set to 0 first.
     """
     white = whitened_ordinates(fit.solution, fit.data, fit.solution.level)
     samples = _kernels.inverse_cosine_transform(white)
@@ -128,9 +128,10 @@ def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
 
 
 def _octaves(last: int) -> list[tuple[int, int]]:
-    """List of (first, end) of each octave of ordinates, lowest octave first; `end` is exclusive and at most `last`.
+    """List of (first, end) indices of the Fourier frequencies of each octave, lowest octave first.
 
-    Ordinate 0 is excluded. Octaves with fewer than `MIN_BAND_ORDINATES` ordinates are omitted.
+    `end` is exclusive and at most `last`. Frequency 0 is excluded. Octaves with fewer than `MIN_BAND_ORDINATES`
+    frequencies are omitted.
     """
     out = []
     high = last
@@ -147,9 +148,9 @@ def _cross_band(
     step: float,
     level: float,
 ) -> CrossBand:
-    """`CrossBand` of two whitened transforms at the ordinates `edge` (first, end); significant if p is below `level`.
+    """`CrossBand` of two whitened transforms in the octave `edge` (first, end index); significant if p is below `level`.
 
-    `step` is the frequency of ordinate 1, Hz.
+    `step` is the frequency of index 1, Hz.
     """
     a, b = x[slice(*edge)], y[slice(*edge)]
     count = a.size

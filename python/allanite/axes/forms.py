@@ -115,7 +115,7 @@ def common_form(fits: Mapping[str, Fit]) -> Form | None:
         return None
     return Form(
         Model(tuple(lasting[label] for label in kept)).name,
-        {axis.column: axis.detected_besides(kept) for axis in axes},
+        {axis.column: axis.other_detected(kept) for axis in axes},
         tuple(number for label in kept for number in _agreements(label, axes)),
     )
 
@@ -144,8 +144,8 @@ class _Axis:
         found = self.values[label].get(effect.coefficient)
         return not isinstance(found, Estimate) or found.detected
 
-    def detected_besides(self, kept: Sequence[str]) -> tuple[str, ...]:
-        """Tuple of short names of the detected effects whose labels are not in `kept`."""
+    def other_detected(self, kept: Sequence[str]) -> tuple[str, ...]:
+        """Tuple of the short names of the effects that the axis detects and whose labels are not in `kept`."""
         return tuple(
             effect.short
             for label, effect in self.effects.items()
@@ -153,11 +153,11 @@ class _Axis:
         )
 
     def allows(self, label: str, other: _Axis) -> bool:
-        """True if the record of this axis does not exclude the labeled effect with the values of the `other` axis.
+        """True if the record of this axis does not exclude the effect `label` with the values that the `other` axis has.
 
-        The effect is held fixed; its coefficient is the lower end of the interval on the `other` axis. The other effects
-        are fitted again. True if logL falls by at most ½ χ²₁ (95 %). False if the model of this axis is not adequate and
-        lacks the effect.
+        The effect is held fixed; its coefficient is the lower end of the interval on the `other` axis. The other effects of
+        this axis are fitted again. True if logL falls by at most ½ χ²₁ (95 %). False if the model of this axis is not
+        adequate and lacks the effect.
         """
         if label not in self.effects and not self.fit.adequate:
             return False

@@ -204,7 +204,7 @@ def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
 
 
 def _agree(one: _Occurrence, other: _Occurrence) -> bool:
-    """True if two frequencies or times differ by at most 3.3 standard errors of the difference."""
+    """True if two frequencies or times differ by at most 3.3 standard errors of their difference."""
     return abs(one.value - other.value) <= MAX_DIFFERENCE * float(np.hypot(one.error, other.error))
 
 

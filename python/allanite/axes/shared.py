@@ -110,7 +110,10 @@ def shared_noise(
 def _source_of(
     columns: tuple[str, ...], pairs: Sequence[_Pair], line: CommonLine | None
 ) -> SharedNoise:
-    """`SharedNoise` of some pairs, represented by the pair with the largest coherence relative to its 95 % quantile."""
+    """`SharedNoise` of some pairs of columns, with the values of the pair whose coherence is largest.
+
+    The coherence is compared relative to its 95 % quantile for independent columns.
+    """
     # For few ordinates, independent axes have a larger coherence.
     pair, band = max(pairs, key=lambda one: one[1].coherence / one[1].chance)
     low, high = min(b.low for _, b in pairs), max(b.high for _, b in pairs)

@@ -46,7 +46,7 @@ class Twin:
     left_out: tuple[str, ...]
 
 
-def samples_of(study: Study) -> dict[str, Any]:
+def sample_statistics(study: Study) -> dict[str, Any]:
     """Dict for JSON of a column's sample statistics: mean, minimum, maximum, step, clipped and references.
 
     `step` is the quantization step or None; `clipped` lists the values at which samples were clipped. Both are only

@@ -134,9 +134,10 @@ class Working:
 
     @property
     def reasons(self) -> list[str]:
-        """List of texts: one ASCII sentence for each thing that the working state adds (N, bands, lines, motion).
+        """List of texts: one ASCII sentence for each part that the operating sensor adds to the noise at rest.
 
-        N is named if it grew by over 10 %. One sentence, "nothing above the noise at rest", if there is nothing.
+        The parts are white noise N (if it grew by over 10 %), bands, lines and motion. Without any of them, the only
+        sentence is "nothing above the noise at rest".
         """
         out = []
         if self.level > 1.0 + MIN_REPORTED_EXCESS:
@@ -174,9 +175,9 @@ class Working:
 def working_states(
     studies: Mapping[str, Study], recordings: Sequence[Recording]
 ) -> dict[str, Working]:
-    """Dict from the name of each column of both logs to its `Working` (noise at work).
+    """Dict from column name to its `Working`: the noise that running motors add to that of the fit at rest.
 
-    Columns of one log only are left out.
+    `studies` are those at rest, `recordings` the log with running motors. Columns of one log only are left out.
 
     Raises
     ------

@@ -91,7 +91,8 @@ def curve_of(fit: Fit, temperature: Array, tried: Sequence[Tried] = ()) -> Curve
         if count:
             center = float(np.mean(next(iter(source.data.covariates.values()))))
             deviations.append(
-                _curves(_random_laws(source, int(count), rng), center, grid, reference) - bias
+                _curves(_random_coefficients(source, int(count), rng), center, grid, reference)
+                - bias
             )
     deviation = np.concatenate(deviations)
     error = np.sqrt((deviation**2).mean(axis=0))
@@ -104,7 +105,7 @@ def curve_of(fit: Fit, temperature: Array, tried: Sequence[Tried] = ()) -> Curve
 
 
 def _curves(coefficients: Array, center: float, grid: Array, reference: float) -> Array:
-    """Values of laws at the temperatures `grid`, shifted to 0 at `reference`, shape (laws, temperatures).
+    """Array of the bias polynomials at the temperatures `grid`, shifted to 0 at `reference`, shape (laws, temperatures).
 
     `coefficients` (laws, 3) are those of the powers of T − `center`.
     """
@@ -136,10 +137,10 @@ def _coefficients_and_loop(fit: Fit) -> tuple[Array, float]:
     return coefficients, sum(e.column_loop for e in law_of(fit))
 
 
-def _random_laws(fit: Fit, count: int, rng: np.random.Generator) -> Array:
+def _random_coefficients(fit: Fit, count: int, rng: np.random.Generator) -> Array:
     """Random draws of the coefficients of T, T² and T³ from their posterior distribution, shape (count, 3).
 
-    Zeros without a law. `rng` advances.
+    Zeros without a dependence on temperature. `rng` advances.
     """
     solution = fit.solution
     places = _power_matrix(fit)

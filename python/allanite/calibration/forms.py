@@ -53,7 +53,7 @@ class Form:
 
     @property
     def numbers(self) -> int:
-        """Number of fitted parameters of the law (coefficients, lag, width), without the offsets of the runs."""
+        """Number of fitted parameters of the law (coefficients, lag, width), without the bias offsets of the logs."""
         return self.power + {"none": 0, "lag": 1}.get(self.memory, 2)
 
     @property
@@ -63,10 +63,10 @@ class Form:
         return POWERS[self.power] + words.get(self.memory, " with rate dependence")
 
     def effects(self, runs: Runs) -> tuple[Deterministic, ...]:
-        """Tuple of effects without values: one bias step at the start of each run except the first, then the law.
+        """Tuple of effects without values: one bias step at the start of each log except the first, then the law b(T).
 
-        The lag is held at 0 unless the memory is ``"lag"``. Hysteresis reaches over 1/16 to 1/2.2 of the temperature
-        range.
+        The lag of the temperature is held at 0 unless `memory` is ``"lag"``. The half-width of a hysteresis is searched
+        from 1/16 to 1/2.2 of the temperature range.
         """
         column, starts, rate = runs.column, runs.starts, runs.recording.rate
         found: list[Deterministic] = [
@@ -197,17 +197,18 @@ def chosen(tried: Sequence[Tried]) -> Tried:
 
 
 def law_of(fit: Fit) -> list[Deterministic]:
-    """List of `Deterministic`: effects of a fit that depend on the temperature."""
+    """List of `Deterministic`: the effects of a fit that depend on the temperature."""
     return [e for e in fit.model.deterministic if e.follows is not None]
 
 
 def design(fit: Fit) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Tuple (design matrix at the regressed ordinates of the fit, fitted values, mask of the columns of the law).
+    """Tuple (design matrix of all fitted offsets and laws, fitted values, mask of the columns of the law).
 
     Returns
     -------
     matrix : ndarray, shape (k, p)
-        Columns for the offsets of runs and the amplitudes of the law, then the derivative for each free lag or width.
+        One row per regressed cosine ordinate. Columns for the offsets of the logs and the amplitudes of the law, then the
+        derivative for each free lag or width.
     values : ndarray, shape (p,)
         Fitted values.
     own : ndarray of bool, shape (p,)
@@ -231,10 +232,10 @@ def design(fit: Fit) -> tuple[Array, Array, NDArray[np.bool_]]:
 
 
 def law_cost(fit: Fit) -> float:
-    """Amount, nats, by which the number of coefficients of the law lowers the log evidence; 0 without coefficients.
+    """Log evidence, in nats, that the coefficients of the law cost (`parameter_cost`); 0 without coefficients.
 
-    The cost of a coefficient (`parameter_cost`) grows with the precision to which it is known, given the coefficients
-    before it. The order is: offsets of runs, powers, memory.
+    A coefficient costs more the more precisely it is known, given the coefficients before it. The order is: offsets of
+    the logs, powers of T, lag or width.
     """
     matrix, values, own = design(fit)
     if not own.any():

@@ -161,7 +161,7 @@ class AxisLaw:
 
     @property
     def offset(self) -> float:
-        """Mean over the runs of the bias at the reference temperature, in the unit of the samples."""
+        """Mean over the logs of the bias at the reference temperature, in the unit of the samples."""
         return float(np.mean(self.offsets))
 
     @property
@@ -184,7 +184,7 @@ class AxisLaw:
         )
 
     def bias(self, temperature: float | Array) -> Array:
-        """Array, shape of `temperature` (°C): bias with the mean offset of the runs, in the unit of the samples.
+        """Array, shape of `temperature` (°C): bias with the mean offset of the logs, in the unit of the samples.
 
         Temperatures outside of `range` are clipped to `range`.
         """
@@ -324,7 +324,7 @@ class AxisLaw:
 def _binned_means(axis: AxisLaw, bins: int = 60) -> dict[str, list[float]]:
     """Dict of the lists temperature_celsius, bias and direction (1 warming, −1 cooling): means in bins of temperature.
 
-    The offset of each run is subtracted. Empty bins and samples with `Runs.direction` 0 are omitted.
+    The offset of each log is subtracted. Empty bins and samples without a direction (`Runs.direction` 0) are omitted.
     """
     out: dict[str, list[float]] = {"temperature_celsius": [], "bias": [], "direction": []}
     runs = axis.runs

@@ -110,9 +110,9 @@ def walk_of_steps(fit: Fit, runs: Runs) -> float:
 
 
 def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
-    """Tuple of floats: bias of each run at the reference temperature, in the unit of the samples.
+    """Tuple of floats: bias of each log at the reference temperature, in the unit of the samples.
 
-    It is the mean of the run's samples without the law.
+    It is the mean of the samples of the log without the law.
     """
     left = np.asarray(runs.recording.samples, dtype=float) - law_signal(fit)
     # The quadratic and cubic terms were fitted without their means, so that the means are subtracted here.

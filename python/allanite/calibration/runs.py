@@ -88,7 +88,7 @@ class Runs:
 
     @property
     def parts(self) -> list[slice]:
-        """List of `slice`: the samples of each run in the joined record."""
+        """List of `slice`, one per log: its samples in the joined record."""
         edges = [0, *self.starts, self.recording.n]
         return [slice(a, b) for a, b in pairwise(edges)]
 

@@ -96,7 +96,7 @@ def _deviation_line(axis: AxisLaw, unit: str) -> str:
 
 def _growth_line(before: Growth, after: Growth) -> str:
     """Text: growth of an error after the last fix, without and with correction."""
-    unit, factor = before.shown
+    unit, factor = before.display_unit
     shown = (
         f"{number(t, 3)} s {number(factor * a, 2)} → {number(factor * b, 2)}"
         for t, a, b in zip(before.tau, before.total, after.total, strict=True)

@@ -121,7 +121,7 @@ def _gyroscopes_and_accelerometers(
 
 
 def _axis_notes(axes: Sequence[AxisLaw]) -> list[str]:
-    """List of texts: form and temperature range of each axis, and a warning if its law has a memory."""
+    """List of texts: form and temperature range of each axis, and a warning if its law has a lag or hysteresis."""
     notes = []
     for axis in axes:
         low, high = axis.range

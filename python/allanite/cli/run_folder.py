@@ -96,7 +96,7 @@ class RunFolder:
 
         A target that needs several axes gets no file.
         """
-        from allanite.axes.twin import samples_of
+        from allanite.axes.twin import sample_statistics
         from allanite.axes.working import working_states
         from allanite.cli.output import dumps
         from allanite.exports import export
@@ -104,7 +104,7 @@ class RunFolder:
         name = study.recording.columns[0]
         document = study.to_dict()
         texts = {MODEL: dumps(document) + "\n", TABLE: f"{study}\n"}
-        own = {**document, "samples": {name: samples_of(study)}}
+        own = {**document, "samples": {name: sample_statistics(study)}}
         if self.working:
             states = working_states({name: study}, self.working)
             own["working"] = {column: state.to_dict() for column, state in states.items()}

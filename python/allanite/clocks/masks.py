@@ -124,7 +124,7 @@ def _mask(
     constant: float | None = None,
     source: str = "",
 ) -> Mask:
-    """`Mask` of this name with the limits on MTIE and TDEV."""
+    """`Mask` (ITU-T) of this name with the limits on MTIE and TDEV, and optional limits on the time error, s."""
     limits = MappingProxyType({"mtie": mtie, "tdev": tdev})
     return Mask(name, title, limits, filter_hz, time_error, constant, source)
 

@@ -19,12 +19,13 @@ if TYPE_CHECKING:
 
 #: White PM, flicker PM, white FM, flicker FM, random-walk FM: in order of the slope of their frequency densities.
 EFFECTS = parse_model("Q+F+N+B+K").stochastic
-#: Samples that `thinned` keeps of each part of the record; twice as many of the last. Chosen by judgment; not measured.
+#: Number of samples that `thinned_indices` keeps of each part of the record; twice as many of the last part.
+#: Chosen by judgment; not measured.
 SAMPLES_PER_PART = 512
 
 
-def thinned(n: int) -> NDArray[np.int64]:
-    """Indices of the samples to keep of n samples, ascending, shape (k,); the older, the more sparsely.
+def thinned_indices(n: int) -> NDArray[np.int64]:
+    """Array of the indices of the samples to keep of n samples, ascending, shape (k,); the older, the more sparsely.
 
     These are the last 1024, every second one of the 1024 before, every fourth one of the 2048 before those, and so on.
     The likelihood accepts samples at any times. The dense samples at the end determine fast noise and the present

@@ -13,7 +13,7 @@ from allanite import _kernels, deviation
 from allanite.clocks.holdover import Holdover, holdovers_of
 from allanite.clocks.jumps import Jump, jumps_of
 from allanite.clocks.masks import Mask, mask_named
-from allanite.clocks.noise import clock_noise, thinned
+from allanite.clocks.noise import clock_noise, thinned_indices
 from allanite.clocks.verdicts import Verdict, verdicts, window_means
 from allanite.clocks.words import powered_text, time_text
 from allanite.common.errors import InputError, TooShortError
@@ -490,7 +490,7 @@ class _PhaseFit:
             if not jump.stays:
                 values[jump.row] = np.nan
         kept = np.flatnonzero(np.isfinite(values))
-        rows = kept[thinned(kept.size)]
+        rows = kept[thinned_indices(kept.size)]
         at = own[rows] - float(own[-1])
         functions = {"offset": np.ones(at.size), "frequency": at}
         if warmth is not None:

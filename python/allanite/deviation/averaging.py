@@ -10,7 +10,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.validation import positive_rate
-from allanite.recording.samples import index_of
+from allanite.recording.samples import stamps_of_index
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,7 +59,7 @@ def samples_of(x: object, rate: float, quantity: str) -> Samples:
     ``"1"``. Raises `InputError` for unusable samples, and `TooShortError` for fewer than 3.
     """
     unit = "1"
-    if index_of(x) is not None:  # pandas or xarray with its own time: gaps and rate by it
+    if stamps_of_index(x) is not None:  # pandas or xarray with its own time: gaps and rate by it
         from allanite.recording import Recording
 
         x = Recording(x, None if rate == 1.0 else rate, quantity=quantity)  # type: ignore[arg-type]

@@ -20,7 +20,7 @@ from allanite.effects._level import Level as Level
 from allanite.effects._limits import limitable as limitable
 from allanite.effects._modifier import Modifier as Modifier
 from allanite.effects._moving import Moving as Moving
-from allanite.effects._moving import weights as weights
+from allanite.effects._moving import segment_weights as segment_weights
 from allanite.effects.angle_random_walk import AngleRandomWalk as AngleRandomWalk
 from allanite.effects.band_level_change import BandLevelChange as BandLevelChange
 from allanite.effects.bandwidth import Bandwidth as Bandwidth

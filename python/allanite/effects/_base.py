@@ -232,6 +232,7 @@ class Effect(AsModel):
     at_limit: tuple[str, ...] = field(default=(), kw_only=True)
 
     def __init_subclass__(cls, **options: Any) -> None:
+        """Extend the docstring of a new effect class, and store its parameters and their bounds for checks of values."""
         super().__init_subclass__(**options)
         document(cls)
         given = [p for p in getattr(cls, "parameters", ()) if p.role != "derived"]
@@ -241,6 +242,7 @@ class Effect(AsModel):
         cls._given = tuple((p, p.name, *(none if p.name in other else p.bounds)) for p in given)
 
     def __post_init__(self) -> None:
+        """Check and convert parameter values, `held` and `limits`; InputError for an invalid value, name or limit."""
         for parameter, name, low, high in self._given:
             value = getattr(self, name)
             # Fast path: a fit makes thousands of copies per second with values in their range.
@@ -291,7 +293,10 @@ class Effect(AsModel):
 
     @property
     def free_shapes(self) -> tuple[str, ...]:
-        """Tuple of the names of shape parameters that a fit may change (not held), in declared order."""
+        """Tuple of the names of the shape parameters that a fit may change (not held), in declared order.
+
+        A shape parameter, such as a time constant or a frequency, changes the form of the spectrum or of the function.
+        """
         return tuple(
             p.name for p in self.parameters if p.role == "shape" and p.name not in self.held
         )
@@ -314,11 +319,11 @@ class Effect(AsModel):
 
     @classmethod
     def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple of effects of this kind that a check tries to add to a fitted `model`.
+        """Tuple of effects of this kind that a check tries to add to a fitted `model`; empty if the model must not get one.
 
         By default it contains one effect without values, or one for each non-constant column if the effect has a
-        `column`. Effects that `single`, `one_of` or `found_with` exclude are omitted. `columns` are the logged columns of
-        the recording.
+        `column`. The class attributes `single`, `one_of` and `found_with` can exclude effects. `columns` are the logged
+        columns of the recording by name.
         """
         if cls.found_with:
             return ()
@@ -356,9 +361,9 @@ class Effect(AsModel):
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of values of the shape `name`, ascending, that a fit tries for n samples at `rate` Hz.
+        """Array of ascending values of the shape parameter `name` that a fit tries for n samples at `rate` Hz.
 
-        By default times run from two samples to half the record, and frequencies from 4/T to
+        By default times run from two samples to half the record, and frequencies from 4/T (T: duration of the record) to
         Nyquist, 8 per decade, at least 4 values.
         """
         if self.parameter(name).unit == "s":
@@ -368,10 +373,10 @@ class Effect(AsModel):
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
     def searched(self, name: str, n: int, rate: float) -> Array:
-        """Array of the values of `grid` that lie within the limits of the shape `name`, plus the limits near the grid.
+        """Array of values of the shape parameter `name` that a fit tries: those of `grid` within the user's limits.
 
-        `n` is the number of samples, `rate` the sampling rate in Hz. Without limits it is the whole grid; if nothing is
-        within the limits, the grid is clipped to them.
+        Limits up to a factor of 2 beyond the grid are values, too. `n` is the number of samples, `rate` the sampling rate
+        in Hz. Without limits it is the whole grid. If no value of the grid is within the limits, the grid is clipped.
         """
         grid = self.grid(name, n, rate)
         if name not in self.limits:
@@ -384,7 +389,7 @@ class Effect(AsModel):
         return np.unique([*ends, *inside]) if ends or inside.size else grid.clip(low, high)
 
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
-        """Pair (lowest, highest) value of the shape `name` that a fit of n samples at `rate` Hz may reach.
+        """Pair (lowest, highest) value of the shape parameter `name` that a fit of n samples at `rate` Hz may reach.
 
         They are half of the lowest and twice the highest value of `searched`. A parameter named ``frequency`` is at most
         the Nyquist frequency.
@@ -395,10 +400,10 @@ class Effect(AsModel):
 
     @classmethod
     def seen_in(cls, power: Array, rate: float) -> tuple[Self, ...]:
-        """Tuple of effects of this kind, with values, read from single ordinates and tried besides the grid.
+        """Tuple of effects of this kind with values read from a spectrum, which a fit tries in addition to the grid.
 
-        By default empty. `power` are the squared cosine ordinates of n samples at `rate` Hz, raw or relative to the
-        model, shape (n,).
+        By default empty. `power` are the squared coefficients of the cosine transform of n samples at `rate` Hz, raw or
+        relative to the model, shape (n,).
         """
         return ()
 
@@ -410,7 +415,7 @@ class Effect(AsModel):
         return {}
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
-        """Standard error of the shape `name`, in its unit, if its likelihood is not smooth.
+        """Standard error of the shape parameter `name`, in its unit, if its likelihood is not smooth; otherwise None.
 
         By default None: Fisher information is used. `variance` is the variance of the first amplitude, `duration` the
         duration of the record, s.
@@ -457,7 +462,8 @@ class Effect(AsModel):
     def when(self) -> tuple[float, float] | None:
         """Pair (first, last) time of an effect that acts once, s from the first sample; None without values.
 
-        By default these are the parameters that `interval` names, and None without names.
+        By default these are the values of the two parameters that the class attribute `interval` names; None if it names
+        none.
         """
         times = [getattr(self, name) for name in self.interval]
         return None if not times or None in times else (times[0], times[1])
@@ -551,14 +557,14 @@ class Stochastic(Effect):
     )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of primitive spectral terms (`effects.terms`) at the present shape and `rate` (Hz), with coefficient 1.
+        """Tuple of spectral terms (`effects.terms`), whose sum is the process with coefficient 1, at `rate` (Hz).
 
-        Subclasses must define it.
+        The shape parameters have their present values. Subclasses must define it.
         """
         raise NotImplementedError
 
     def terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of primitive spectral terms at the present shape and coefficient and at `rate` (Hz).
+        """Tuple of spectral terms (`effects.terms`), whose sum is the process with its present values, at `rate` (Hz).
 
         InputError without a coefficient.
         """
@@ -597,7 +603,10 @@ class Stochastic(Effect):
 
     @property
     def stretches(self) -> tuple[Stochastic, ...]:
-        """Tuple of the process in each of the equal segments of the record, in order; empty unless `moving`."""
+        """Tuple of one effect for each of the equal time segments of the record: the process in that segment.
+
+        Empty unless the class declares `moving`.
+        """
         return ()
 
     @property
@@ -607,7 +616,10 @@ class Stochastic(Effect):
 
     @property
     def middles(self) -> tuple[float, ...]:
-        """Tuple of the center frequency in each of the equal segments, in order, Hz; empty unless `moving`."""
+        """Tuple of the center frequency in each of the equal time segments of the record, Hz.
+
+        Empty unless the class declares `moving`.
+        """
         return ()
 
     def banded(self, low: float, high: float) -> Self | None:

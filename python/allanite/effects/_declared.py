@@ -121,7 +121,7 @@ class Parameter:
 
 
 def texts_for_clocks(**texts: str) -> Mapping[str, Mapping[str, str]]:
-    """Value for the declaration `texts` of an effect: a mapping from the kind of clocks to these `texts`.
+    """Mapping {"fractional frequency": `texts`}, for the class attribute `texts` of an effect with other texts for clocks.
 
     The names are ``physics``, ``looks_like`` and ``check_by``; omitted ones are as for other sensors.
     """
@@ -156,7 +156,7 @@ def frequency_parameter(description: str) -> Parameter:
 
 
 def lag_parameter(name: str, description: str) -> Parameter:
-    """`Parameter` with this `name`: a fitted time constant, s, with the symbol T."""
+    """`Parameter` with this `name`: a fitted time constant of a first-order low-pass on a column, s, with the symbol T."""
     return Parameter(name, "s", description, "shape", low=1e-12, aliases=("T",), symbol="T")
 
 

@@ -37,7 +37,7 @@ class Event(Deterministic):
         """Array of at most 1024 equally spaced times within the record, s, for the times that `interval` names.
 
         Starts lie before a known end, ends after a known start. If fewer than two times remain: 0 and the duration.
-        Other shapes have the default grid.
+        Other shape parameters have the default grid.
         """
         if name not in self.interval:
             return super().grid(name, n, rate)
@@ -76,22 +76,25 @@ class Away(Event):
 
 
 def sines(k: Array, j: NDArray[np.int64], n: int) -> Array:
-    """Array of sin(πjk/n) for all k and ordinates j, shape (k.size, j.size).
+    """Array of sin(πjk/n) for samples k and indices j of cosine-transform coefficients, shape (k.size, j.size).
 
-    For consecutive ordinates the sines are computed by blocks with sin(a + b), since a search needs millions of them.
+    For consecutive j the sines are computed by blocks with sin(a + b), since a search needs millions of them.
     """
     return _waves(k, j, n, 0.0)
 
 
 def cosines(k: Array, j: NDArray[np.int64], n: int) -> Array:
-    """Array of cos(πjk/n) for all k and ordinates j, shape (k.size, j.size); see `sines`."""
+    """Array of cos(πjk/n) for samples k and indices j of cosine-transform coefficients, shape (k.size, j.size).
+
+    See `sines`.
+    """
     return _waves(k, j, n, 0.5 * np.pi)
 
 
 def _waves(k: Array, j: NDArray[np.int64], n: int, phase: float) -> Array:
-    """Array of sin(πjk/n + phase) for all k and ordinates j, shape (k.size, j.size).
+    """Array of sin(πjk/n + phase) for all k and j, shape (k.size, j.size).
 
-    Many values at successive ordinates are computed by blocks with sin(a + b).
+    Many values at successive j are computed by blocks with sin(a + b).
     """
     if k.size * j.size < MIN_BLOCKED_SINES or j[-1] - j[0] + 1 != j.size:
         return np.asarray(np.sin(np.pi * j * k[:, None] / n + phase))

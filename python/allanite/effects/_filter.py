@@ -105,9 +105,9 @@ class Response:
 
     @cached_property
     def lag_zero(self) -> float:
-        """Part of the variance of filtered white noise of variance 1 that exists only at lag 0, G(z = 0). Cached.
+        """Part of the variance of filtered white noise of variance 1 that exists only at lag 0: G(z = 0). Cached.
 
-        The exponentials of `modes` have the remaining variance.
+        G is the power gain (`power`). The exponentials of `modes` have the remaining variance.
         """
         return complex(self.gain**2 * prod(self.zeros) / prod(self.poles)).real
 
@@ -165,8 +165,10 @@ class Filter(Modifier):
         if len(waves) > MAX_SINGLE_EXPONENTIALS:
             rest = [term for term in terms if not isinstance(term, Exponential)]
             passed = _filtered_sum(waves, response, 0.0)
-            return _merged([*passed, *(p for term in rest for p in _filtered(term, response))])
-        return _merged([part for term in terms for part in _filtered(term, response)])
+            return _merged_terms(
+                [*passed, *(p for term in rest for p in _filtered(term, response))]
+            )
+        return _merged_terms([part for term in terms for part in _filtered(term, response)])
 
 
 @cleared_by_free_buffers
@@ -176,10 +178,11 @@ def _cached_response(passing: Filter, rate: float) -> Response:
     return passing.response(rate)
 
 
-def _merged(terms: list[Term]) -> tuple[Term, ...]:
-    """Tuple of terms with the same sum, in which exponentials of equal poles, white noises and `Lags` are merged.
+def _merged_terms(terms: list[Term]) -> tuple[Term, ...]:
+    """Tuple of fewer terms with the same total spectrum as `terms`.
 
-    Other terms come first, white noise last.
+    Exponentials with equal poles are merged into one, and so are white noises and `Lags`. Other terms come first, white
+    noise last.
     """
     lags: dict[complex, complex] = {}
     rest: list[Term] = []
@@ -228,8 +231,8 @@ def _filtered(term: Term, response: Response) -> tuple[Term, ...]:
 def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[Term]:
     """List of the terms of a sum of `pieces` after the filter, minus `less` times the unfiltered sum.
 
-    The pieces are `White`, `RandomWalk` and `Exponential`; others are ignored. One exponential is added for each pole of
-    the filter, even if its amplitude is 0. White noise and a random walk of variance 0 are omitted.
+    Terms other than `White`, `RandomWalk` and `Exponential` are ignored. One exponential is added for each pole of the
+    filter, even if its amplitude is 0. White noise and a random walk of variance 0 are omitted.
     """
     out: list[Term] = []
     # Spectra at the few poles of the filter; arrays would be slower than loops.
@@ -269,9 +272,9 @@ def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[T
 def _filtered_waves(
     waves: list[Exponential], response: Response, less: float
 ) -> tuple[list[complex], list[Exponential]]:
-    """Pair: spectra of many exponentials at the poles of `response.modes`, and the exponentials after the filter.
+    """Pair of lists: sum of the exponentials' spectra at each pole of `response.modes`; the exponentials after the filter.
 
-    `less` times the unfiltered exponentials is subtracted.
+    `less` times the unfiltered exponentials is subtracted from the second list.
     """
     a = np.array([wave.a for wave in waves], dtype=complex)
     phi = np.array([_separated_pole(complex(wave.phi), response) for wave in waves])
@@ -286,9 +289,9 @@ def _filtered_waves(
 
 
 def _separated_pole(phi: complex, response: Response) -> complex:
-    """Pole `phi` of a spectrum, moved by a small distance if the filter has (nearly) the same pole.
+    """Complex pole of an exponential: `phi`, or a pole next to it if the filter has (nearly) the same pole.
 
-    Otherwise `phi`. The distance is 0.001 of that of the filter's pole from 1.
+    The new pole differs from the filter's pole p by 0.001·|1 − p|, so that the residues stay finite.
     """
     for p in response.poles:
         near = MIN_POLE_DISTANCE * abs(1.0 - p)

@@ -59,7 +59,7 @@ class LaggedColumn:
     starts: tuple[int, ...] = ()
 
     def series(self, time: Array, covariates: Columns) -> Array:
-        """Array of the column's lagged deviation from its mean, raised to `power`, at each `time` (s); shape (n,).
+        """Array of the column minus its mean, after a first-order low-pass, to the `power`, at each `time` (s); shape (n,).
 
         The column is taken from `covariates`. A power above 1 is centered again, so that its mean is 0.
         """
@@ -110,14 +110,14 @@ class Follower(Deterministic):
         return np.array(rows).T
 
     def _lagged(self, lag: float | None, power: int = 1) -> LaggedColumn:
-        """`LaggedColumn` of the column of this effect after a `lag` (s; None is 0), raised to `power`."""
+        """`LaggedColumn`: column of this effect after a low-pass of time constant `lag` (s; None is 0), to the `power`."""
         return LaggedColumn(str(self.column), lag or 0.0, power, self.starts)
 
 
 def by_run(values: Array, starts: tuple[int, ...], function: Callable[[Array], Array]) -> Array:
-    """Array of shape (n,): `function`, which has memory, applied separately to each run of `values`.
+    """Array of shape (n,): `function`, which has memory, applied separately to the `values` of each joined log.
 
-    `starts` are the first samples of all runs but the first.
+    `starts` are the first samples of all logs but the first.
     """
     if not starts:
         return function(values)

@@ -59,7 +59,7 @@ class Deterministic(Effect):
     refined: ClassVar[bool] = False
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
-        """Array of the k functions whose amplitudes are fitted, at the present shape, shape (n, k).
+        """Array of the k functions whose amplitudes are fitted, at the present shape parameters, shape (n, k).
 
         `time` is in s from 0; `covariates` are the logged columns by name, shape (n,) each. Subclasses must define it.
         """
@@ -92,7 +92,10 @@ class Deterministic(Effect):
 
     @property
     def singly(self) -> tuple[Deterministic, ...]:
-        """Tuple of effects with one departure from the level each, in order of time; by default the effect itself."""
+        """Tuple of effects that together equal this one, each with a single change of the bias, in order of time.
+
+        By default it contains only the effect itself.
+        """
         return (self,)
 
     @classmethod
@@ -126,18 +129,20 @@ class Deterministic(Effect):
         """True if the user holds an amplitude of this effect. A fit then keeps all its amplitudes."""
         return any(p.role == "coefficient" and p.name in self.held for p in self.parameters)
 
-    def _fitted(self) -> list[str]:
-        """List of the names of the coefficients in the model; optional ones only if they have a value."""
+    def _fitted_names(self) -> list[str]:
+        """List of the names of the coefficients that a fit estimates; optional ones only if they have a value."""
         coefficients = (p for p in self.parameters if p.role == "coefficient")
         return [p.name for p in coefficients if not p.optional or getattr(self, p.name) is not None]
 
     def with_amplitudes(self, amplitudes: Array) -> Self:
         """Copy with the k fitted `amplitudes`, shape (k,). By default they are the coefficients in the model."""
-        return self.with_values(**dict(zip(self._fitted(), map(float, amplitudes), strict=True)))
+        return self.with_values(
+            **dict(zip(self._fitted_names(), map(float, amplitudes), strict=True))
+        )
 
     def amplitudes(self) -> Array:
         """Array of the k amplitudes of the present values, shape (k,); 0 for None. By default the coefficients."""
-        return np.array([getattr(self, name) or 0.0 for name in self._fitted()])
+        return np.array([getattr(self, name) or 0.0 for name in self._fitted_names()])
 
     def signal(self, time: Array, covariates: Columns) -> Array:
         """Signal that the effect adds to the samples at each `time`, U, shape (n,); `covariates`: see `regressors`."""
@@ -170,9 +175,7 @@ class Deterministic(Effect):
     def best_spans(
         cls, residual: Array, root: Array, basis: Array, n: int, rate: float
     ) -> tuple[tuple[Deterministic, float], ...]:
-        """Tuple of (effect, angle) for effects between two times, such as an excursion; by default empty.
-
-        The times are the best ones.
+        """Tuple of (effect, angle): effects between two times, such as an excursion, at the best times; by default empty.
 
         Parameters
         ----------
@@ -233,7 +236,7 @@ class Periodic(Deterministic):
 
     def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
         """A function (first, last) → sum of the lines at samples first … last − 1, U, which computes only these samples."""
-        lines = self._turning()
+        lines = self._angular_lines()
         return lambda first, last: sines_pointwise(lines, np.arange(first, last) / rate)
 
     @property
@@ -262,9 +265,9 @@ class Periodic(Deterministic):
 
     def signal(self, time: Array, covariates: Columns) -> Array:
         """Array of the sum of A sin(2πft + φ) over the lines, U, shape (n,); faster than with two regressors per line."""
-        return sines(self._turning(), time)
+        return sines(self._angular_lines(), time)
 
-    def _turning(self) -> list[tuple[float, float, float]]:
+    def _angular_lines(self) -> list[tuple[float, float, float]]:
         """List of (angular frequency in rad/s, amplitude, phase in rad) of each line."""
         turn = 2.0 * np.pi * (self.frequency or 0.0)
         return [(turn * m, amplitude, phase) for m, amplitude, phase in self.lines]

@@ -115,26 +115,26 @@ def power_law_allan(exponent: float, m: Array) -> Array:
     top = np.array([reference // 2, reference])
     scaled_top = exact(top) * top ** (1.0 + exponent)
 
-    def bent(k: Array) -> Array:
-        """Array of the second term of the Allan variance at large factors k: a power of k or ln k, unscaled."""
+    def second_term(k: Array) -> Array:
+        """Array of the second term of the Allan variance at large factors k, without coefficient: a power of k, or ln k."""
         # If both powers are equal, the second one gets a logarithm (flicker PM).
         return np.log(k) if second == 0.0 else k**second
 
-    ends = bent(top.astype(float))
+    ends = second_term(top.astype(float))
     bend = (scaled_top[0] - scaled_top[1]) / (ends[0] - ends[1])
     limit = scaled_top[1] - bend * ends[1]
     large = ~small
-    out[large] = (limit + bend * bent(m[large])) * m[large] ** (-1.0 - exponent)
+    out[large] = (limit + bend * second_term(m[large])) * m[large] ** (-1.0 - exponent)
     return out
 
 
 @cleared_by_free_buffers
 @lru_cache(maxsize=256)
 def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
-    """Tuple of E c_j²/s(w_j) of a power law at the ordinates j = 1 … 64 of n samples: expected square over spectrum.
+    """Tuple of the leakage ratios E c_j²/s(w_j) of a power law at the cosine ordinates j = 1 … 64 of n samples.
 
-    The ratios differ from 1 by leakage. For large n they depend only on j; 2048 samples give them with an error of
-    1e-4. Fewer for n below 65. Cached.
+    A ratio is the expected squared ordinate divided by the spectrum; without leakage it is 1. The ratios of n above 2048
+    are taken from n = 2048, with an error of 1e-4. For n below 65 there are n − 1 ratios. Cached.
     """
     n = min(n, 2048)
     j = np.arange(1, min(n, 65))
@@ -145,7 +145,7 @@ def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _cosine_weights(n: int) -> Array:
-    """Array of the weights of lags 1 … n − 1 in the expected squares of ordinates 1 … 64 of n samples. Cached.
+    """Array of the weights of lags 1 … n − 1 in the expected squares of cosine ordinates 1 … 64 of n samples. Cached.
 
     The shape is (64, n − 1), with n − 1 rows for n below 65.
     """

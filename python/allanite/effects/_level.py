@@ -86,5 +86,8 @@ class Level(Modifier):
 
 @lru_cache(maxsize=64)
 def _mean_power(level: Level, span: tuple[float, float]) -> float:
-    """Mean squared factor of a level change over a record. Cached, because every column of white noise needs it."""
+    """Mean of the squared factor of a level change over the `span` (first, last time, s) of a record.
+
+    Cached, because every column of white noise needs it.
+    """
     return float(level.mean_power(*span))

@@ -34,7 +34,7 @@ class Modifier(Effect):
     >>> fan.band, fan.power_between(50.0, 100.0, (0.0, 100.0)), louder.band
     ((2.0, 4.0), array(1.8), None)
     >>> near, far = (al.effects.Resonance(frequency=f, damping=0.01) for f in (3.0, 5.0))
-    >>> fan.swells(near), fan.swells(far)
+    >>> fan.changes_level_of(near), fan.changes_level_of(far)
     (True, False)
     >>> al.effects.NoiseLevels(times=(5.0, 9.0), factors=(2.0, 1.0)).switching_at((5.5, 9.0), (2.0, 1.0)).switches
     ((5.5, 9.0), (2.0, 1.0))
@@ -83,7 +83,7 @@ class Modifier(Effect):
         """Pair (lowest, highest) frequency, Hz, of the noise whose power changes over time; by default None."""
         return None
 
-    def swells(self, effect: Effect) -> bool:
+    def changes_level_of(self, effect: Effect) -> bool:
         """True if the `band` of this modifier includes the center of the band of `effect`; False if either has no band."""
         if self.band is None or effect.occupies is None or isinstance(effect, Modifier):
             return False

@@ -31,10 +31,10 @@ class Moving(Stochastic):
     along = Former("like", lambda cls, band, course: cls.like(band, course=tuple(course)))
 
 
-def weights(time: Array, span: tuple[float, float], parts: int) -> Array:
-    """Array of the weights of equal segments of a record at given times, shape (parts, times).
+def segment_weights(time: Array, span: tuple[float, float], parts: int) -> Array:
+    """Array of the weight of each equal segment of a record at given times, shape (parts, times), for interpolation.
 
-    They sum to 1 over the segments. A segment has weight 1 at its middle. The weights change linearly from one middle
+    The weights of a time sum to 1. A segment has weight 1 at its middle. The weights change linearly from one middle
     to the next. `span` is the first and last time of the record, s; `parts` is the number of segments.
     """
     start, end = span

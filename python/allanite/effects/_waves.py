@@ -33,7 +33,7 @@ def sines(lines: Sequence[tuple[float, float, float]], time: Array) -> Array:
     """
     n = time.size
     turn, amplitude, phase = np.array(lines, dtype=np.float64).reshape(-1, 3).T
-    if n < MIN_BLOCKED_TIMES or not _is_even(time):
+    if n < MIN_BLOCKED_TIMES or not _is_evenly_spaced(time):
         return sines_pointwise(lines, time)
     step = (time[-1] - time[0]) / (n - 1)
     first = np.multiply.outer(time[::BLOCK_TIMES], turn) + phase
@@ -55,8 +55,8 @@ def sines_pointwise(lines: Sequence[tuple[float, float, float]], time: Array) ->
     return total
 
 
-def _is_even(time: Array) -> bool:
-    """True if each time is within 10⁻⁷ of a step of an even, increasing grid from the first to the last time."""
+def _is_evenly_spaced(time: Array) -> bool:
+    """True if the times are evenly spaced and increasing, within 10⁻⁷ of a step."""
     step = (time[-1] - time[0]) / (time.size - 1)
     if not step > 0.0:
         return False

@@ -64,6 +64,7 @@ class BandLevelChange(Modifier):
     rivals = ("noise_level_change", "resonance", "tone_burst")
 
     def __post_init__(self) -> None:
+        """Check the parameter values; InputError unless ``low`` < ``high`` and ``start`` < ``end``."""
         super().__post_init__()
         for first, last in (("low", "high"), ("start", "end")):
             a, b = self.values[first], self.values[last]

@@ -104,6 +104,7 @@ class Bandwidth(Modifier):
     rivals = ("gauss_markov", "resonance", "quantization")
 
     def __post_init__(self) -> None:
+        """Check the parameter values; InputError for an unknown or contradictory design, order or `acts_on`."""
         super().__post_init__()
         if self.design is not None and self.design not in lowpass.DESIGNS:
             raise InputError(
@@ -118,7 +119,7 @@ class Bandwidth(Modifier):
             )
         if self.acts_on == "all" and self.floor is not None:
             raise InputError("bandwidth: a floor needs acts_on=white")
-        orders = lowpass.DESIGNS.get(self.design or "", self._orders)
+        orders = lowpass.DESIGNS.get(self.design or "", self._known_orders)
         if self.order is not None and self.order not in orders:
             raise InputError(
                 f"bandwidth: order {self.order:g} is not available for {self.design or 'any design'}"
@@ -126,13 +127,13 @@ class Bandwidth(Modifier):
             )
 
     @property
-    def _orders(self) -> tuple[int, ...]:
-        """Tuple of the orders that any design has, sorted."""
+    def _known_orders(self) -> tuple[int, ...]:
+        """Tuple of the filter orders that at least one design has, ascending."""
         return tuple(sorted({o for orders in lowpass.DESIGNS.values() for o in orders}))
 
     @property
     def free_shapes(self) -> tuple[str, ...]:
-        """Tuple of the names of the fitted shapes: ``cutoff``, and ``floor`` if it has a value, unless they are held."""
+        """Tuple of the names of the fitted shape parameters: ``cutoff``, and ``floor`` if it has a value, unless held."""
         return tuple(n for n in super().free_shapes if n != "floor" or self.floor is not None)
 
     def extended(self) -> tuple[Bandwidth, ...]:

@@ -87,14 +87,17 @@ class Covariate(Follower):
         return tuple(e.with_values(**form) for e in plain for form in forms)
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of 13 lags, s: 0, then from two samples or 1/2000 of the record to 1/10 of it."""
+        """Array of 13 time constants of the low-pass on the column, s: 0, and 12 values up to 1/10 of the record.
+
+        The smallest of them is two samples or 1/2000 of the record, the larger of both.
+        """
         return np.concatenate([[0.0], np.geomspace(max(2.0, n / 2000.0), n / 10.0, 12)]) / rate
 
     @property
     def column_powers(self) -> tuple[int, ...]:
         """Tuple of the power of the column that each amplitude multiplies: 1, and 2 and 3 if they are in the model."""
-        return tuple(_POWERS[name] for name in self._fitted())
+        return tuple(_POWERS[name] for name in self._fitted_names())
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """Tuple of one-term sums: the lagged column, and its square and cube if they are in the model."""
+        """Tuple of sums with one pair (1.0, `LaggedColumn`) each: the lagged column, and its square and cube if fitted."""
         return tuple(((1.0, self._lagged(self.lag, power)),) for power in self.column_powers)

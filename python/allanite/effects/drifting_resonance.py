@@ -81,6 +81,7 @@ class DriftingResonance(Moving):
     __repr__ = brief
 
     def __post_init__(self) -> None:
+        """Check the parameter values; InputError unless `course` has at least two positive frequencies."""
         super().__post_init__()
         if self.course is not None and (
             len(self.course) < 2 or not all(f > 0.0 for f in self.course)

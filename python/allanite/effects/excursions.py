@@ -74,6 +74,7 @@ class Excursions(Away):
     __repr__ = brief
 
     def __post_init__(self) -> None:
+        """Check the parameter values; InputError for lists of unequal length, or an end that is not after its start."""
         super().__post_init__()
         lists = (self.starts, self.ends, self.heights)
         if len({len(values) for values in lists if values is not None}) > 1:

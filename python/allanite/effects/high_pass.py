@@ -75,6 +75,7 @@ class HighPass(Filter):
     rivals = ("quantization", "power_law", "gauss_markov")
 
     def __post_init__(self) -> None:
+        """Check the parameter values; InputError for an order other than 1 and 2."""
         super().__post_init__()
         if self.order is not None and self.order not in ORDERS:
             raise InputError(f"high_pass: order {self.order:g} (known: 1, 2)")

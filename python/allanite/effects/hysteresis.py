@@ -67,7 +67,7 @@ class Hysteresis(Follower):
 
     @classmethod
     def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple with one effect for each candidate column, with the range of plays that the column can show (`reach`).
+        """Tuple with one effect for each candidate column, whose attribute `reach` is the range of widths to try.
 
         Columns whose 1 % and 99 % quantiles are equal are omitted.
         """
@@ -80,9 +80,9 @@ class Hysteresis(Follower):
         return tuple(out)
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of half plays within `reach` (W/16 to W/2.2 for a column's range W), 8 per decade; six decades if unknown.
+        """Array of hysteresis half-widths to try, in the unit of the column, 8 per decade over the range `reach`.
 
-        A smaller play is not visible.
+        `reach` is W/16 to W/2.2 for a column of range W, since a smaller width is not visible. Without it: 0.001 to 1000.
         """
         low, high = self.reach or (1e-3, 1e3)
         return np.geomspace(low, high, 1 + round(8.0 * np.log10(high / low)))
@@ -98,7 +98,7 @@ class Hysteresis(Follower):
         return 2.0 * (self.coefficient or 0.0) * (self.width or 0.0)
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
-        """Array of the value that the column drags along with the play, shape (n, 1)."""
+        """Array of the column after the hysteresis (play) operator of half-width `width`, shape (n, 1)."""
         column = followed_column(self, covariates)
         column = column - column.mean()
         return by_run(column, self.starts, lambda run: play(run, self.width or 0.0))[:, None]

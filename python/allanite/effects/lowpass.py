@@ -84,11 +84,11 @@ def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
     """
     if design in {"moving_average", "fir"}:
         if design == "moving_average" and order == 1:
-            length = max(1.0, MEAN_CUTOFFS[1] / _bounded(cutoff))
+            length = max(1.0, MEAN_CUTOFFS[1] / _clipped_cutoff(cutoff))
             h = np.arange(int(np.ceil(length)))
             found: tuple[Term, ...] = (Lags(tuple(1.0 - h / length)),)
         else:
-            taps = _taps(design, order, _bounded(cutoff))
+            taps = _taps(design, order, _clipped_cutoff(cutoff))
             products = sum(np.correlate(t, t, "full")[t.size - 1 :] for t in taps)
             found = (Lags(tuple(np.asarray(products))),)
     elif design == "sampled":
@@ -106,7 +106,7 @@ def generators(design: str, order: int, cutoff: float, white: float) -> Generato
     """
     if design == "moving_average" and order == 1:
         # For a fractional length, mix the means of the two neighboring whole lengths.
-        length = max(1.0, MEAN_CUTOFFS[1] / _bounded(cutoff))
+        length = max(1.0, MEAN_CUTOFFS[1] / _clipped_cutoff(cutoff))
         low = int(length)
         share = length - low
         sizes = np.array([(1.0 - share) * low, share * (low + 1)]) * np.array([low, low + 1])
@@ -114,7 +114,7 @@ def generators(design: str, order: int, cutoff: float, white: float) -> Generato
         parts = zip((low, low + 1), sizes, strict=True)
         return [("moving_average", [float(np.sqrt(v)), float(k)]) for k, v in parts if v > 0.0]
     if design in {"moving_average", "fir"}:
-        taps = _taps(design, order, _bounded(cutoff))
+        taps = _taps(design, order, _clipped_cutoff(cutoff))
         gain = np.sqrt(white / sum(float(t.sum()) ** 2 for t in taps))
         return [("finite", [float(gain * c) for c in t]) for t in taps]
     return [("filtered", [float(np.sqrt(white)), *_sections(*_roots(design, order, cutoff))])]
@@ -136,8 +136,8 @@ def _roots(design: str, order: int, cutoff: float) -> tuple[Poles, Poles]:
     return _digital_poles(design, order, cutoff), zeros
 
 
-def _bounded(cutoff: float) -> float:
-    """Cutoff of a finite filter, clipped to 0.0001 … 10 cycles per sample."""
+def _clipped_cutoff(cutoff: float) -> float:
+    """Cutoff frequency of an FIR filter, clipped to 0.0001 … 10 cycles per sample."""
     return float(np.clip(cutoff, MIN_CUTOFF, 10.0))
 
 
@@ -241,7 +241,7 @@ def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
 
 
 def _sections(poles: Poles, zeros: Poles) -> list[float]:
-    """Flat list: b0, b1, b2, a1, a2 of each second-order section in series, each with gain 1 at frequency zero."""
+    """Flat list of b0, b1, b2, a1, a2 of each second-order section of a cascade; each has gain 1 at frequency zero."""
     upper = [p for p in poles if p.imag > 0.0]
     real = [p for p in poles if p.imag == 0.0]
     pairs = [(p, p.conjugate()) for p in upper]
@@ -262,14 +262,14 @@ def _sections(poles: Poles, zeros: Poles) -> list[float]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4096)
 def _taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
-    """Tuple of the phases of a finite filter's impulse response: values i, i + 4, i + 8, … at four times the rate.
+    """Tuple of four arrays: the polyphase components of the impulse response of an FIR low-pass at four times the rate.
 
-    The four arrays have equal lengths. Cached.
+    Component i has the values i, i + 4, i + 8, …; all have the same length. `cutoff` in cycles per sample. Cached.
     """
     if design == "moving_average":
         length = MEAN_CUTOFFS[order] / cutoff
         reach = 0.5 * order * length
-        t = _instants(reach)
+        t = _tap_times(reach)
         x = t / length
         # B-splines of degree order − 1.
         if order == 2:
@@ -279,7 +279,7 @@ def _taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
                 np.abs(x) < 0.5, 0.75 - x**2, 0.5 * np.maximum(1.5 - np.abs(x), 0.0) ** 2
             )
     else:
-        t = _instants(0.5 * order)
+        t = _tap_times(0.5 * order)
         window = 0.54 + 0.46 * np.cos(2.0 * np.pi * t / order)
         here = np.cos(2.0 * np.pi * cutoff * t)
         # Bisection for the cutoff of the sinc whose windowed response has half power at the wanted cutoff.
@@ -295,7 +295,7 @@ def _taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
     return tuple(response[i::TAPS_PER_SAMPLE] for i in range(TAPS_PER_SAMPLE))
 
 
-def _instants(reach: float) -> Array:
-    """Array of symmetric times from −reach to reach, in samples, at `TAPS_PER_SAMPLE` times the rate."""
+def _tap_times(reach: float) -> Array:
+    """Array of the times of FIR taps from −reach to reach, in samples, in steps of 1/`TAPS_PER_SAMPLE`."""
     count = max(1, int(np.floor(reach * TAPS_PER_SAMPLE)))
     return np.arange(-count, count + 1) / TAPS_PER_SAMPLE

@@ -68,6 +68,7 @@ class Model(AsModel):
     effects: tuple[Effect, ...]
 
     def __post_init__(self) -> None:
+        """Raise InputError if an effect that may occur only once (`single`) occurs twice."""
         seen: set[str] = set()
         for effect in self.effects:
             if effect.single and effect.kind in seen:
@@ -103,7 +104,7 @@ class Model(AsModel):
         return "+".join(str(effect) for effect in self.effects)
 
     def replaced(self, place: int, **values: Any) -> Model:
-        """Copy with some values, held names or limits of the effect at index `place` changed; `values` by name."""
+        """Copy in which the effect at index `place` has some values, held names or limits changed; `values` by name."""
         effects = list(self.effects)
         effects[place] = effects[place].with_values(**values)
         return Model(tuple(effects))

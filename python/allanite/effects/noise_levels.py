@@ -67,6 +67,7 @@ class NoiseLevels(Level):
     __repr__ = brief
 
     def __post_init__(self) -> None:
+        """Check the parameter values; InputError unless times increase and each has one positive factor."""
         super().__post_init__()
         if self.times is None or self.factors is None:
             return

@@ -74,9 +74,9 @@ class Notch(Filter):
     rivals = ("resonance", "bandwidth")
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of values to try: frequencies, Hz, up to 0.48 of the rate; three qualities; or two amplitudes left.
+        """Array of values to try: frequencies, Hz; three qualities; or two values of the amplitude gain at the center.
 
-        Frequencies are 10 % apart and start at 1/200 of the rate or 100/T, the larger of both.
+        Frequencies are 10 % apart, from 1/200 of the rate or 100/T, the larger of both, to 0.48 of the rate.
         """
         if name != "frequency":
             return np.array(TRIED_QUALITIES if name == "quality" else TRIED_AMPLITUDES_LEFT)

@@ -55,7 +55,7 @@ class Outliers(Modifier):
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Tuple of the times of the outliers, s; empty without values."""
+        """Tuple of the times of the outliers, s from the first sample; empty without values."""
         return self.times or ()
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:

@@ -59,19 +59,19 @@ class RateOfChange(Follower):
     refined = True
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of 8 lags, s, from 1/1000 to 1/20 of the record.
+        """Array of 8 time constants of the low-pass on the column, s, from 1/1000 to 1/20 of the record.
 
-        With a longer lag the effect resembles the column itself.
+        With a longer time constant the effect resembles the column itself.
         """
         return np.geomspace(max(2.0, n / 1000.0), max(4.0, n / 20.0), 8) / rate
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """Tuple with one sum, (column − lagged column)/lag: the rate of change of the column after the lag, unit/s.
+        """Tuple with one sum, (column − low-passed column)/lag: the rate of change of the low-passed column, unit/s.
 
         Raises
         ------
         InputError
-            The lag has no value.
+            The lag (the time constant of the low-pass) has no value.
         """
         if not self.lag:
             raise InputError(

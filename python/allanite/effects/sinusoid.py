@@ -74,6 +74,7 @@ class Sinusoid(Periodic):
     rivals = ("resonance",)
 
     def __post_init__(self) -> None:
+        """Check the parameter values; InputError unless `overtones` holds triples whose first value is above 1."""
         super().__post_init__()
         given = self.overtones or ()
         if len(given) % 3 or any(m <= 1.0 for m in given[::3]):

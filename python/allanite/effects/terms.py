@@ -49,7 +49,7 @@ class Term:
 
     @property
     def kernel(self) -> tuple[str, list[float]]:
-        """Pair (name, list of parameters) for the compiled core."""
+        """Pair (name of the term, list of its parameters), as the compiled core expects it."""
         return self.name, list(self.numbers)
 
     @property
@@ -63,7 +63,7 @@ class Term:
 
     @property
     def inside(self) -> Term:
-        """`Term` of a record whose first and last samples are missing, without leakage of the ends.
+        """Equivalent `Term` for a record whose first and last samples are missing: without leakage caused by these samples.
 
         By default the term itself, because its leakage is small or comes from more than two samples.
         """
@@ -129,8 +129,8 @@ class _Sized(Term):
         return self.name, [float(np.sqrt(self.variance)), *self.numbers[1:]]
 
 
-def _step(w: Array) -> Array:
-    """2 sin(w/2), the gain of a first difference at angular frequencies `w`, shape of `w`."""
+def _difference_gain(w: Array) -> Array:
+    """Array of 2 sin(w/2), the gain of a first difference at angular frequencies `w`, shape of `w`."""
     return np.asarray(2.0 * np.sin(w / 2.0))
 
 
@@ -191,7 +191,7 @@ class Blue(_Sized):
 
     def spectrum(self, w: Array) -> Array:
         """Array of the spectrum 4 v sin²(w/2) at angular frequencies `w`, shape of `w`."""
-        return self.variance * _step(w) ** 2
+        return self.variance * _difference_gain(w) ** 2
 
     def allan_variance(self, m: Array) -> Array:
         """Array of the Allan variance 3v/m² at averaging factors `m`, shape of `m`."""
@@ -210,7 +210,7 @@ class RandomWalk(_Sized):
 
     def spectrum(self, w: Array) -> Array:
         """Array of the spectrum v/(4 sin²(w/2)) at angular frequencies `w`, shape of `w`."""
-        return self.variance / _step(w) ** 2
+        return self.variance / _difference_gain(w) ** 2
 
     def allan_variance(self, m: Array) -> Array:
         """Array of the Allan variance v (2m² + 1)/(6m) at averaging factors `m`, shape of `m`."""
@@ -228,7 +228,7 @@ class Flicker(_Sized):
 
     def spectrum(self, w: Array) -> Array:
         """Array of the spectrum B²/(2 sin(w/2)) at angular frequencies `w`, shape of `w`."""
-        return self.variance / _step(w)
+        return self.variance / _difference_gain(w)
 
     def allan_variance(self, m: Array) -> Array:
         """Array of the Allan variance at averaging factors `m`: B² times that of the power law with exponent −1."""
@@ -263,7 +263,7 @@ class PowerLaw(Term):
 
     def spectrum(self, w: Array) -> Array:
         """Array of the spectrum L (2 sin(w/2))^a at angular frequencies `w`, shape of `w`."""
-        return np.asarray(self.level * _step(w) ** self.exponent)
+        return np.asarray(self.level * _difference_gain(w) ** self.exponent)
 
     def allan_variance(self, m: Array) -> Array:
         """Array of the Allan variance at averaging factors `m`: exact for small m, the two leading powers of m beyond."""
@@ -313,7 +313,9 @@ class Exponential(Term):
     def spectrum(self, w: Array) -> Array:
         """Array of the spectrum Re a(1 − φ²)/(1 − 2φ cos w + φ²), in a form that keeps all digits for φ → 1, w → 0."""
         a, phi = complex(self.a), complex(self.phi)
-        return np.asarray((a * (1 - phi**2) / ((1 - phi) ** 2 + phi * _step(w) ** 2)).real)
+        return np.asarray(
+            (a * (1 - phi**2) / ((1 - phi) ** 2 + phi * _difference_gain(w) ** 2)).real
+        )
 
     def allan_variance(self, m: Array) -> Array:
         """Array of the Allan variance at averaging factors `m`: sums over lags for small m, a closed form for large m."""

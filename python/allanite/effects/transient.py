@@ -58,7 +58,7 @@ class Transient(Event):
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """Pair: time of the jump, and three time constants later, s; None without values."""
+        """Pair (time of the jump, the same time plus three time constants), s; None without values."""
         if self.time is None or self.time_constant is None:
             return None
         return self.time, self.time + 3.0 * self.time_constant

@@ -66,11 +66,14 @@ class TwoLags(Follower):
     refined = True
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of lags, s: four short lags from 0 to 1/100 of the record, or six long lags from 1/80 to 1/5 of it."""
+        """Array of time constants of a low-pass on the column, s, for the parameter `name`.
+
+        ``fast_lag``: four values from 0 to 1/100 of the record. The slow lag: six values from 1/80 to 1/5 of the record.
+        """
         if name == "fast_lag":
             return np.concatenate([[0.0], np.geomspace(max(1.0, n / 1600.0), n / 100.0, 3)]) / rate
         return np.geomspace(n / 80.0, n / 5.0, 6) / rate
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """Tuple of two one-term sums: the column after the short lag, and the column after the long lag."""
+        """Tuple of two one-term sums: the column after the fast low-pass, and the column after the slow low-pass."""
         return tuple(((1.0, self._lagged(lag)),) for lag in (self.fast_lag, self.slow_lag))

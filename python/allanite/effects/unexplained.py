@@ -69,6 +69,7 @@ class Unexplained(Stochastic):
     )
 
     def __post_init__(self) -> None:
+        """Check the parameter values; InputError unless `bands` holds pairs of positive numbers."""
         super().__post_init__()
         given = self.bands
         if given is not None and (not given or len(given) % 2 or min(given) <= 0.0):

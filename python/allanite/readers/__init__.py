@@ -17,7 +17,7 @@ from allanite.common.memory import bytes_text, require_memory
 from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import Formats, LogFormat
-from allanite.readers._isolated import one_line
+from allanite.readers._isolated import errors_in_one_line
 from allanite.readers._lines import head_of
 from allanite.readers._table import Picker, Table
 from allanite.readers.columns import Layout, ReadOptions, Request, layout_of
@@ -140,7 +140,7 @@ def read(
         )
         for topic in others
     ]
-    return recording.told_of(all_findings)
+    return recording.with_findings(all_findings)
 
 
 def request_of(
@@ -265,7 +265,9 @@ def _recording(path: Path | None, request: Request, table: Table, layout: Layout
     refuse_contradicting_rate(request, None, recording.stamps)
     scaled = {table.names[find_column(name, table.names)] for name in request.scales}
     all_findings += raw_count_findings(recording, scaled)
-    return recording.told_of(all_findings, _columns_with_rates(recording, request, table, layout))
+    return recording.with_findings(
+        all_findings, _columns_with_rates(recording, request, table, layout)
+    )
 
 
 #: Maximum relative difference of two rates that counts as equal. It changes the level of white noise by 0.05 %, and the
@@ -342,7 +344,7 @@ def _time_and_unit(table: Table, layout: Layout, request: Request) -> tuple[Any,
     return table[time], layout.time_unit
 
 
-@one_line()
+@errors_in_one_line()
 def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     """Table with the picked columns of a log of any format; compressed logs are unpacked first.
 

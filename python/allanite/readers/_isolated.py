@@ -91,7 +91,7 @@ def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
     """
     module, _, attribute = reader.partition(":")
     read = getattr(import_module(module), attribute).__wrapped__
-    with one_line():
+    with errors_in_one_line():
         table = read(Path(path), _all_columns, *([topics] if topics else []))
     return {name: getattr(table, name) for name in TRANSFERRED}
 
@@ -125,7 +125,7 @@ def refused_as(what: str) -> Iterator[None]:
 
 
 @contextmanager
-def one_line() -> Iterator[None]:
+def errors_in_one_line() -> Iterator[None]:
     """Context that turns every exception into an `InputError` with one line, also a lack of memory.
 
     Errors of this package, `InternalError` and `ModuleNotFoundError` pass unchanged.

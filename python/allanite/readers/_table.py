@@ -13,7 +13,7 @@ from allanite.common.units import ACCELERATION
 from allanite.readers.sensor_names import sensor_kind, words_in
 from allanite.readers.unit_kinds import time_unit
 from allanite.readers.unit_names import unit_in_name
-from allanite.recording.samples import distinct
+from allanite.recording.samples import distinct_names
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -64,11 +64,12 @@ class Table:
     others: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        """Make names printable and distinct_names, and derive each unit from the given unit or from the name."""
         # Names and units in a file may hold any characters.
-        names = tuple(_short(plain(name)) for name in self.names)
-        units = [u and _short(plain(u)) for u in self.units]
+        names = tuple(_collapse_long_blanks(plain(name)) for name in self.names)
+        units = [u and _collapse_long_blanks(plain(u)) for u in self.units]
         units_of_columns = [_unit_of(name, u) for name, u in zip(names, units, strict=True)]
-        object.__setattr__(self, "names", distinct(names))
+        object.__setattr__(self, "names", distinct_names(names))
         object.__setattr__(self, "units", tuple(units_of_columns))
 
     def __getitem__(self, at: int) -> NDArray[Any]:
@@ -87,11 +88,8 @@ class Table:
         return next((len(c) for c in self.columns if c is not None), 0)
 
 
-def _short(name: str) -> str:
-    """The name itself if it has up to 1000 characters.
-
-    In a longer name each run of blanks becomes one blank; nothing is cut off.
-    """
+def _collapse_long_blanks(name: str) -> str:
+    """Name or unit as given; if it has more than 1000 characters, with single spaces instead of runs of blanks."""
     return name if len(name) <= LONGEST_HEADER else " ".join(name.split())
 
 

@@ -120,6 +120,7 @@ class Request:
         return self.time_column == "none"
 
     def __post_init__(self) -> None:
+        """Make requested names printable, as in the log, and set the quantity ``"angle"`` for a unit of time."""
         # Names are compared in the form in which names of the log are shown.
         fix = object.__setattr__
         fix(self, "columns", tuple(c if isinstance(c, int) else plain(c) for c in self.columns))
@@ -237,7 +238,7 @@ def roles_of(table: Table, request: Request) -> Roles:
         found.roles.append(role)
         found.reasons.append(reason)
         found.sources.append(table.source if table.named else "guess")
-    for i in _places_of_covariates(table, request):
+    for i in _requested_covariates(table, request):
         if found.roles[i] in ("sensor", "time"):
             _demote(found, i, "a logged column")
     kinds = _demote_by_numbers(table, found, request)
@@ -245,7 +246,7 @@ def roles_of(table: Table, request: Request) -> Roles:
     return found
 
 
-def _places_of_covariates(table: Table, request: Request) -> list[int]:
+def _requested_covariates(table: Table, request: Request) -> list[int]:
     """List of the indices of the columns that the caller named as covariates; unknown names are left out."""
     places = []
     for name in request.covariates:
@@ -387,9 +388,9 @@ def _set_time_columns(table: Table, found: Roles, request: Request, kinds: dict[
 
 
 def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
-    """Index of the first column with the role ``time`` whose numbers rise.
+    """Index of the first column with the role ``time`` whose numbers rise, or of the first with this role if none rises.
 
-    If none rises, the first with this role; None without any. `there` holds the indices of the columns that were read.
+    None if no column has this role. `there` holds the indices of the columns that were read.
     """
     candidates = [i for i, role in enumerate(found.roles) if role == "time"]
     advancing = [

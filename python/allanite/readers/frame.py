@@ -11,7 +11,7 @@ from allanite.common.errors import InputError
 from allanite.common.memory import require_memory
 from allanite.readers._table import Table, split_unit
 from allanite.readers.sensor_names import role_of
-from allanite.recording.samples import index_of
+from allanite.recording.samples import stamps_of_index
 
 
 def is_frame(log: object) -> bool:
@@ -31,7 +31,7 @@ def table_of(frame: Any) -> Table:
     InputError
         There is no column of numbers.
     """
-    time = index_of(frame)
+    time = stamps_of_index(frame)
     names, units, columns = [], [], []
     for title, values, stated in _columns(frame):
         name, unit = split_unit(title)

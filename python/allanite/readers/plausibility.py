@@ -56,7 +56,7 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
     doubted = _doubts_of_triads(measured)
     doubts = [_finding(measured, doubt) for doubt in doubted]
     if anyway:
-        return measured.told_of(doubts)
+        return measured.with_findings(doubts)
     if for_fit:
         # Motion is tested in the unit that gravity suggests, and reported first: a corrected unit would not help then.
         likely = {measured.columns[at]: doubt.likely for doubt in doubted for at in doubt.places}

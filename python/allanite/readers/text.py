@@ -138,7 +138,7 @@ def _read(path: Path, pick: Picker) -> Table:
     found = dict(zip(wanted, columns, strict=True))
     for i in first.dates & found.keys():
         if _SLASHED.match(cells[i]):
-            found[i] = with_day_and_month(found[i])
+            found[i] = swap_day_and_month_if_shorter(found[i])
     return replace(first, columns=tuple(found.get(i) for i in range(len(first.names))))
 
 
@@ -208,10 +208,10 @@ def first_rows(
     return table, cells
 
 
-def with_day_and_month(seconds: Array) -> Array:
-    """Date-times in s since 1970, shape (n,), with day and month exchanged if this shortens the record.
+def swap_day_and_month_if_shorter(seconds: Array) -> Array:
+    """Date-times in s since 1970, shape (n,): with day and month exchanged if this shortens the record, else unchanged.
 
-    They are unchanged if the record is shorter than one day or a time is missing.
+    They are also unchanged if the record is shorter than one day or a time is missing.
 
     Parameters
     ----------

@@ -115,9 +115,9 @@ def find_time_parts(
     numbers = {i: x for i, x in enumerate(columns) if x is not None and i not in dates}
     moments = {i: x for i in sorted(dates) if (x := columns[i]) is not None}
 
-    def column_named(pattern: re.Pattern[str], *besides: int) -> int | None:
-        """Index of the first column of numbers whose name matches, and that is not in `besides`; None without any."""
-        return next((i for i in numbers if i not in besides and pattern.match(words[i])), None)
+    def column_named(pattern: re.Pattern[str], *excluded: int) -> int | None:
+        """Index of the first column of numbers whose name matches, and that is not in `excluded`; None without any."""
+        return next((i for i in numbers if i not in excluded and pattern.match(words[i])), None)
 
     date = next((i for i, x in moments.items() if _are_whole(x / DAY) and x.any()), None)
     times = (i for i, x in moments.items() if i != date and _are_between_0_and(x, DAY + 1))

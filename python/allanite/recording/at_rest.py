@@ -292,7 +292,7 @@ def _absolute_changes(x: Array, m: int, order: int = 1) -> Array:
 
 
 def _white_noise_activity(bends: Array, m: int, short: int, length: int, windows: int) -> Array:
-    """Typical change between averages of m samples (`_activity_per_window`) if all noise were white, shape (windows,).
+    """Activity (`_activity_per_window`) that averages of m samples would have if all noise were white, shape (windows,).
 
     The white noise is measured by `bends`, absolute second differences of averages of `short` samples (0.05 s or less).
     """
@@ -304,7 +304,7 @@ def _white_noise_activity(bends: Array, m: int, short: int, length: int, windows
 
 
 def _activity_per_window(moves: Array, m: int, length: int, windows: int, order: int = 1) -> Array:
-    """Median change between averages of m samples, as the standard deviation of an average, shape (windows,).
+    """Standard deviation of averages of m samples in each window, from their median absolute change, shape (windows,).
 
     `moves` are the absolute differences of the averages, of this `order` (`_absolute_changes`). Each median is over
     `length` samples. Fewer than half as many medians as windows are repeated, others interpolated. Zeros for too few
@@ -441,7 +441,7 @@ def quiet_segment(recording: Recording) -> Recording:
     start, end = quiet_span(recording)
     found = f"kept the longest quiet segment, {start:.6g}–{end:.6g} s of {recording.duration:.6g} s"
     finding = Finding("quiet_stretch", "info", found, values={"start_s": start, "end_s": end})
-    return recording.trim(start, end).told_of([finding])
+    return recording.trim(start, end).with_findings([finding])
 
 
 def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> list[Finding]:

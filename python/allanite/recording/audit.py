@@ -127,9 +127,9 @@ class _Column:
         self.white = float(middle.mean()) / 0.6934 / math.sqrt(6) if middle.size else 0.0
 
     def pieces(self, overlap: int = 0) -> Iterator[tuple[int, NDArray[Any]]]:
-        """Iterator over (index of the first sample, samples) of consecutive pieces of the column.
+        """Iterator over (index of the first sample, samples) of consecutive blocks of the column.
 
-        Each piece also holds the first `overlap` samples of the following piece.
+        Each block also holds the first `overlap` samples of the following block.
         """
         for at in range(0, max(self.n - overlap, 1), CHUNK):
             yield at, self.x[at : at + CHUNK + overlap]
@@ -169,12 +169,10 @@ def _extremes(x: NDArray[Any]) -> tuple[float, float]:
     return low, high
 
 
-def _check_missing(c: _Column) -> Iterator[Finding]:
+def _missing_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over one `Finding` with the number of missing samples and their effect on the Allan deviation.
 
-    Empty without any.
-
-    A decimation is advised if at least 100 averages remain.
+    Empty without missing samples. The remedy is a decimation if at least 100 averages remain.
     """
     missing = c.missing
     if missing:
@@ -225,10 +223,10 @@ def _run_lengths(c: _Column) -> NDArray[np.int64]:
 
 
 def _factor_at_half_lost(runs: NDArray[np.int64], n: int) -> int:
-    """Largest averaging factor m at which at least half of the terms of the Allan deviation touch no missing sample.
+    """Largest averaging factor m at which at least half of the differences of the Allan deviation touch no missing sample.
 
-    A term needs 2 m consecutive samples. `runs` are the lengths of the runs of present samples. At most n // 2; 0 if
-    half of the terms are lost at m = 1.
+    A difference needs 2 m consecutive samples. `runs` are the lengths of the runs of present samples. The result is at
+    most n // 2, and 0 if over half of the differences are lost at m = 1.
     """
     low, high = 0, n // 2 + 1
     while high - low > 1:
@@ -238,7 +236,7 @@ def _factor_at_half_lost(runs: NDArray[np.int64], n: int) -> int:
     return low
 
 
-def _check_constant(c: _Column) -> Iterator[Finding]:
+def _constant_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` about a column whose samples are all equal; empty for others."""
     if c.low == c.high:
         yield c.finding(
@@ -246,7 +244,7 @@ def _check_constant(c: _Column) -> Iterator[Finding]:
         )
 
 
-def _check_stuck(c: _Column) -> Iterator[Finding]:
+def _stuck_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` about the longest run of one value, if noise would not repeat for so long.
 
     Empty for a constant column. The run must exceed three times the expected longest run plus 20 samples.
@@ -269,7 +267,7 @@ def _check_stuck(c: _Column) -> Iterator[Finding]:
         )
 
 
-def _check_clipping(c: _Column) -> Iterator[Finding]:
+def _clipping_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` for each end of the range that is over three times as frequent as the value next to it.
 
     Needs at least 10 samples at the end, at most half of all, and 5 different values.
@@ -303,7 +301,7 @@ def _neighbor_count(c: _Column, edge: float) -> int:
     return count
 
 
-def _check_step(c: _Column) -> Iterator[Finding]:
+def _step_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` about a column locked to one code, or about a resolution whose rounding adds noise.
 
     Empty if rounding adds less than 0.1 % of the white variance, or without a step. Over 30 %, or two codes only, is a
@@ -348,7 +346,7 @@ def _check_step(c: _Column) -> Iterator[Finding]:
     )
 
 
-def _check_outliers(c: _Column) -> Iterator[Finding]:
+def _outlier_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over at most one `Finding`: outliers (second differences too large for the noise) or heavy-tailed noise.
 
     Empty below 100 samples, without noise, or without large differences. Over 1 in 10 000 outliers give a warning.
@@ -400,7 +398,7 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
     )
 
 
-def _check_smoothed(c: _Column) -> Iterator[Finding]:
+def _smoothed_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` about values that were averaged or low-passed before they were logged.
 
     Above 3/8 of the sampling rate, such values have less than a quarter of the power of every lower octave. They also
@@ -449,7 +447,7 @@ class _Changes:
     square: float = 0.0
 
     def add(self, averages: Array) -> None:
-        """Add the averages that follow those already added; sets all attributes.
+        """Add the averages that follow those already added; updates count, sum and maximum of the squared changes.
 
         `largest` becomes the largest sum of two consecutive squared changes, and `end` the index of the average that
         follows these changes.
@@ -467,7 +465,7 @@ class _Changes:
         self.last = averages[-1:]
 
 
-def _check_dominated(c: _Column) -> Iterator[Finding]:
+def _dominated_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` if a single event makes more than half of the Allan variance at some averaging time.
 
     An event lies within one average or between two, so it makes one second difference of the phase or two in a row.
@@ -497,7 +495,7 @@ def _check_dominated(c: _Column) -> Iterator[Finding]:
     )
 
 
-def _check_static(c: _Column) -> Iterator[Finding]:
+def _static_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over at most one `Finding` about segments with over three times the usual activity, such as handling.
 
     The activity of a block is the typical step between its samples, so slow motion does not count. The finding names the
@@ -556,13 +554,13 @@ def _remedy_for_loud_blocks(loud: NDArray[np.int64], span: float, blocks: Array,
 
 #: All checks of a column, in the order of the findings.
 CHECKS: tuple[Callable[[_Column], Iterator[Finding]], ...] = (
-    _check_missing,
-    _check_constant,
-    _check_stuck,
-    _check_clipping,
-    _check_step,
-    _check_outliers,
-    _check_dominated,
-    _check_smoothed,
-    _check_static,
+    _missing_findings,
+    _constant_findings,
+    _stuck_findings,
+    _clipping_findings,
+    _step_findings,
+    _outlier_findings,
+    _dominated_findings,
+    _smoothed_findings,
+    _static_findings,
 )

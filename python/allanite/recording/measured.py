@@ -42,7 +42,7 @@ def _without_markers(recording: Recording) -> Recording:
             found.append(_marker_finding(name, marker, recording.units[at]))
     if samples is None:
         return recording
-    return recording.with_samples(samples).told_of(found)
+    return recording.with_samples(samples).with_findings(found)
 
 
 def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
@@ -83,4 +83,4 @@ def _without_repeats(recording: Recording) -> Recording:
     stamps = (
         [] if recording.stamps is None else list(stamp_findings(recording.stamps, recording.rate))
     )
-    return kept.told_of([*stamps, Finding("repeats", "warning", found, values=values)])
+    return kept.with_findings([*stamps, Finding("repeats", "warning", found, values=values)])

@@ -19,9 +19,9 @@ from allanite.recording.samples import (
     column_names,
     find_column,
     group_means,
-    index_of,
     private_array,
     read_only,
+    stamps_of_index,
 )
 from allanite.recording.timebase import Stamps, epoch_of, fill_gaps, read_stamps, uneven_times
 
@@ -103,7 +103,7 @@ class Recording(Record):
     >>> recording.in_units({"gx": "rad/s"}).units, recording.called("a.csv").path
     (('rad/s', 'deg/s'), 'a.csv')
     >>> found = al.Recording([*x[:, 0], 9.0], rate=100, unit="deg/s").audit
-    >>> gx.told_of(found).audit[0].kind
+    >>> gx.with_findings(found).audit[0].kind
     'outliers'
     >>> gx.with_rows(np.arange(6000) % 2 == 0, 50.0).duration, gx.with_samples(2 * gx.samples).n
     (60.0, 6000)
@@ -151,7 +151,7 @@ class Recording(Record):
                 samples, unit = arrays.from_pint(samples, unit)
             if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
                 columns = [str(name) for name in samples.columns]
-            index = index_of(samples)
+            index = stamps_of_index(samples)
             array = private_array(samples, columns)
             if array.ndim == 2 and array.shape[1] == 1:
                 array = array[:, 0]
@@ -207,7 +207,7 @@ class Recording(Record):
             object.__setattr__(self, name, value)
 
     def _with(self, **changes: Any) -> Recording:
-        """Copy of the recording with the fields in `changes`, without checks and without computed findings."""
+        """Copy of the recording with the fields in `changes`, unchecked; cached results such as the audit are dropped."""
         other = object.__new__(Recording)
         same = {field.name: getattr(self, field.name) for field in fields(self)}
         computed = dict.fromkeys(COMPUTED)
@@ -223,7 +223,7 @@ class Recording(Record):
         names = tuple(rate_unit(text, self.quantity).name for text in declared_units)
         return self if names == self.units else self._with(units=names)
 
-    def told_of(
+    def with_findings(
         self, findings: Sequence[Finding], log_columns: Sequence[LogColumn] | None = None
     ) -> Recording:
         """Recording with additional findings, which its audit reports, and optionally with the columns of its log.

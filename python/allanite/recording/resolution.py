@@ -43,7 +43,7 @@ def _distinct_levels(levels: Array, noise: float) -> Array:
 
 
 def is_fill(value: float, step: float) -> bool:
-    """True if a value often marks lost samples: 0, or a whole number of magnitude 99 or more, but below 2 `step`.
+    """True if a value often marks lost samples: 0, or a whole number v with |v| ≥ 99 and |v| < 2 `step`.
 
     `step` is the distance of the value from the most frequent value.
     """

@@ -89,10 +89,10 @@ def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[st
         return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
     if len(columns) != k:
         raise InputError(f"{len(columns)} column names for {k} columns")
-    return distinct(plain(name) for name in columns)
+    return distinct_names(plain(name) for name in columns)
 
 
-def distinct(names: Iterable[str]) -> tuple[str, ...]:
+def distinct_names(names: Iterable[str]) -> tuple[str, ...]:
     """Tuple of column names in which repeated names get a number: ``g``, ``g [2]``, ``g [3]``."""
     counts: dict[str, int] = {}
     found: dict[str, None] = {}
@@ -120,7 +120,7 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
     return array
 
 
-def index_of(samples: Any) -> NDArray[Any] | None:
+def stamps_of_index(samples: Any) -> NDArray[Any] | None:
     """Time stamps from the index of a pandas or xarray object, shape (n,); None without such an index.
 
     Date-times, time differences and floats are stamps. An index of whole numbers or of one stamp gives None.

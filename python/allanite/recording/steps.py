@@ -129,6 +129,7 @@ class Steps:
     times: Array = field(init=False)
 
     def __post_init__(self) -> None:
+        """Compute all attributes from the steps `raw`; InputError for stamps that are not the times of a steady record."""
         self.clean = self.raw.copy()
         self.usual = usual_step(self.raw)
         self.counts = np.ones(self.raw.size)
@@ -289,7 +290,7 @@ class Steps:
         self._count_missing(late)
 
     def _is_delay_caught_up(self, late: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Mask of shape (late,): True if no sample is missing after the row, so that later stamps are in time again."""
+        """Mask of shape (late,): True if the stamps after a late row are in time again, so that no sample is missing."""
         steps = self.clean
         step = (float(steps.sum()) - float(steps[late].sum())) / max(steps.size - late.size, 1)
         delay = np.concatenate([[0.0], np.cumsum(steps - step)])
@@ -344,7 +345,7 @@ class Steps:
     def _set_gaps_of_shared_stamps(self) -> None:
         """Set `gaps`, `counts` and `times`, for stamps that several samples share (whole seconds of a 5 Hz log).
 
-        A gap is a step of more than 2.5 + 2/n intervals, where n is the mean number of samples per stamp.
+        A gap is a step of more than (2.5 + 2/n) `usual`, where n is the mean number of samples per stamp.
         """
         at = np.flatnonzero(self.clean > 0)
         steps = self.clean[at]

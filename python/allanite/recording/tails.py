@@ -64,7 +64,10 @@ class Tail:
         return self.low > 0.0
 
     def reach(self, probability: float) -> float:
-        """Magnitude that one value exceeds with at most this probability, for the heaviest tail that the data allow."""
+        """Magnitude that one value exceeds with at most this `probability`, for the heaviest tail that the data allow.
+
+        The unit is that of the sample.
+        """
         return float(self.scale * _exceeded_magnitude(self.high, probability))
 
 

@@ -106,7 +106,7 @@ class Stamps:
 
     @property
     def missing(self) -> int:
-        """Number of samples that are missing in all gaps together."""
+        """Number of samples that are missing in all gaps of the log together."""
         return sum(count for _, count in self.gaps)
 
     @property
@@ -177,9 +177,9 @@ class StampSums:
         self.coarse = self.lost = False
 
     def add(self, t: NDArray[Any], begun: int, end: int) -> Steps:
-        """Add the stamps `t` from index `begun` to `end` to all sums; stamps outside are only neighbors.
+        """Add the stamps `t` from index `begun` to `end` to all sums; return the `Steps` of all of `t`.
 
-        Returns the `Steps` of all of `t`. The first call sets the unit.
+        Stamps outside this range are only neighbors. The first call sets the unit.
         """
         before = self.rows - begun
         self.rows += end - begun

@@ -68,7 +68,7 @@ class Mission:
 
     @property
     def steps(self) -> int:
-        """Number of steps of aiding plus steps of the longest coasting."""
+        """Number of steps of the mission: those of aiding plus those of the longest coasting."""
         return self.aided + int(self.coasting[-1])
 
 

@@ -92,6 +92,7 @@ class _SchulerCoasting(Coasting):
     """Coasting with `weights` of a horizontal channel: differences of the step response `integral`, m samples."""
 
     def __init__(self, back: int, m: int, rate: float, integral: Callable[[Array], Array]) -> None:
+        """Set the m weights to the differences of the step response `integral`, and compute their autocorrelation."""
         super().__init__(back, m, rate, 1)
         edges = integral((m - np.arange(m + 1)) / rate)
         weights = edges[:-1] - edges[1:]

@@ -19,7 +19,10 @@ from allanite.common.arrays import Array
 
 
 def integration_weights(m: int, rate: float, order: int) -> Array:
-    """Weights, s^order, shape (m,), that sum m samples, each constant for 1/rate, to their integral of `order` 1 to 3."""
+    """Weights of m samples, shape (m,), whose weighted sum is their `order`-fold time integral (1 to 3), in s^order.
+
+    Each sample is constant for 1/rate.
+    """
     edges = (m - np.arange(m + 1)) / rate
     powers = edges**order / (1.0, 2.0, 6.0)[order - 1]
     return np.asarray(powers[:-1] - powers[1:])
@@ -59,7 +62,7 @@ class Sums:
 
     @cached_property
     def below(self) -> Array:
-        """Cumulative sums Σ g(0 … i − 1), i = 0 … top + 1, shape (top + 2,)."""
+        """Cumulative sums of `g`: element i is g(0) + … + g(i − 1), shape (top + 2,)."""
         return np.concatenate([[0.0], np.cumsum(self.g)])
 
 

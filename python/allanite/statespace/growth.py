@@ -93,13 +93,13 @@ class Growth:
     following: tuple[str, ...] = ()
 
     @property
-    def shown(self) -> tuple[str, float]:
-        """Tuple (unit for display, deg instead of rad; factor from `unit` to this unit)."""
+    def display_unit(self) -> tuple[str, float]:
+        """Tuple (unit in which errors are printed, with deg instead of rad; factor from `unit` to this unit)."""
         return ("deg", 180.0 / np.pi) if self.unit == "rad" else (self.unit, 1.0)
 
     def table(self, measured: Measured | None = None) -> str:
         """Text table, one row per time: standard deviation in total and by effect; with columns of `measured` if given."""
-        unit, factor = self.shown
+        unit, factor = self.display_unit
         head = ["after / s", "total", *self.budget]
         columns = [self.tau, factor * self.total, *(factor * v for v in self.budget.values())]
         if measured is not None:

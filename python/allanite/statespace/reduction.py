@@ -110,7 +110,7 @@ def reduced(space: StateSpace, states: int) -> StateSpace:
 
 
 def _largest_share(section: Section, space: StateSpace) -> float:
-    """Maximum over frequency of the section's density divided by the model's; 2 for a line or an unknown level."""
+    """Maximum over frequency of the section's density divided by that of the whole model; 2 for a line or unknown level."""
     if section.diffuse or not section.Q.any():
         return 2.0
     w = np.geomspace(np.pi / space.samples, np.pi, 500)

@@ -97,7 +97,7 @@ def read_segment(level: Level, depth: int) -> Reading:
 def _halved_end(
     found: Octave, x: Array, start: int, record_ends: tuple[bool, bool], level: Level
 ) -> Array:
-    """Samples of one end `x` of a level at half the rate. Side effect: adds the power of transform segments to `found`.
+    """Array of the samples of one end `x` of a level at half the rate. Side effect: adds the power of `x` to `found`.
 
     The result is NaN if the end is too short or all its samples are missing, and in long gaps. `x` begins at index
     `start`. `record_ends` is True for each end of `x` (first, last) at which the record ends. At any other end, `x` has

@@ -94,13 +94,13 @@ def _redraw_short_runs(x: Array, seen: NDArray[np.bool_], starts: Places, sizes:
     for _ in range(SWEEPS):
         for size, (weights, root) in laws.items():
             first = starts[inside & (sizes == size)][:, None]
-            expected = (x[first + _neighbor_places(size)] - middle) @ weights
+            expected = (x[first + _neighbor_offsets(size)] - middle) @ weights
             drawn = noise.standard_normal((first.size, size)) @ root.T
             x[first + np.arange(size)] = middle + expected + drawn
 
 
-def _neighbor_places(size: int) -> Places:
-    """Integer array, shape (48,): indices of the 24 samples on each side of a run of `size`, relative to its first one."""
+def _neighbor_offsets(size: int) -> Places:
+    """Integer array, shape (48,): offsets, from the first sample of a run of `size`, of the 24 samples on each side."""
     return np.concatenate([np.arange(-NEIGHBORS, 0), np.arange(size, size + NEIGHBORS)])
 
 
@@ -109,7 +109,7 @@ def _conditional_normal(lags: Array, size: int) -> tuple[Array, Array]:
 
     Shapes (48, size) and (size, size); root @ root.T is the conditional covariance.
     """
-    neighbors, own = _neighbor_places(size), np.arange(size)
+    neighbors, own = _neighbor_offsets(size), np.arange(size)
     among = lags[np.abs(neighbors[:, None] - neighbors)]
     among[np.diag_indices_from(among)] *= 1.0 + 1e-9
     across = lags[np.abs(neighbors[:, None] - own)]

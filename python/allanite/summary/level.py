@@ -44,7 +44,7 @@ class Octave:
     __repr__ = brief
 
     def add(self, other: Octave | Level) -> None:
-        """Add the power, frames and maps of `other`, another stream segment at the same level, in place."""
+        """Add the spectral power of `other`, another stream segment at this level, in place: in total and over time."""
         self.power.add(other.power.high, other.power.low)
         self.frames += other.frames
         self.blocks.merge(other.blocks)
@@ -90,6 +90,7 @@ class Level:
     threads: int = 1
 
     def __post_init__(self) -> None:
+        """Allocate the sums of power if none were given."""
         if self.power.high.size == 0:
             self.power = Sum.zeros(SEGMENT - LOW if self.depth == 0 else LOW)
 
@@ -99,7 +100,7 @@ class Level:
         return self.tiles is None
 
     def samples(self) -> Array:
-        """Samples in `head` as one array: all samples of the level if `whole`, else those before the first tile."""
+        """Array of the samples in `head`: all samples of the level if `whole`, else those before the first halved tile."""
         return _joined(self.head)
 
     def extend(self, *pieces: Array) -> None:
@@ -127,9 +128,10 @@ class Level:
             self._finish_tail(first, remaining)
 
     def _finish_tail(self, tile: int, x: Array) -> None:
-        """Process all tiles from index `tile` on that the tail and the samples `x` complete, in place. Returns None.
+        """Halve the rate of all complete tiles from index `tile` on, in place; the samples are the tail followed by `x`.
 
-        The remaining samples become the tail. The samples at half the rate are appended to the deeper level.
+        A tile is a block of `TILE` samples. The remaining samples become the tail. The samples at half the rate are
+        appended to the deeper level. Returns None.
         """
         assert self.tiles is not None
         tail = _joined(self.tail)
@@ -155,10 +157,10 @@ class Level:
             self.deeper.extend(*halves)
 
     def halve_tiles(self, first: int, x: Array) -> Array:
-        """Samples of consecutive tiles at half the rate, shape (n / 2,). Side effect: adds the power of the tiles.
+        """Array of the samples of consecutive tiles (blocks of `TILE` samples) at half the rate, shape (n / 2,).
 
-        `first` is the index of the first tile. `x` has `MARGIN` more samples than the tiles at both ends. The power is
-        added to this level.
+        Side effect: adds the spectral power of the tiles to this level. `first` is the index of the first tile. `x` has
+        `MARGIN` more samples than the tiles at both ends.
         """
         count = (x.size - 2 * MARGIN) // TILE
         out: list[Array] = []
@@ -267,7 +269,7 @@ def join_levels(left: Level, right: Level) -> Level:
 
 
 def halve_tile(x: Array, spectral: bool) -> tuple[Array, Array, float]:
-    """Tuple (samples of a tile at half the rate, summed power at every coefficient, number of transform segments summed).
+    """Tuple (samples of one tile at half the rate, summed power of each coefficient, number of transform segments summed).
 
     `x` has `MARGIN` more samples than the tile at both ends. Samples in long gaps are NaN. Transform segments with more
     than 1/8 missing samples are not summed. Without `spectral`, or with fewer than 16 samples, power and number are 0.
@@ -303,9 +305,10 @@ def long_gap_mask(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def add_bands(to: Level | Octave, tile: int, power: Array, frames: float) -> None:
-    """Add the power of consecutive tiles, shape (tiles, FINE), to `blocks` and `sections` of a level, in place.
+    """Add the power of consecutive tiles in `FINE` bands, shape (tiles, FINE), to the maps over time of a level, in place.
 
-    `tile` is the index of the first tile, `frames` the number of segments per tile.
+    The maps are its `blocks` and `sections`. `tile` is the index of the first tile, `frames` the number of transform
+    segments per tile.
     """
     to.blocks.add(tile, power.reshape(power.shape[0], BANDS, -1).sum(axis=2), frames)
     to.sections.add(tile, power, frames)
@@ -317,7 +320,7 @@ def band_sums(power: Array) -> Array:
 
 
 def _joined(parts: list[Array]) -> Array:
-    """Concatenation of the arrays in `parts`; empty for an empty list. Side effect: it replaces the arrays in the list."""
+    """Array: concatenation of `parts`, empty for an empty list. Side effect: the list then holds only this array."""
     if len(parts) != 1:
         parts[:] = [np.concatenate(parts)] if parts else [np.zeros(0)]
     return parts[0]

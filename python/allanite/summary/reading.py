@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 def read_column(levels: list[Level], depth: int | None = None) -> Reading:
-    """`Reading` of one column from the levels of all stream segments in time order; samples between segments are NaN.
+    """`Reading` (spectrum in octaves, and low-rate samples) of one column from the levels of its stream segments.
 
-    `depth` is the number of octaves. By default, it is the smallest depth at which every segment keeps all samples and
-    the total is at most 2^19 samples.
+    The levels are in time order; samples between segments are NaN. `depth` is the number of octaves. By default, it is
+    the smallest depth at which every segment keeps all samples and the total is at most 2^19 samples.
     """
     if depth is None:
         depth = max(depth_of(level) for level in levels)

@@ -79,9 +79,9 @@ class Blocks:
         return cls(state["size"], state["first"], sums, state["frames"], most)
 
     def add(self, tile: int, power: Array, frames: float) -> None:
-        """Add the band powers of consecutive tiles from index `tile` on, shape (tiles, bands), in place.
+        """Add the power of consecutive tiles from index `tile` on in each band, shape (tiles, bands), in place.
 
-        Each tile has `frames` segments.
+        Each tile has `frames` transform segments.
         """
         end = tile + power.shape[0]
         self._extend_to(tile >> self.size, ((end - 1) >> self.size) + 1)
@@ -117,7 +117,7 @@ class Blocks:
         self.frames[place] += theirs.frames
 
     def _extend_to(self, first: int, end: int) -> None:
-        """Extend the map in place to blocks first … end − 1 of the present size.
+        """Extend the map of power over time, in place, to blocks first … end − 1 of the present size.
 
         While there are more than `most` blocks, pairs of blocks are merged.
         """
@@ -139,7 +139,7 @@ class Blocks:
             self._coarsen()
 
     def _coarsen(self) -> None:
-        """Merge pairs of neighboring blocks in place, so that a block has twice as many tiles.
+        """Merge pairs of neighboring time blocks in place, so that a block has twice as many tiles.
 
         A block without a neighbor is merged with an empty one.
         """

@@ -11,7 +11,7 @@ from scipy import signal
 import allanite as al
 import generators as g
 from allanite.axes.lines import common_lines
-from allanite.effects import weights
+from allanite.effects import segment_weights
 from allanite.effects.resonance import Resonance
 from allanite.suggestion.screens.drifting_bands import (
     PLACES_PER_HALF_WIDTH,
@@ -170,7 +170,7 @@ def test_its_density_is_the_mean_of_its_parts():
     f = np.linspace(1.0, 49.0, 200)
     parts = [Resonance(frequency=c, damping=0.02, rms=0.3).psd(f, rate=RATE) for c in band.course]
     assert band.psd(f, rate=RATE) == pytest.approx(np.mean(parts, axis=0), rel=1e-12)
-    share = weights(np.linspace(0.0, 90.0, 9001), (0.0, 90.0), 3)
+    share = segment_weights(np.linspace(0.0, 90.0, 9001), (0.0, 90.0), 3)
     assert share.sum(axis=0) == pytest.approx(1.0)
     assert share.mean(axis=1) == pytest.approx(1.0 / 3.0, abs=1e-3)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.effects import weights
+from allanite.effects import segment_weights
 from allanite.fit.likelihood.expected import at_each_time, density
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def remove_level_change(
     affected processes make is divided; the share is constant within cells.
     """
     assert effect.band is not None
-    owners = [p for p in solution.processes if effect.swells(p.effect)]
+    owners = [p for p in solution.processes if effect.changes_level_of(p.effect)]
     cells = [c for own in owners for c in cell_shares(own, solution, data, white.size)]
     if not owners:
         cells = [(*band_ordinates(effect.band, data, white.size), 1.0)]
@@ -91,7 +91,7 @@ def moving_power(
     for own in solution.processes:
         if own.effect.moving and own.theta:
             loud = at_each_time(own.effect.stretches, j, data)
-            there = weights(times, data.span, loud.shape[0]).T @ loud
+            there = segment_weights(times, data.span, loud.shape[0]).T @ loud
             share = _shares(own, solution, data, j)
             power *= 1.0 + share * (there - 1.0)
     return power

@@ -346,7 +346,7 @@ def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     panels, said, apart = [], [], []
     found = error_growth(fit, aided=aided, tau=tau)
     for i, growth in enumerate(found):
-        unit, factor = growth.shown
+        unit, factor = growth.display_unit
         total = factor * growth.total
         marks: list[Mark] = []
         for label, size in growth.budget.items():

@@ -30,12 +30,12 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
     """
     import h5py
 
-    def is_external(name: bytes, info: Any) -> bytes | None:
-        """Name of a link that leads to another file, which ends the search; None for hard and soft links."""
+    def name_if_external(name: bytes, info: Any) -> bytes | None:
+        """Name of a link if it leads to another file, which ends the search; None for hard and soft links."""
         return None if info.type in (h5py.h5l.TYPE_HARD, h5py.h5l.TYPE_SOFT) else name
 
     # `visit` examines links without following them. The library would swallow an error raised inside.
-    external = file.id.links.visit(is_external, info=True)
+    external = file.id.links.visit(name_if_external, info=True)
     if external is not None:
         raise InputError(_refusal("link", external.decode("utf-8", "replace"), "is external"))
     found: list[tuple[str, Dataset]] = []

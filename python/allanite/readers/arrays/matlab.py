@@ -64,11 +64,11 @@ def read(path: Path, pick: Picker) -> Table:
 
 
 def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> Table:
-    """`Table` of the arrays of the largest length, in the order of `found`; each array is one or several columns.
+    """`Table` of the longest arrays, in the order of `found`; each array is one or several columns.
 
     An array with more columns than rows is transposed first. Arrays of more than two dimensions and shorter arrays are
-    left out. Names keep only their last part if it is unique; columns of three add ``_x``, ``_y``, ``_z``, others
-    ``_0``, ``_1``, ….
+    left out. Names keep only their last part if it is unique. The columns of an array with three get the endings ``_x``,
+    ``_y``, ``_z``; those of other arrays ``_0``, ``_1``, ….
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
         ),
         None,
     )
-    tall = {name: _tall(a) for name, a in found.items() if a.size > 1 and a.ndim <= 2}
+    tall = {name: _one_sample_per_row(a) for name, a in found.items() if a.size > 1 and a.ndim <= 2}
     if not tall:
         raise InputError(f"no numeric array among {', '.join(found) or 'no variables'}")
     n = max(len(a) for a in tall.values())
@@ -113,7 +113,7 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
     return Table(tuple(names), tuple(columns), tuple(column_units), rate=rate)
 
 
-def _tall(array: NDArray[Any]) -> NDArray[Any]:
+def _one_sample_per_row(array: NDArray[Any]) -> NDArray[Any]:
     """Array of shape (n, columns) with one sample per row: transposed if it has more columns than rows."""
     a = array.reshape(-1, 1) if array.ndim < 2 else array
     return a.T if a.shape[0] < a.shape[1] else a

@@ -143,10 +143,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 
 
 def _phase_and_period(times: NDArray[np.object_], rows: list[int], of: str) -> tuple[Array, float]:
-    """Tuple (phase in s of each period, shape (n,), NaN without an edge; period in s).
+    """Tuple (phase, period): phase in s of each period, shape (n,), NaN without an edge; period in s.
 
-    `times` are in ps; `rows` and `of` are for messages. Raises `InputError` for fewer than two edges, a period that is
-    not round, or two edges in a period.
+    `times` are the edges in ps; `rows` and `of` are for messages. Raises `InputError` for fewer than two edges, a period
+    that is not round, or two edges in a period.
     """
     if times.size < 2:
         raise InputError(f"only {times.size} edge{of}: a phase needs at least two edges")

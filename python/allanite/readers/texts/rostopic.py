@@ -46,8 +46,11 @@ def _name_and_unit(field: str) -> tuple[str, str | None]:
     return f"{vector[1]}{name}_{vector[3]}", _UNITS.get(vector[2])
 
 
-def _is_kept(field: str) -> bool:
-    """True for the time of receipt, the stamp, and fields that are no header, covariance or orientation."""
+def _becomes_column(field: str) -> bool:
+    """True if a field of a message becomes a column: the time of receipt, the stamp, and all other than the following.
+
+    Not kept are headers, covariances and orientations.
+    """
     if field in (_RECEIVED, _STAMP):
         return True
     return not re.search(r"\.header\.|_?covariance|orientation|frame_id|\.seq$", field)
@@ -66,14 +69,14 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format says w
     """
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         fields = stream.readline().strip().lstrip("%").split(",")
-    kept = [i for i, field in enumerate(fields) if _is_kept(field)]
+    kept = [i for i, field in enumerate(fields) if _becomes_column(field)]
     table = text.read(path, lambda _: kept)
     times = {name: table[i] for i, name in enumerate(table.names) if name in (_RECEIVED, _STAMP)}
     stamps = times.get(_STAMP)
     stamped = stamps is not None and bool(np.all(stamps > 0))
     time = stamps if stamped and stamps is not None else times[_RECEIVED]
     left = [i for i in range(len(table.names)) if table.names[i] not in (_RECEIVED, _STAMP)]
-    left = [i for i in left if _is_kept(table.names[i])]
+    left = [i for i in left if _becomes_column(table.names[i])]
     shown, units = zip(*(_name_and_unit(table.names[i]) for i in left), strict=True)
     note = (
         "the time is the stamp in each header"

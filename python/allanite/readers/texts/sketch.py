@@ -45,7 +45,10 @@ _UNITS = {
 
 
 def recognizes(head: bytes) -> bool:
-    """True if over half of the first lines match, and at least two have a name and three axes."""
+    """True if over half of the first lines hold three axes or a temperature, and at least two of them name a sensor.
+
+    Time stamps of a serial monitor at the beginning of the lines are ignored.
+    """
     lines = [STAMP.sub("", line) for line in first_lines(head)]
     found = [
         m["name"].strip().lower()

@@ -154,9 +154,9 @@ def _sensor_prefixes(names: Iterable[str]) -> set[str]:
 
 
 def _is_same_rate(one: NDArray[np.int64], other: NDArray[np.int64]) -> bool:
-    """True if two arrays of time stamps have equal lengths, except for up to one message plus 0.1 %.
+    """True if two topics have the same rate: their numbers of messages differ by at most one plus 0.1 %.
 
-    The stamps themselves are not compared.
+    `one` and `other` are their time stamps, which are not compared.
     """
     return abs(one.size - other.size) <= 0.001 * other.size + 1
 

@@ -213,7 +213,7 @@ def _dominated_bands(solution: Solution, data: Data) -> Iterator[tuple[Process, 
     half = data.rate / (2.0 * data.n)
     for own in solution.processes:
         place = own.effect.occupies
-        if place is None or any(e.swells(own.effect) for e in solution.model.modifiers):
+        if place is None or any(e.changes_level_of(own.effect) for e in solution.model.modifiers):
             continue
         middle, width = 0.5 * (place[0] + place[1]) / half, 0.5 * (place[1] - place[0]) / half
         ends = []

@@ -9,7 +9,7 @@ import pytest
 
 import allanite as al
 from allanite.clocks import MASKS, mask_named
-from allanite.clocks.noise import thinned
+from allanite.clocks.noise import thinned_indices
 from allanite.clocks.verdicts import low_pass_filtered, verdicts, window_means
 from documents import valid
 
@@ -191,7 +191,7 @@ def test_a_frequency_makes_no_jumps_across_pauses():
 def test_jumps_between_the_same_kept_samples_are_one_step():
     # Only every 16th of the first samples is kept: these two jumps are between two of them.
     n = 20000
-    rows = thinned(n)
+    rows = thinned_indices(n)
     first = int(rows[np.argmax(np.diff(rows) >= 8)])
     phase = phase_of("Q(Q=1e-9)", n, 5)
     phase[first + 3 :] += 40e-9
@@ -282,12 +282,12 @@ def test_uneven_times_are_told_and_used():
 
 
 def test_rows_are_thinned_towards_the_beginning():
-    rows = thinned(100_000)
+    rows = thinned_indices(100_000)
     assert rows[-1] == 99_999
     assert rows[0] < 300
     assert rows.size < 6000
     assert (np.diff(rows)[-1000:] == 1).all()
-    assert thinned(500).tolist() == list(range(500))
+    assert thinned_indices(500).tolist() == list(range(500))
 
 
 def test_a_rate_is_refused():
