@@ -337,11 +337,9 @@ def _in_turn(effect: Stochastic, span: tuple[float, float]) -> list[tuple[Stocha
 
     def gain(part: int) -> Gain:
         """Factor over time of the process of the segment with index `part`, as a function of time."""
-        return lambda time, _=None: np.sqrt(
-            segment_weights(time, span, len(effect.stretches))[part]
-        )
+        return lambda time, _=None: np.sqrt(segment_weights(time, span, len(effect.segments))[part])
 
-    return [(part, [gain(i)]) for i, part in enumerate(effect.stretches)]
+    return [(part, [gain(i)]) for i, part in enumerate(effect.segments)]
 
 
 def _swelling(effect: Modifier, rate: float, span: tuple[float, float]) -> Gain:

@@ -132,8 +132,8 @@ def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
     out: list[_Occurrence] = []
     repeating: list[_Occurrence] = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
-        if isinstance(effect, Stochastic) and effect.stretches:
-            bands = np.array([p.occupies for p in effect.stretches])
+        if isinstance(effect, Stochastic) and effect.segments:
+            bands = np.array([p.occupies for p in effect.segments])
             # A moving band is located within half its width in each section.
             error = 0.5 * float(np.ptp(bands, axis=1).mean()) / np.sqrt(len(bands))
             out.append(_Occurrence(float(np.mean(effect.middles)), error, column, effect.kind))

@@ -131,7 +131,7 @@ def _without_search_data(study: Study) -> Study:
     """
     check = study.check
     for rung in study.ladder:
-        rung.fit.data.forget()
+        rung.fit.data.clear_caches()
     shown = tuple(
         s for i, s in enumerate(check.suggestions) if s.significant or i < KEPT_SUGGESTIONS
     )

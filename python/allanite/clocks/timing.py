@@ -562,7 +562,9 @@ class _PhaseFit:
 
     def error_of_mean(self) -> float | None:
         """Standard error of the mean phase under the fitted noise, s; None if the phase noise is not stationary."""
-        if self.best.noise.walk > 0.0 or any(summed for _, _, summed in self.best.noise.lags):
+        if self.best.noise.walk > 0.0 or any(
+            summed for _, _, summed in self.best.noise.gauss_markov
+        ):
             return None
         alone = StampedSeries(self.series.times, self.series.values, self.series.design[:1])
         return float(np.sqrt(alone.regressed(self.best.noise).covariance[0, 0]))

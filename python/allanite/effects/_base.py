@@ -197,7 +197,7 @@ class Effect(AsModel):
     further: ClassVar[str] = ""
     #: True for a sum of lines at multiples of one fitted frequency (`Deterministic.lines`).
     periodic: ClassVar[bool] = False
-    #: True for a band whose frequency changes over time (`Stochastic.stretches`).
+    #: True for a band whose frequency changes over time (`Stochastic.segments`).
     moving: ClassVar[bool] = False
     #: True if the bias leaves its level and returns at a second edge, once or several times (`Deterministic.singly`).
     returns: ClassVar[bool] = False
@@ -602,7 +602,7 @@ class Stochastic(Effect):
         raise NotImplementedError
 
     @property
-    def stretches(self) -> tuple[Stochastic, ...]:
+    def segments(self) -> tuple[Stochastic, ...]:
         """Tuple of one effect for each of the equal time segments of the record: the process in that segment.
 
         Empty unless the class declares `moving`.

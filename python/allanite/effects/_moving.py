@@ -20,7 +20,7 @@ class Moving(Stochastic):
     >>> fan = al.effects.DriftingResonance(course=(11.0, 10.0), damping=0.02, rms=0.1)
     >>> fan.middles
     (11.0, 10.0)
-    >>> print(fan.stretches[0], al.effects.DriftingResonance.like(al.GaussMarkov(), course=(11.0, 10.0)))
+    >>> print(fan.segments[0], al.effects.DriftingResonance.like(al.GaussMarkov(), course=(11.0, 10.0)))
     RES(frequency=11, damping=0.02, rms=0.1) None
     """
 

@@ -28,7 +28,7 @@ class DriftingResonance(Moving):
     Examples
     --------
     >>> fan = al.effects.DriftingResonance(course=(11.0, 10.4, 10.1, 10.0), damping=0.02, rms=0.1)
-    >>> fan.lowest, fan.highest, fan.numbers, len(fan.stretches)
+    >>> fan.lowest, fan.highest, fan.numbers, len(fan.segments)
     (10.0, 11.0, 6, 4)
     >>> x = (al.AngleRandomWalk(N=0.001) + fan).simulate(duration=1000, rate=50, seed=1).samples
     >>> f = np.fft.rfftfreq(12_500, 0.02)
@@ -96,7 +96,7 @@ class DriftingResonance(Moving):
         return cls(damping=other.damping, rms=other.rms, **values)
 
     @property
-    def stretches(self) -> tuple[Resonance, ...]:
+    def segments(self) -> tuple[Resonance, ...]:
         """Tuple of the resonance in each of the equal segments of the record; empty without a course."""
         return tuple(
             Resonance(frequency=f, damping=self.damping, rms=self.rms) for f in self.course or ()

@@ -16,7 +16,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import Data, SampleData, prepare
 from allanite.fit.locked import locked_error
 from allanite.fit.measures import Error, Misfit
-from allanite.fit.missing.completion import settle
+from allanite.fit.missing.completion import complete_and_fit
 from allanite.fit.missing.ends import without_ends
 from allanite.fit.result import Fit
 from allanite.fit.summarized import of_summary, require_summary_supports
@@ -32,11 +32,11 @@ __all__ = [
     "Error",
     "Fit",
     "Misfit",
-    "completed",
+    "excludes_samples",
+    "fit_again",
     "fit_columns",
     "fit_model",
     "refitted",
-    "removes",
 ]
 
 #: Names of the methods of `fit_model`.
@@ -87,10 +87,11 @@ def fit_model(
 
 
 def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") -> Fit:
-    """Fit of a model of any size to a recording, see `fit_model`; stepwise model building may exceed its size limit.
+    """`Fit` of a model of any size by one method (see `fit_model`, which limits the number of effects).
 
-    Several columns give a warning and `Fits` instead. Missing samples are completed. The end samples are masked if they
-    leak. Raises `InputError` for an unknown method, a locked sensor or values that the model does not allow.
+    Missing samples are replaced by draws from the model. The first and last samples are masked if they leak. Several
+    columns give a warning and `Fits` instead. Raises `InputError` for an unknown method, a locked sensor or values that
+    the model does not allow.
     """
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}; use one of {', '.join(METHODS)}")
@@ -104,7 +105,7 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
         return several
     if isinstance(recording, Recording) and (error := locked_error(recording)) is not None:
         raise error
-    model = _following(model, list(recording.covariates))
+    model = _with_followed_column(model, list(recording.covariates))
     _check_values(model, recording.n, recording.rate)
     if isinstance(recording, Summary):
         require_summary_supports(recording, model, method)
@@ -114,12 +115,12 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
         n = recording.n - (recording.quantity == "angle")
         data = prepare(recording, model.missing(n, recording.rate))
     if isinstance(data, SampleData) and data.missing is not None:
-        data, solution = settle(data, model)
+        data, solution = complete_and_fit(data, model)
     else:
         solution = solve(data, model)
     inside = without_ends(data, solution)
     if inside is not None:
-        data, solution = settle(inside, model)
+        data, solution = complete_and_fit(inside, model)
     # A summary has the attributes of a recording that a fit needs.
     source = cast("Recording", recording)
     fit = Fit(source, solution.model, "whittle", data, solution)
@@ -167,8 +168,8 @@ def fit_columns(recording: Recording, model: Model | Effect | str, method: str =
     )
 
 
-def _following(model: Model, columns: list[str]) -> Model:
-    """Copy of a model whose effects without a column name follow the only logged column.
+def _with_followed_column(model: Model, columns: list[str]) -> Model:
+    """Copy of a model in which effects that follow an unnamed logged column follow the only one in `columns`.
 
     `model` itself unless there is exactly one column.
     """
@@ -181,23 +182,23 @@ def _following(model: Model, columns: list[str]) -> Model:
 
 
 def refitted(fit: Fit, model: Model) -> Fit:
-    """Whittle fit of another model to the recording of `fit`, whatever the method of `fit`.
+    """`Fit` of another model to the recording of `fit` by Whittle likelihood, whatever the method of `fit`.
 
-    If both models exclude the same samples, the transforms and the draws for missing samples are kept, so that the
-    likelihoods of both fits refer to the same data. Otherwise the recording is prepared anew.
+    If both models exclude the same samples, the prepared data of `fit` are reused, with the draws for missing samples.
+    Both likelihoods then refer to the same data. Otherwise the recording is prepared anew.
     """
-    if [e for e in model if removes(e)] != [e for e in fit.model if removes(e)]:
+    if [e for e in model if excludes_samples(e)] != [e for e in fit.model if excludes_samples(e)]:
         return _fit(fit.recording, model)
     _check_values(model, fit.recording.n, fit.recording.rate)
     solution = solve(fit.data, model, like=fit.solution)
     return Fit(fit.recording, solution.model, "whittle", fit.data, solution)
 
 
-def completed(fit: Fit, model: Model) -> Fit:
-    """Fit of another model to the recording of `fit` by the same method.
+def fit_again(fit: Fit, model: Model) -> Fit:
+    """`Fit` of another model to the recording of `fit` by the same method, with missing samples drawn anew.
 
-    Missing samples are completed again under the new model, and leaking end samples are masked. Only a Whittle fit
-    without either starts from the solution of `fit`.
+    The draws come from the new model, and leaking end samples are masked. Only a Whittle fit without missing samples
+    starts from the solution of `fit`.
     """
     if fit.method == "whittle" and fit.data.missing is None:
         found = refitted(fit, model)
@@ -206,15 +207,16 @@ def completed(fit: Fit, model: Model) -> Fit:
     return _fit(fit.recording, model, method=fit.method)
 
 
-def removes(effect: Effect) -> bool:
-    """True if an effect excludes samples of the record (a `Modifier` with `removes`)."""
+def excludes_samples(effect: Effect) -> bool:
+    """True if an effect excludes samples of the record from the fit, such as outliers."""
     return isinstance(effect, Modifier) and effect.removes
 
 
 def _check_values(model: Model, n: int, rate: float) -> None:
-    """Raise InputError for a missing event time, a line above half the sampling rate, or limits without information.
+    """Raise InputError if values of a model do not suit a record of `n` samples at `rate` Hz; otherwise return nothing.
 
-    Optional times may be missing. Only limits in s or Hz are checked (`_check_limits`).
+    Refused are missing times of events (except optional ones), lines above half the sampling rate, and limits in s or
+    Hz that the record cannot resolve.
     """
     if missing := [
         f"{e.kind}.{p.name}"
@@ -236,7 +238,10 @@ def _check_values(model: Model, n: int, rate: float) -> None:
 
 
 def _check_limits(effect: Effect, name: str, n: int, rate: float) -> None:
-    """Raise InputError if the limits of `name` (s or Hz) exclude all values that n samples at `rate` Hz resolve."""
+    """Raise InputError if the limits of the parameter `name` (s or Hz) exclude all values that the record can resolve.
+
+    The record has `n` samples at `rate` Hz.
+    """
     grids = [variant.grid(name, n, rate) for variant in effect.variants()]
     first, last = 0.5 * min(g.min() for g in grids), 2.0 * max(g.max() for g in grids)
     if effect.periodic:

@@ -64,9 +64,9 @@ def bands(
 ) -> Bands:
     """`Bands`: factors for pointwise and simultaneous intervals of a deviation whose noise is known.
 
-    Each estimate is a sum of squares of Gaussian random numbers. With many equivalent degrees of freedom it is
-    treated as χ², with few as a sum weighted by eigenvalues. The simultaneous band is a pointwise band with a higher
-    level. The level is chosen so that correlated normal scores of all estimates stay inside together.
+    Each variance estimate is a sum of squares of Gaussian random numbers. With many equivalent degrees of freedom it is
+    treated as χ², with few as a sum weighted by eigenvalues. The simultaneous band is a pointwise band at a higher
+    level. At this level all correlated estimates stay inside together with the probability `level`.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def bands(
 
 
 def expected_variance(terms: Sequence[Term], factors: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Array of the Allan variance of a sum of terms at integer averaging factors, U², shape (k,)."""
+    """Array of the expected Allan variance of a sum of spectral terms at each averaging factor, U², shape (k,)."""
     m = factors.astype(float)
     return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
@@ -138,9 +138,10 @@ def _quantiles(
     probabilities: list[float],
     kind: str,
 ) -> NDArray[np.float64]:
-    """Array of the quantiles of σ̂²/σ² at one averaging factor for the given `probabilities`.
+    """Array of the quantiles of the variance ratio σ̂²/σ² (estimated to true) at one averaging factor, for `probabilities`.
 
-    Below 40 degrees of freedom, the exact law of the sum of squares; above, or for quantization alone, the χ² law.
+    Below 40 degrees of freedom the exact law of the sum of squares is used; above, or for quantization alone, the χ²
+    law.
     """
     from scipy.special import gammaincinv
 
@@ -150,9 +151,9 @@ def _quantiles(
 
 
 def _simultaneous_tail(correlation: NDArray[np.float64], level: float) -> float:
-    """Tail probability of each single interval with which all normal scores are inside with the probability `level`.
+    """Tail probability at each end of a pointwise interval for which all intervals hold together with probability `level`.
 
-    It is estimated from 20 000 draws with a fixed seed.
+    `correlation` is that of the estimates. The value comes from 20 000 normal draws with a fixed seed.
     """
     from scipy.special import ndtr
 

@@ -60,19 +60,19 @@ def joint_covariance(
     if not names:
         return [], np.zeros((0, 0))
     covariance = _covariance(solution, data, np.column_stack(slopes))
-    return _with_narrow(names, covariance, solution, data)
+    return _with_narrow_bands(names, covariance, solution, data)
 
 
-def _with_narrow(
+def _with_narrow_bands(
     names: list[tuple[int, str]],
     covariance: NDArray[np.float64],
     solution: Solution,
     data: Data,
 ) -> tuple[list[tuple[int, str]], NDArray[np.float64]]:
-    """Pair: names and covariance in which narrow bands have the errors from single ordinates.
+    """Pair: parameter names and covariance, in which narrow bands have the variances from single ordinates.
 
-    The parameters of narrow bands are uncorrelated with all others. New parameters are appended. The given `covariance`
-    may be changed in place.
+    Parameters of narrow bands are uncorrelated with all others. Names that are not in `names` are appended. The given
+    `covariance` may be changed in place.
     """
     own = {(place, name): i for i, (place, name) in enumerate(names)}
     for place, effect in enumerate(solution.model):
@@ -95,9 +95,9 @@ def _with_narrow(
 
 
 def _covariance(solution: Solution, data: Data, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array of the covariance of parameters with given slopes of ln S, shape (p, p).
+    """Array of the covariance of p parameters, shape (p, p), from the slopes ∂ln S/∂parameter, shape (bins, p).
 
-    With missing samples it is the sandwich covariance, otherwise the inverse Fisher information.
+    The sandwich covariance if samples are missing, otherwise the inverse Fisher information.
     """
     shared = _sandwich_covariance(data, solution.weight, slopes)
     return _independent_covariance(solution, slopes) if shared is None else shared
@@ -138,7 +138,10 @@ def _sandwich_covariance(
 
 
 def _independent_covariance(solution: Solution, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array of the covariance of parameters with independent bins: the inverse Fisher information, shape (p, p)."""
+    """Array of the covariance of p parameters, shape (p, p), if bins are independent: the inverse Fisher information.
+
+    `slopes` are ∂ln S/∂parameter, shape (bins, p).
+    """
     fisher = information(solution.count, solution.weight, slopes)
     scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
     inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
@@ -147,9 +150,9 @@ def _independent_covariance(solution: Solution, slopes: NDArray[np.float64]) -> 
 
 
 def logl_scale(solution: Solution, own: Process, data: Data) -> float:
-    """Variance of a squared coefficient according to the likelihood over its sandwich variance.
+    """Ratio of the variance of a squared coefficient by the likelihood to its sandwich variance.
 
-    1 without missing samples, or if the sandwich variance is 0.
+    A factor for logL that accounts for correlated bins. 1 without missing samples, or if the sandwich variance is 0.
     """
     if data.gain is None:
         return 1.0
@@ -165,9 +168,9 @@ def logl_scale(solution: Solution, own: Process, data: Data) -> float:
 
 
 def shape_widening(solution: Solution, own: Process, relative: float, data: Data) -> float:
-    """Ratio, at least 1, of the standard error `relative` of ln(coefficient) to the standard error at fixed shapes.
+    """Ratio, at least 1, of two standard errors of ln(coefficient): with shapes fitted (`relative`), and with shapes fixed.
 
-    1 if the latter is 0.
+    1 if the standard error with fixed shapes is 0.
     """
     active = [process for process in solution.processes if process.theta > 0.0]
     slopes = np.column_stack([2.0 * process.power / solution.spectrum for process in active])

@@ -13,7 +13,7 @@ from allanite.common.aligned import align_when_unpickled
 from allanite.common.showing import brief
 from allanite.effects import Model, Modifier
 from allanite.fit.bands import bands, degrees_of_freedom, expected_variance
-from allanite.fit.likelihood.crowding import crowding_ratio
+from allanite.fit.likelihood.crowding import mean_squared_level
 from allanite.fit.likelihood.whittle import normal_scores
 
 if TYPE_CHECKING:
@@ -89,8 +89,8 @@ class Curve:
         return None if apart.size == 0 else float(100.0 * np.expm1(np.sqrt(np.mean(apart**2))))
 
     @property
-    def chance_percent(self) -> float | None:
-        """Expected scatter, %: the expected `rms_percent` of a true model; None without τ with edf ≥ 10."""
+    def expected_scatter_percent(self) -> float | None:
+        """Expectation of `rms_percent` if the model is true (measurement scatter), %; None without τ with edf ≥ 10."""
         keep = self.is_counted
         if not keep.any():
             return None
@@ -98,24 +98,24 @@ class Curve:
 
     @property
     def contradicts_model(self) -> bool:
-        """True if one deviation, or the Allan error over all τ, differs from the model significantly.
+        """True if a single deviation, or the Allan error over all τ, differs significantly from the model.
 
         The false-alarm probability is about 0.2 %.
         """
         if float(np.nanmax(np.abs(self.z))) >= MIN_FAILING_SCORE:
             return True
-        error, scatter = self.rms_percent, self.chance_percent
+        error, scatter = self.rms_percent, self.expected_scatter_percent
         return (
             error is not None
             and scatter is not None
             and error > MAX_ADEQUATE_ERROR_SCATTERS * scatter
         )
 
-    def risen(self, before: Curve, chance: float) -> float:
-        """Increase of the mean square of ln(model/measured) over that of the curve `before`, over τ with edf ≥ 10.
+    def error_increase(self, before: Curve, chance: float) -> float:
+        """Mean square of ln(model/measured) of this curve minus that of the curve `before`, over τ with edf ≥ 10.
 
-        It may be negative; 0.0 without such τ. Both curves belong to fits of one record. A τ at which |ln| changes by
-        at most `chance` standard deviations counts as 0.
+        Negative if the error falls; 0.0 without such τ. Both curves belong to fits of one record. A τ counts as 0 if
+        its |ln| changes by at most `chance` standard deviations of the measurement.
         """
         keep = self.is_counted & before.is_counted
         if not keep.any():
@@ -140,7 +140,7 @@ class Curve:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ChanceBand:
+class DeviationBand:
     """95 % band of the measured deviation if a model is true.
 
     Attributes
@@ -175,8 +175,8 @@ class ChanceBand:
         return {"level": 0.95, "inside": self.inside, "points": points}
 
 
-def chance_band(data: Data, model: Model, curve: Curve) -> ChanceBand:
-    """`ChanceBand`: pointwise and simultaneous 95 % band of a measured curve under a model with values.
+def deviation_band(data: Data, model: Model, curve: Curve) -> DeviationBand:
+    """`DeviationBand`: pointwise and simultaneous 95 % band of a measured curve under a model with values.
 
     The band uses the exact distribution of the random part (`fit.bands`), plus the curve of known functions of time.
     """
@@ -186,18 +186,18 @@ def chance_band(data: Data, model: Model, curve: Curve) -> ChanceBand:
     found = bands(terms, data.n, curve.factors)
 
     def at(factor: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Array of the Allan deviation at each τ if the noise variance is divided by the square of `factor`."""
+        """Array of the deviation at each τ if the variance of the random part is divided by `factor`²."""
         return np.asarray(np.sqrt(known + noise / factor**2))
 
     low, high = at(found.high_everywhere), at(found.low_everywhere)
     inside = bool(np.all((low <= curve.measured) & (curve.measured <= high)))
-    return ChanceBand(
+    return DeviationBand(
         curve.tau, at(found.high_factor), at(found.low_factor), low, high, found.edf, inside
     )
 
 
 def compare_curves(data: Data, model: Model) -> Curve:
-    """`Curve` of the measured Allan deviation (gaps and outliers bridged, as in the fit) and that of a model with values.
+    """`Curve`: the measured Allan deviation and that of a model with values; gaps and excluded samples are bridged.
 
     Deterministic effects contribute the Allan variance of their signal.
     """
@@ -217,7 +217,7 @@ def compare_curves(data: Data, model: Model) -> Curve:
         # Loud segments dominate, so that fewer samples determine the deviation.
         white = Model(tuple(e for e in model if e is model.white or isinstance(e, Modifier)))
         share = expected_variance(data.terms(white), factors) / noise
-        edf = np.maximum(edf / (1.0 + share**2 * (crowding_ratio(model, data) - 1.0)), 1.0)
+        edf = np.maximum(edf / (1.0 + share**2 * (mean_squared_level(model, data) - 1.0)), 1.0)
     z = normal_scores(residual, edf, noise)
     spread_low = np.sqrt(chdtri(edf, 0.975) / edf)
     spread_high = np.sqrt(chdtri(edf, 0.025) / edf)
@@ -238,10 +238,10 @@ def compare_curves(data: Data, model: Model) -> Curve:
 def components_at(
     data: Data, model: Model, factors: NDArray[np.int64]
 ) -> dict[str, NDArray[np.float64]]:
-    """Dict of the Allan deviation of each effect alone, shape (k,), by kind; random effects first.
+    """Dict from kind to the Allan deviation of that effect alone, U, shape (k,); random effects first.
 
-    Further effects of a kind have numbered names, such as ``resonance 2``; the number is the index among random (or
-    known) effects.
+    Further effects of a kind have numbered names, such as ``resonance 2``; the number is the index among the random (or
+    the deterministic) effects.
     """
     out: dict[str, NDArray[np.float64]] = {}
     for i, effect in enumerate(model.stochastic):

@@ -88,7 +88,7 @@ def solve(
     model = _with_white(model)
 
     def fit(tried: Model) -> Solution:
-        """`Solution` of a model with the given options, without limits."""
+        """`Solution` of the model `tried` with the options of the outer call; limits are ignored."""
         return _fit(data, tried, start, like, polish, settled, rounds)
 
     return within_limits(model, fit)
@@ -103,9 +103,9 @@ def _fit(
     settled: int,
     rounds: int,
 ) -> Solution:
-    """`Solution` of a model without limits, except that shapes are searched within limits.
+    """`Solution` of a model whose given limits are ignored; searched shapes stay within them.
 
-    For the arguments see `solve`. A model without functions of time needs one round; others end when logL changes by
+    For the arguments see `solve`. A model without functions of time needs one round. Others end when logL changes by
     less than 1e-3, or after `rounds`.
     """
     given = model
@@ -134,7 +134,7 @@ def _fit(
             functions = functions.refitted(model.deterministic, noise, data)
             model = _with_replaced(model, Deterministic, iter(functions.effects))
             before = residual.ordinates
-            residual = residual.moved(functions, data, settled > 0)
+            residual = residual.with_removed(functions, data, settled > 0)
             ordinates = residual.ordinates
             whole = RandomPart(data, data.bins.power(ordinates), free)
             part = functions.without_leverage(whole)
@@ -169,9 +169,10 @@ def _fit_random_effects(
     polish: bool,
     settled: int,
 ) -> tuple[Model, Maximum]:
-    """Pair: model with fitted random effects and modifiers, and its maximum, at fixed functions of time.
+    """Pair: model with fitted random effects and modifiers, and its `Maximum`, while functions of time stay fixed.
 
-    `reopened` is the model with some shapes open again, or None; of both results, the one with the higher logL is used.
+    `reopened` is the model in which some shapes have no values, or None. If given, it is fitted too, and the result
+    with the higher logL is returned.
     """
     found = fit_shapes(model, part, start, polished=polish)
     if reopened is not None:
@@ -211,9 +212,9 @@ class _Functions:
         return _Functions(tuple(made), design, regression)
 
     def without_leverage(self, whole: RandomPart) -> RandomPart:
-        """Copy of the random part `whole` whose counts per bin lack the degrees of freedom of the regression.
+        """Copy of the bin power `whole` whose degrees of freedom lack those that the regression used.
 
-        The power is scaled up by the same ratio. A bin keeps a count of at least 0.05, or all of a smaller count.
+        The power is scaled up by the same ratio. A bin keeps at least 0.05 degrees of freedom, or all if it has fewer.
         """
         edges = whole.data.bins.edges
         used = np.zeros(whole.count.size)
@@ -223,7 +224,7 @@ class _Functions:
         return RandomPart(whole.data, whole.power * whole.count / count, count)
 
     def fitted(self, removed: tuple[Deterministic, ...]) -> tuple[Regressed, ...]:
-        """Tuple of a `Regressed` for each function; `removed` are the functions that were removed from the residual."""
+        """Tuple of a `Regressed` for each function of time; `removed` are the functions subtracted from the residual."""
         return tuple(
             Regressed(
                 effect,
@@ -254,12 +255,12 @@ class _ResidualOrdinates:
     ordinates: Array
     near: tuple[Deterministic, ...] = ()
 
-    def moved(self, functions: _Functions, data: Data, is_tried: bool) -> _ResidualOrdinates:
-        """`_ResidualOrdinates` with the functions `functions` removed instead of the earlier ones.
+    def with_removed(self, functions: _Functions, data: Data, is_tried: bool) -> _ResidualOrdinates:
+        """`_ResidualOrdinates` with `functions` subtracted instead of the earlier functions.
 
-        A function stays removed with its old amplitudes if none changed by more than 0.01 standard uncertainties (0.1
-        with `is_tried`). With `is_tried` (an additional effect is only tried), faint functions (amplitudes below 12
-        uncertainties), except short events, are removed only at the ordinates of the regression.
+        A function stays subtracted with its old amplitudes if none changed by more than 0.01 standard errors (0.1 with
+        `is_tried`). `is_tried` means that an additional effect is only tried. Then functions with amplitudes below 12
+        standard errors, except short events, are subtracted only at the ordinates of the regression.
         """
         scatter = np.sqrt(np.diag(functions.regression.covariance))
         max_change = MAX_KEPT_CHANGE_TRIED if is_tried else MAX_KEPT_CHANGE
@@ -289,7 +290,7 @@ class _ResidualOrdinates:
         for old in before.values():
             parts = nearby if _is_among(old, self.near) else everywhere
             parts.append((old, -old.amplitudes()))
-        left = data.with_exchanged(self.ordinates, everywhere)
+        left = data.minus_functions(self.ordinates, everywhere)
         if nearby:
             left = left.copy() if left is self.ordinates else left
             j = functions.design.ordinates
@@ -304,7 +305,7 @@ def _is_among(effect: Effect, effects: Sequence[Effect]) -> bool:
 
 
 def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
-    """`Maximum` with a discrepancy, climbed to from the model's values.
+    """Local `Maximum` of the likelihood, with a discrepancy, found by an ascent from the model's values.
 
     None if a coefficient or a free shape of a random effect is missing, or if all coefficients are 0.
     """
@@ -347,7 +348,10 @@ def _with_replaced(model: Model, base: type[Effect], effects: Iterator[Effect]) 
 def _regress(
     effects: tuple[Deterministic, ...], design: Design, data: Data, variance: Array
 ) -> Regression:
-    """`Regression` (GLS) of the amplitudes; held amplitudes are subtracted first, stay, and have the covariance 0."""
+    """`Regression` of the record's ordinates on functions of time, weighted by 1/`variance`.
+
+    Held amplitudes are subtracted first; they keep their values and have the covariance 0.
+    """
     values = data.ordinates[design.ordinates]
     given = [
         np.full(own.stop - own.start, effect.amplitudes_held)

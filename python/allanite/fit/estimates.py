@@ -59,7 +59,10 @@ def free_parameters(solution: Solution) -> int:
 
 
 def min_detected_delta_logl(effect: Effect, amplitudes: int = 1) -> float:
-    """Minimum loss of logL without an effect for it to be detected, nats; `amplitudes` is the number of fitted ones."""
+    """Minimum loss of logL without an effect, nats, for which the effect counts as detected.
+
+    `amplitudes` is the number of fitted amplitudes.
+    """
     if amplitudes > 1 or effect.free_shapes:
         return MIN_SHAPED_DELTA_LOGL
     signed = isinstance(effect, Deterministic)
@@ -69,9 +72,9 @@ def min_detected_delta_logl(effect: Effect, amplitudes: int = 1) -> float:
 def _unit(
     effect: Effect, name: str, sample_unit: str, column_units: Mapping[str, str] | None = None
 ) -> str:
-    """Unit of a parameter as a text, for samples (and a logged column) in the given units.
+    """Unit (text) of the parameter `name` of an effect, for samples and a logged column in the given units.
 
-    A declared ``U`` stands for the unit of the samples, ``unit`` for that of the column.
+    In a declared unit, ``U`` stands for the unit of the samples and ``unit`` for that of the column.
     """
     declared = effect.parameter(name).unit
     if not isinstance(declared, str):
@@ -115,9 +118,9 @@ def estimates(
 def _with_noise_uncertainty(
     effect: Deterministic, values: Mapping[str, Any], law: Mixture
 ) -> dict[str, Estimate]:
-    """Dict of the amplitudes of a slow effect with errors and intervals that include the uncertainty of the noise.
+    """Dict of the amplitudes of a slow effect whose errors and intervals include the uncertainty of the noise coefficients.
 
-    `law` is the distribution of the amplitudes averaged over noise coefficients. Amplitudes without an interval are
+    `law` is the distribution of the amplitudes averaged over the noise coefficients. Amplitudes without an interval are
     omitted.
     """
     out = {}
@@ -134,7 +137,7 @@ def _with_noise_uncertainty(
 
 
 def _amplitude_names(effect: Deterministic) -> list[str]:
-    """List of the names of the coefficients of a deterministic effect that have values."""
+    """List of the names of the coefficients of a deterministic effect that are not None."""
     return [
         p.name
         for p in effect.parameters
@@ -150,7 +153,7 @@ def _all_held(effect: Deterministic) -> bool:
 def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float]:
     """Dict of the standard errors of ln(coefficient) and ln(shape), by (effect index, parameter name).
 
-    For a shape that may be negative, the standard error of the shape itself.
+    For a shape that may be negative, it is the standard error of the shape itself.
     """
     names, inverse = joint_covariance(solution, data)
     return dict(zip(names, map(float, np.sqrt(np.diag(inverse))), strict=True))
@@ -243,7 +246,10 @@ def _log_interval(value: float, relative: float) -> tuple[float, float]:
 
 
 def _loss_of_single_ordinates(solution: Solution, own: Process, data: Data) -> float:
-    """Loss of logL of single ordinates, given the power of the bins, if the narrow band of `own` is removed."""
+    """Loss of logL, nats, of the single ordinates near a narrow band if this band is removed from the model.
+
+    The logL of the bins is not included.
+    """
     model = solution.model
     less = Model(tuple(e for e in model if e is not own.effect))
     with_it, without = (
@@ -259,9 +265,9 @@ def has_interval(value: Any) -> bool:
 
 
 def _extended_to_lowest(value: Estimate, effect: Effect, data: Data) -> Estimate:
-    """Estimate of a shape whose interval starts at the lowest possible value if the fit ended at the lowest searched value.
+    """`Estimate` of a shape; its interval starts at the lowest possible value if the fit ended at the search limit.
 
-    It then has no standard error. Otherwise, and for narrow bands fitted to single ordinates, it is unchanged.
+    Such an estimate has no standard error. Otherwise, and for narrow bands fitted to single ordinates, it is unchanged.
     """
     low = effect.parameter(value.name).low
     # Exponents are searched down to their lowest value, positive shapes down to half of the lowest grid value.
@@ -274,13 +280,13 @@ def _extended_to_lowest(value: Estimate, effect: Effect, data: Data) -> Estimate
 
 
 def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[float, float]:
-    """Pair: interval `ends` widened by `factor` in ln(value), at most to e^±50 times the value.
+    """Pair (low, high): the interval `ends` widened by `factor` in ln(value), at most to e^±50 times the value.
 
-    A low end of 0 stays.
+    A low end of 0 stays 0.
     """
 
     def times(ratio: float) -> float:
-        """`ratio` to the power `factor`, limited to e^±`MAX_LOG_HALF_WIDTH`."""
+        """`ratio` to the power `factor`, clipped to e^±`MAX_LOG_HALF_WIDTH`."""
         return float(
             np.exp(np.clip(factor * np.log(ratio), -MAX_LOG_HALF_WIDTH, MAX_LOG_HALF_WIDTH))
         )
@@ -292,9 +298,10 @@ def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[flo
 def _shape_estimate(
     effect: Effect, name: str, relative: float | None, detected: bool, own_unit: str
 ) -> Any:
-    """`Estimate` of a shape with error and interval; `relative` is the standard error of its logarithm (or of itself).
+    """`Estimate` of a shape with standard error and 95 % interval; None and texts are returned unchanged.
 
-    If `relative` is None, the estimate has no error and no interval. None and texts are returned unchanged.
+    `relative` is the standard error of ln(shape), or of the shape itself if it may be negative. If `relative` is None,
+    the estimate has no error and no interval.
     """
     value = effect.values[name]
     if value is None or isinstance(value, str):
@@ -317,9 +324,9 @@ def _modifier_values(
     unit: str,
     column_units: Mapping[str, str],
 ) -> dict[str, Any]:
-    """Dict of the values of a modifier by parameter name; `shaped` holds standard errors of logarithms of shapes.
+    """Dict of the values of a modifier by parameter name; numbers become `Estimate`, tuples, texts and None stay.
 
-    Numbers become `Estimate`; tuples, texts and None stay. Intervals of times are cut at the ends of the record.
+    `shaped` holds standard errors of ln(shape) by name. Intervals of times are cut at the ends of the record.
     """
     errors = effect.errors(data.rate)
     out: dict[str, Any] = {}
@@ -385,7 +392,7 @@ def _deterministic_values(
 def _phase_by_frequency(
     effect: Deterministic, own: Regressed, solution: Solution, data: Data
 ) -> float:
-    """Standard error of the phase at time 0 due to the error of the frequency, rad; 0 without a free frequency.
+    """Standard error of the phase at time 0 caused by the error of the frequency, rad; 0 for a fixed frequency.
 
     The phase at the middle of the record is uncorrelated with the frequency. Extrapolated to time 0, the error of the
     frequency adds to the phase.
@@ -431,9 +438,8 @@ def _deterministic_shape_error(
 ) -> float | None:
     """Standard error of a shape fitted together with the amplitudes; None if the record has no information on the shape.
 
-    The derivative d signal/d shape is projected (by GLS) orthogonal to the regressors. For effects that are not slow,
-    e.g. a drifting line, it is also projected orthogonal to the derivatives by the other shapes, which are correlated
-    with it.
+    The derivative of the signal by the shape is projected (by GLS) orthogonal to the regressors. For effects that are
+    not slow, e.g. a drifting line, it is also projected orthogonal to the derivatives by the other shapes.
     """
     from allanite.fit.shapes.deterministic import design_of
 
@@ -457,7 +463,10 @@ def _deterministic_shape_error(
 def shape_slope(
     effect: Deterministic, name: str, ordinates: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64] | None:
-    """Array of the derivative of the effect's ordinates by one of its shapes; None if the shape cannot be changed."""
+    """Array of the derivative of an effect's cosine ordinates with respect to the shape `name`, shape of `ordinates`.
+
+    None if the shape cannot be changed.
+    """
     from allanite.fit.shapes.deterministic import regressors_at
 
     value = effect.values[name]
@@ -497,6 +506,6 @@ def _with_admissible_intervals(effect: Effect, values: dict[str, Any]) -> dict[s
 
 
 def _is_shape(effect: Effect, name: str) -> bool:
-    """True if a parameter describes place, time or form of an effect (by role, or unit Hz, s, rad) instead of its size."""
+    """True if a parameter is a shape or a time (by role), or has the unit Hz, s or rad; False for sizes."""
     declared = effect.parameter(name)
     return declared.role in ("shape", "time") or declared.unit in ("Hz", "s", "rad")

@@ -6,7 +6,7 @@ from allanite.effects import Effect, Model
 
 
 def with_effect(model: Model, place: int, effect: Effect) -> Model:
-    """Copy of the model with the effect at index `place` replaced by `effect`."""
+    """Copy of the model in which `effect` replaces the effect at index `place`."""
     return Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
 
 

@@ -2,7 +2,7 @@
 
 Random effects: the ordinates of each bin are distributed over folds. Coefficients, shapes and discrepancy are fitted
 without a fold and predict the power of its ordinates. Functions of time are subtracted as fitted to the whole record. This
-makes the loss too small; the difference is added back for each block of time (`prediction_in_time.prices`).
+makes the loss too small; the difference is added back for each block of time (`prediction_in_time.function_costs`).
 
 Two models are compared unit by unit (`compare`), so that losses common to both cancel. The scatter of the differences gives
 the standard error of their sum (Gneiting & Raftery 2007; blocks: Roberts et al. 2017). If an effect acts in one unit only
@@ -69,7 +69,7 @@ class Prediction:
 
 
 def compare(before: Prediction, after: Prediction) -> tuple[float, float]:
-    """Pair: difference of the predictive losses of two models of a record, and its standard error.
+    """Pair: sum of the losses of `after` minus that of `before`, nats, and the standard error of this difference.
 
     Parameters
     ----------
@@ -79,9 +79,9 @@ def compare(before: Prediction, after: Prediction) -> tuple[float, float]:
     Returns
     -------
     difference : float
-        Sum of the losses after − before, nats; negative if `after` predicts better.
+        Negative if `after` predicts better.
     std_error : float
-        Standard error from the scatter of the differences between units, nats.
+        From the scatter of the differences between units.
     """
     difference = after.losses - before.losses
     return float(difference.sum()), _std_error(difference)
@@ -118,7 +118,7 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
     saturated = total
     if solution.ordinates is not data.ordinates or raw is not None:
         _, saturated = bins.folded((data if raw is None else raw).ordinates, FOLDS)
-    used = _used(bins, solution)
+    used = _regressed_freedom(bins, solution)
     units = np.zeros((FOLDS, bins.groups.size))
     cell = np.searchsorted(cells_of(bins.count.size), np.arange(bins.count.size), side="right")
     for fold in range(FOLDS):
@@ -131,7 +131,7 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
             np.where(unseen, solution.spectrum, power),
             np.where(unseen, EMPTY_FOLD_FREEDOM, freedom),
         )
-        found = _refitted(solution, part)
+        found = _refitted_maximum(solution, part)
         for g, group in enumerate(np.split(np.arange(bins.count.size), bins.groups[1:])):
             b = group[number[fold][group] > 0]
             if b.size:
@@ -154,7 +154,10 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
 def _log_likelihood(
     power: Array, count: Array, spectrum: Array, scale: int | None, cell: NDArray[np.int64]
 ) -> float:
-    """Marginal logL of a few bins at one discrepancy, without caching tables (see `discrepancy.judge`)."""
+    """Marginal logL of a few bins at SCALES[scale] (None: δ = 0), without cached tables; see `marginal_likelihood`.
+
+    `cell` is the number of the group of each bin; the bins of a group share one error.
+    """
     scales = SCALES[:1] if scale is None else SCALES[scale : scale + 1]
     law = _kernels.Likelihood(count, scales, np.flatnonzero(np.diff(cell, prepend=-1)).tolist())
     power = np.maximum(power, 1e-12 * spectrum)
@@ -166,7 +169,7 @@ def _std_error(losses: Array) -> float:
     return float(np.sqrt(losses.size) * losses.std(ddof=1))
 
 
-def _used(bins: Bins, solution: Solution) -> Array:
+def _regressed_freedom(bins: Bins, solution: Solution) -> Array:
     """Array of the degrees of freedom that the regression used in each fold of each bin, shape (FOLDS, bins)."""
     used = np.zeros((FOLDS, bins.count.size))
     place = np.searchsorted(bins.edges, solution.regressed_ordinates, side="right") - 1
@@ -174,8 +177,8 @@ def _used(bins: Bins, solution: Solution) -> Array:
     return used
 
 
-def _refitted(solution: Solution, part: RandomPart) -> Maximum:
-    """`Maximum` of the same model on other ordinates, started from its fitted values."""
+def _refitted_maximum(solution: Solution, part: RandomPart) -> Maximum:
+    """`Maximum` of the model of a solution fitted to other bin power `part`, starting from its fitted values."""
     model = solution.model
     found = part.climb(part.linear(model), solution.theta, solution.scale)
     _, found = polish(model, free_places(model), found, part, roughly=True)
@@ -183,7 +186,7 @@ def _refitted(solution: Solution, part: RandomPart) -> Maximum:
 
 
 def _outlier_costs(data: Data, solution: Solution) -> Array:
-    """Array of the cost ln n of single samples that the model excludes, summed in each block of time, shape (BLOCKS,).
+    """Array of the cost of excluded single samples, ln n each, summed in each block of time, nats, shape (BLOCKS,).
 
     0 without excluded samples.
     """

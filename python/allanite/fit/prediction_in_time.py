@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fit.likelihood.whitened import expected_level, white_power, whiten
-from allanite.fit.shapes.deterministic import window
+from allanite.fit.shapes.deterministic import ordinates_near
 from allanite.fit.shapes.drifting import ordinates_of_drift
 from allanite.fit.shapes.shape import ORDINATES_BESIDE_LINE
 
@@ -45,7 +45,7 @@ def function_costs(data: Data, solution: Solution) -> Array:
     noise = solution.noise(data)
 
     def losses_of(j: NDArray[np.int64], matrix: Array, amplitudes: Array) -> Array:
-        """Array of the loss of each block if functions with the regressors `matrix` are fitted to the other blocks."""
+        """Array of the loss of each block, nats, if functions with regressors `matrix` are fitted to the other blocks."""
         rows = matrix[np.searchsorted(solution.regressed_ordinates, j)]
         values = solution.ordinates[j] + (rows * amplitudes).sum(axis=1)
         return block_losses(values, rows, noise.variance(j), mean=bool(j[0] == 1))
@@ -61,10 +61,12 @@ def function_costs(data: Data, solution: Solution) -> Array:
         elif effect.periodic:
             lines = np.zeros(BLOCKS)
             for k, (multiple, _, _) in enumerate(effect.lines):
-                j = window(multiple * (effect.base_frequency or 0.0), data, ORDINATES_BESIDE_LINE)
+                j = ordinates_near(
+                    multiple * (effect.base_frequency or 0.0), data, ORDINATES_BESIDE_LINE
+                )
                 pair = slice(2 * k, 2 * k + 2)
                 lines += losses_of(j, own.matrix[:, pair], own.amplitudes[pair])
-            total += _at_least(lines, numbers)
+            total += _raised_to_total(lines, numbers)
         elif effect.low:
             slow.append(own)
         else:
@@ -74,18 +76,18 @@ def function_costs(data: Data, solution: Solution) -> Array:
                 max(0, j.size // 2 - 2 * PREDICTED_ORDINATES) : j.size // 2
                 + 2 * PREDICTED_ORDINATES
             ]
-            total += _at_least(losses_of(j, own.matrix, own.amplitudes), numbers)
+            total += _raised_to_total(losses_of(j, own.matrix, own.amplitudes), numbers)
     if slow:
         j = np.arange(1, min(data.n, PREDICTED_ORDINATES), dtype=np.int64)
         matrix = np.hstack([own.matrix for own in slow])
         amplitudes = np.concatenate([own.amplitudes for own in slow])
         shapes = sum(len(own.effect.free_shapes) for own in slow)
-        total += _at_least(losses_of(j, matrix, amplitudes), amplitudes.size + shapes)
+        total += _raised_to_total(losses_of(j, matrix, amplitudes), amplitudes.size + shapes)
     return total
 
 
 def level_change_costs(data: Data, solution: Solution) -> Array:
-    """Array of cost minus gain of noise-level changes in each block of the record, nats, shape (BLOCKS,).
+    """Array of cost minus predictive gain of noise-level changes in each block of the record, nats, shape (BLOCKS,).
 
     Negative where the changes predict the block better. The cost of 1 nat per fitted parameter, as for one-time events,
     is spread evenly over all blocks. All zero without changes of the white-noise level, or if white noise dominates no
@@ -105,8 +107,8 @@ def level_change_costs(data: Data, solution: Solution) -> Array:
     return np.array([float(b.sum()) for b in np.array_split(loss, BLOCKS)]) + times / BLOCKS
 
 
-def _at_least(costs: Array, numbers: int) -> Array:
-    """Array of the costs of the blocks, raised equally so that their sum is at least `numbers` (of parameters)."""
+def _raised_to_total(costs: Array, numbers: int) -> Array:
+    """Array of the costs of the blocks, raised equally so that their sum is at least the number of parameters `numbers`."""
     return costs + max(0.0, numbers - float(costs.sum())) / BLOCKS
 
 
@@ -128,7 +130,7 @@ def block_losses(values: Array, matrix: Array, variance: Array, mean: bool) -> A
     mean : bool
         True if the ordinate before the first one is the mean, which is free.
     """
-    c = _local(values.size + mean)[:, int(mean) :]
+    c = _inverse_cosine_matrix(values.size + mean)[:, int(mean) :]
     precision = (c / variance) @ c.T
     # With orthonormal whitened regressors, A is the identity and â is the score.
     root = 1.0 / np.sqrt(variance)
@@ -152,7 +154,7 @@ def block_losses(values: Array, matrix: Array, variance: Array, mean: bool) -> A
 
 
 @lru_cache(maxsize=4)
-def _local(m: int) -> Array:
+def _inverse_cosine_matrix(m: int) -> Array:
     """Array: matrix of the orthonormal inverse cosine transform, shape (m times, m ordinates); cached and read-only."""
     matrix = np.cos(np.pi / m * np.outer(np.arange(m) + 0.5, np.arange(m))) * np.sqrt(2.0 / m)
     matrix[:, 0] = np.sqrt(1.0 / m)

@@ -18,7 +18,11 @@ from allanite.fit import curve as _curve
 from allanite.fit.degeneracy import Correlations, correlations, degeneracies
 from allanite.fit.estimates import estimates, free_parameters
 from allanite.fit.likelihood.data import prepare
-from allanite.fit.likelihood.discrepancy import expected_saturated_gain, judge, scale_interval
+from allanite.fit.likelihood.discrepancy import (
+    expected_saturated_gain,
+    marginal_likelihood,
+    scale_interval,
+)
 from allanite.fit.likelihood.stop_band import empty_ranges
 from allanite.fit.likelihood.whittle import normal_scores
 from allanite.fit.measures import MIN_ADEQUATE_P, Discrepancy, Error, Misfit
@@ -138,9 +142,9 @@ class Fit:
         return _curve.compare_curves(self.data, self.model)
 
     @cached_property
-    def band(self) -> _curve.ChanceBand:
-        """`ChanceBand`: 95 % band of the measured Allan deviation if the model is true, at each τ and simultaneous."""
-        return _curve.chance_band(self.data, self.model, self.curve)
+    def band(self) -> _curve.DeviationBand:
+        """`DeviationBand`: 95 % band of the measured Allan deviation if the model is true, at each τ and simultaneous."""
+        return _curve.deviation_band(self.data, self.model, self.curve)
 
     @cached_property
     def error(self) -> Error:
@@ -151,7 +155,7 @@ class Fit:
             raw = complete(raw, self.model, self.solution.level)
         curve = self.curve
         predictive = predict(self.data, self.solution, raw)
-        return Error(curve.rms_percent, curve.worst, curve.chance_percent, predictive)
+        return Error(curve.rms_percent, curve.worst, curve.expected_scatter_percent, predictive)
 
     @cached_property
     def discrepancy(self) -> Discrepancy:
@@ -166,13 +170,13 @@ class Fit:
 
     @property
     def excess(self) -> float:
-        """LogL of the saturated model minus that of this model, minus its expectation for a true model, nats.
+        """Unexplained misfit, nats: logL of the saturated model minus that of this model, minus its mean for a true model.
 
         It may be negative.
         """
         s = self.solution
         best = float(-0.5 * s.count @ (np.log(s.power) + 1.0))
-        plain = judge(s.power, s.count, s.spectrum, s.scale).log_likelihood
+        plain = marginal_likelihood(s.power, s.count, s.spectrum, s.scale).log_likelihood
         return best - plain - expected_saturated_gain(s.count)
 
     @property
@@ -238,13 +242,14 @@ class Fit:
         """Tuple of `Alternative` fits in which another effect replaces the effect at index `place` of the model; cached."""
         from allanite.fit.rivals.alternatives import alternatives
 
-        return self._searched(alternatives, place)
+        return self._cached_search(alternatives, place)
 
     @cached_property
     def instead_of_two(self) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
-        """Tuple of (ln evidence over this fit, places, solution) of models in which others replace two slow processes.
+        """Tuple of (ln evidence over this fit, indices, solution) of models in which other processes replace two slow ones.
 
-        `places` are the indices of the replaced processes. Models 3 nats or more below the evidence are omitted.
+        `indices` are the two replaced effects of the model. Models 3 nats or more below the evidence of this fit are
+        omitted.
         """
         from allanite.fit.rivals.together import instead_of_two
 
@@ -254,37 +259,41 @@ class Fit:
         """Tuple of pairs of effects (`Pair`) that may replace the effect at index `place` of the model; cached."""
         from allanite.fit.rivals.together import together
 
-        return self._searched(together, place)
+        return self._cached_search(together, place)
 
     def solution_without(self, *places: int) -> Solution:
         """Solution without the effects at the indices `places`, the shapes of the other effects kept. Cached."""
         from allanite.fit.engine import solve
 
-        if places not in self._without:
+        if places not in self._solutions_without:
             model = self.model
             for place in sorted(places, reverse=True):
                 model = without_effect(model, place)
-            self._without[places] = solve(self.data, model, like=self.solution, polish=False)
-        return self._without[places]
+            self._solutions_without[places] = solve(
+                self.data, model, like=self.solution, polish=False
+            )
+        return self._solutions_without[places]
 
     @cached_property
-    def _without(self) -> dict[tuple[int, ...], Solution]:
-        """Cache of `solution_without` by indices of the effects."""
+    def _solutions_without(self) -> dict[tuple[int, ...], Solution]:
+        """Dict from tuples of effect indices to the cached results of `solution_without`; empty at first."""
         return {}
 
-    def _searched(self, search: Callable[[Fit, int], Iterable[Any]], place: int) -> tuple[Any, ...]:
-        """Tuple of the results of a search for alternatives of the effect at index `place`.
+    def _cached_search(
+        self, search: Callable[[Fit, int], Iterable[Any]], place: int
+    ) -> tuple[Any, ...]:
+        """Tuple of the results of search(self, place), cached by the name of the search function and `place`.
 
-        Cached by name of the search.
+        `place` is the index of the effect that alternatives are searched for.
         """
         key = search.__name__, place
-        if key not in self._rivals:
-            self._rivals[key] = tuple(search(self, place))
-        return self._rivals[key]
+        if key not in self._searches:
+            self._searches[key] = tuple(search(self, place))
+        return self._searches[key]
 
     @cached_property
-    def _rivals(self) -> dict[tuple[str, int], tuple[Any, ...]]:
-        """Dict that caches the results of `_searched` by (name of the search, index of the effect); empty at first."""
+    def _searches(self) -> dict[tuple[str, int], tuple[Any, ...]]:
+        """Dict that caches the results of `_cached_search` by (name of the search, index of the effect); empty at first."""
         return {}
 
     def check(self, on_progress: Callable[[int, int], None] | None = None) -> Check:
@@ -315,18 +324,18 @@ class Fit:
         which may lack effects that it replaces. This fit is not changed.
         """
         if getattr(addition, "before", None) is self:
-            return self._with(addition.found.model)
-        return self._with(self.model + getattr(addition, "effect", addition))
+            return self._fit_again(addition.found.model)
+        return self._fit_again(self.model + getattr(addition, "effect", addition))
 
     def remove(self, place: int) -> Fit:
         """Fit of the model without the effect at index `place`."""
-        return self._with(without_effect(self.model, place))
+        return self._fit_again(without_effect(self.model, place))
 
-    def _with(self, model: Model) -> Fit:
+    def _fit_again(self, model: Model) -> Fit:
         """Fit of another model by the same method; missing samples are completed under the new model."""
-        from allanite.fit import completed
+        from allanite.fit import fit_again
 
-        return completed(self, model)
+        return fit_again(self, model)
 
     def simulate(self, **options: Unpack[SimulationOptions]) -> Recording:
         """`Recording` of the fitted model, simulated at the recording's rate and unit.
@@ -417,8 +426,8 @@ class Fit:
     def body(self, searched: bool = True) -> dict[str, Any]:
         """Dict (JSON form) of model, effects, misfit, error and adequacy, as used by fits, checks and studies.
 
-        Without `searched`, alternative explanations are not searched, and the lists of rivals are empty. ``adequate``
-        is False also if quantization limits the recording (`limited_by_quantization`).
+        With `searched` False, alternative explanations are not searched, and the lists of rivals are empty.
+        ``adequate`` is False also if quantization limits the recording (`limited_by_quantization`).
         """
         from allanite.fit.rivals.alternatives import Rivals, rivals
 
@@ -488,7 +497,7 @@ def group_scores(solution: Solution, data: Data) -> np.ndarray[Any, np.dtype[np.
 
 
 def plain(value: Any) -> dict[str, Any]:
-    """Dict (JSON form) of a parameter: that of an `Estimate`, or ``{"value": …}``."""
+    """Dict (JSON form) of the value of a parameter: `Estimate.to_dict()`, or ``{"value": …}`` for any other value."""
     if isinstance(value, Estimate):
         return value.to_dict()
     return {"value": list(value) if isinstance(value, tuple) else value}

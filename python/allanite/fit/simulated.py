@@ -132,7 +132,7 @@ def simulate_check(
     gaps = bool(missing.any())
 
     def replicate(number: int) -> tuple[float, dict[str, float]]:
-        """Pair: χ² and parameter values of a refitted simulation."""
+        """Pair: χ² and dict of parameter values of the refit of a record simulated with stream `number`."""
         # Stream 0 of a seed is used by `fit.simulate(seed=…)`.
         twin = simulate(
             fit.model,
@@ -173,7 +173,10 @@ def simulate_check(
 
 
 def _free_parameters(fit: Fit) -> dict[str, tuple[Effect, Parameter]]:
-    """Dict from name to (effect, declaration) of each free parameter of a fit."""
+    """Dict from name (``N``, ``GM.q_c``) to (effect, declaration) of each free parameter of a fit.
+
+    Held and derived parameters are omitted.
+    """
     return {
         parameter_label(label, p.name): (effect, p)
         for effect, label in zip(fit.model, fit.model.labels, strict=True)
@@ -183,7 +186,7 @@ def _free_parameters(fit: Fit) -> dict[str, tuple[Effect, Parameter]]:
 
 
 def _parameter_values(fit: Fit) -> dict[str, float]:
-    """Dict of the values of the free numeric parameters of a fit's model, without the cost of intervals."""
+    """Dict of the values of a fit's free numeric parameters by name; no intervals are computed."""
     return {
         name: float(value)
         for name, (effect, p) in _free_parameters(fit).items()

@@ -81,7 +81,7 @@ class Regressed(Fitted):
 
 
 def processes_of(model: Model, theta: Array, columns: Array) -> tuple[Process, ...]:
-    """Tuple of the fitted random processes of a model from squared coefficients and columns."""
+    """Tuple of the `Process` of each random effect of a model, from squared coefficients and columns of bin power."""
     values = zip(model.stochastic, theta.tolist(), columns.T, strict=True)
     return tuple(Process(*own) for own in values)
 
@@ -89,9 +89,9 @@ def processes_of(model: Model, theta: Array, columns: Array) -> tuple[Process, .
 def fitted(
     model: Model, processes: Iterable[Process], functions: Iterable[Regressed] = ()
 ) -> tuple[Fitted, ...]:
-    """Tuple of the fitted records of all effects, in the order of the model.
+    """Tuple of the fitted effects of a model in its order: `Process`, `Regressed`, or `Fitted` for modifiers.
 
-    `processes` and `functions` are used in order; modifiers become `Fitted`.
+    The elements of `processes` and `functions` are used in order.
     """
     random, known = iter(processes), iter(functions)
     return tuple(
@@ -127,10 +127,10 @@ class Residual:
         """Array of the residual ordinates, shape (n,); computed on demand."""
         if not self.removed:
             return self.data.ordinates
-        return self.data.functions.get(self._key, lambda: self.data.without(self.removed))
+        return self.data.functions.get(self._key, lambda: self.data.ordinates_without(self.removed))
 
     def known(self, ordinates: Array) -> Residual:
-        """Same `Residual`, after its known ordinates are stored in the cache of the data."""
+        """Store the given residual ordinates in the cache of the data; return the same `Residual`."""
         if self.removed:
             self.data.functions.get(self._key, lambda: ordinates)
         return self
@@ -215,7 +215,7 @@ class Solution:
 
     @property
     def best(self) -> Maximum:
-        """`Maximum` of the likelihood of the random part."""
+        """`Maximum` of the likelihood over coefficients and discrepancy at the fitted shapes."""
         return Maximum(self.theta, self.spectrum, self.maximum, self.scale, self.weight)
 
     @property

@@ -68,7 +68,7 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
 
 
 def _unit_and_factor(parameter: Parameter, sample: str) -> tuple[str, float]:
-    """Pair: printed unit of a parameter of samples in `sample`, and the factor that converts to it.
+    """Pair: printed unit of a parameter, and the factor that converts to it; `sample` is the unit of the samples.
 
     The unit is empty for a pure number.
     """
@@ -79,9 +79,10 @@ def _unit_and_factor(parameter: Parameter, sample: str) -> tuple[str, float]:
 
 
 def _cells(value: Any, column: str | None) -> tuple[str, str]:
-    """Pair of texts: value and 95 % interval of a parameter, ("not detected", upper limit), or ("not present", "").
+    """Pair of texts: value and 95 % interval of a parameter; the interval is empty if there is none.
 
-    The second text is empty without an interval.
+    ("not detected", upper limit) or ("not present", "") for parameters that are not detected. `column` is the followed
+    column.
     """
     if not isinstance(value, Estimate):
         return str(value), ""
@@ -130,12 +131,12 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
 
 
 def _percent(share: float) -> str:
-    """Text of a probability in percent, two digits; "100 %" above 99.5 %."""
+    """Text of a probability `share` in percent, two digits; "100 %" above 99.5 %."""
     return "100 %" if share > 0.995 else f"{100.0 * share:.2g} %"
 
 
 def is_wider(value: Estimate, interval: tuple[float, float]) -> bool:
-    """True if `interval` extends beyond the interval of the estimate, at one end, by over a tenth of its width.
+    """True if one end of `interval` lies outside the interval of the estimate by over a tenth of its width.
 
     False if the estimate has no interval.
     """

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.effects import Deterministic
-from allanite.fit import removes
+from allanite.fit import excludes_samples
 from allanite.fit.prediction import compare, predicts_worse
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.suggestion.constants import (
@@ -59,7 +59,7 @@ def no_error_rises(before: Fit, after: Fit) -> bool:
     excludes outliers, the result is always True.
     """
     old, new = before.curve, after.curve
-    other = after.data is not before.data and removes(after.model.effects[-1])
+    other = after.data is not before.data and excludes_samples(after.model.effects[-1])
     if other and after.model.effects[-1].when is None:
         return True  # outliers hide how wrong the model is, so the errors are not comparable
     if after.discrepancy.interval[0] > before.discrepancy.interval[1]:
@@ -67,13 +67,13 @@ def no_error_rises(before: Fit, after: Fit) -> bool:
     if old.rms_percent is None or new.rms_percent is None:
         return True
     # The error of a true model is within twice its scatter. While effects are missing it may rise by its scatter.
-    chance = new.chance_percent or 0.0
+    chance = new.expected_scatter_percent or 0.0
     if new.rms_percent > max(MAX_ALLAN_ERROR_SCATTERS * chance, np.hypot(old.rms_percent, chance)):
         return False
     if other:
         return True  # the curves are of different samples
     # Large scatter at long τ must not excuse a rise at short τ, so the rises are compared τ by τ.
-    return new.risen(old, MAX_ALLAN_ERROR_SCATTERS) <= 0.0
+    return new.error_increase(old, MAX_ALLAN_ERROR_SCATTERS) <= 0.0
 
 
 def predicts_as_well(before: Fit, after: Fit) -> bool:
@@ -116,7 +116,7 @@ def refusal_reason(before: Fit, after: Fit, once: bool) -> str:
 
 def allan_error_within_scatter(fit: Fit) -> bool:
     """True if the Allan error is at most its expected scatter; a missing value counts as 0."""
-    return (fit.curve.rms_percent or 0.0) <= (fit.curve.chance_percent or 0.0)
+    return (fit.curve.rms_percent or 0.0) <= (fit.curve.expected_scatter_percent or 0.0)
 
 
 def delta_logl(before: Fit, after: Fit) -> float:

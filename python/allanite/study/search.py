@@ -92,7 +92,7 @@ class Search:
         for rung in self.ladder[:-1]:
             rung.fit.forget_check()
             if rung.fit.data is not fit.data:
-                rung.fit.data.forget()
+                rung.fit.data.clear_caches()
         trim_memory(fit.data.n)
         self.check, self.checked = fit.last_check, len(self.ladder)
         if self.first_check is None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import TooShortError
 from allanite.effects import Model, Modifier
-from allanite.fit import refitted, removes
+from allanite.fit import excludes_samples, refitted
 from allanite.fit.likelihood.crowding import changing_effects
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
@@ -233,7 +233,7 @@ def further_steps(
         if not elsewhere and left < (1.0 - MAX_EXPLAINED_REMAINDER) * seen:
             continue
         if rung.fit.data is not before.fit.data:
-            before.fit.data.forget()
+            before.fit.data.clear_caches()
         unchanged = unchanged and leaves_others_unchanged(before.fit, rung)
         ladder.append(rung)
         yield rung
@@ -298,7 +298,7 @@ def _merged_or_added(
         return after, risen, (suggestion,)  # the Allan curve does not show when a sensor is loud
     falls = no_error_rises(fit, after.fit)
     # An effect that the excluded samples had hidden is added in the same step.
-    hidden = removes(effect) and allan_error_rises(fit, after.fit)
+    hidden = excludes_samples(effect) and allan_error_rises(fit, after.fit)
     if falls and not hidden and not discrepancy_rises(fit, after.fit):
         return after, risen, (suggestion,)
     if alone:
@@ -309,7 +309,7 @@ def _merged_or_added(
     both, second = pair
     risen += second.delta_log_likelihood if second.gives_way else delta_logl(after.fit, both.fit)
     # Excluded samples say nothing about the sensor, so an effect is named before them.
-    second_first = removes(effect) or bool(both.lost_since(after))
+    second_first = excludes_samples(effect) or bool(both.lost_since(after))
     return both, risen, (second, suggestion) if second_first else (suggestion, second)
 
 

@@ -237,7 +237,9 @@ def test_an_allan_error_beyond_its_scatter_rises_by_no_more_than_that(before, af
         return SimpleNamespace(
             discrepancy=SimpleNamespace(percent=1.0, interval=(0.5, 2.0)),
             data=None,
-            curve=SimpleNamespace(rms_percent=error, chance_percent=7.0, risen=lambda *_: 0.0),
+            curve=SimpleNamespace(
+                rms_percent=error, expected_scatter_percent=7.0, error_increase=lambda *_: 0.0
+            ),
         )
 
     assert no_error_rises(fit(before), fit(after)) == falls

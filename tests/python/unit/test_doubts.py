@@ -93,6 +93,6 @@ def test_a_model_that_is_too_high_at_all_long_times_is_not_adequate(seed):
     fit = al.fit_model(al.Recording(x, rate=1.0, unit="deg/s"), "N+K")
     assert fit.misfit.p_value > 0.001
     assert np.abs(fit.curve.z).max() < 4.0
-    assert fit.curve.rms_percent > 3.0 * fit.curve.chance_percent
+    assert fit.curve.rms_percent > 3.0 * fit.curve.expected_scatter_percent
     assert not fit.adequate
     assert al.fit_model(fit.recording, "N+GM").adequate

@@ -133,9 +133,9 @@ def test_an_error_at_short_times_is_not_excused_by_chance_at_long_ones():
     fit = al.fit_model(_recording(4), "N")
     wrong = compare_curves(fit.data, al.parse_model("N(N=0.0132)"))
     # 5 % too high at every τ: 0.0025, where the scatter is smaller.
-    assert 0.001 < wrong.risen(fit.curve, 2.0) < 0.003
-    assert fit.curve.risen(fit.curve, 2.0) == 0.0
-    assert fit.curve.risen(wrong, 2.0) < -0.001
+    assert 0.001 < wrong.error_increase(fit.curve, 2.0) < 0.003
+    assert fit.curve.error_increase(fit.curve, 2.0) == 0.0
+    assert fit.curve.error_increase(wrong, 2.0) < -0.001
 
 
 @pytest.mark.parametrize("seed", [0, 1])

@@ -112,16 +112,16 @@ def test_single_samples_stand_out_of_those_beside_them_whatever_the_level():
     fit = al.fit_model(al.Recording(x, RATE), "N")
     steady = whiten(fit.solution, fit.data)
     # The loud half is no outlier, and of normal samples there is none in 99 of 100 records.
-    assert steady.without_single is steady
+    assert steady.without_outliers is steady
     hit = np.array([10_000, 40_000, 50_000])
     x[hit] = 60.0, -20.0, 20.0
     fit = al.fit_model(al.Recording(x, RATE), "N")
     whitened = whiten(fit.solution, fit.data)
-    changed = np.abs(whitened.samples - whitened.without_single.samples) > 0.1
+    changed = np.abs(whitened.samples - whitened.without_outliers.samples) > 0.1
     assert set(np.flatnonzero(changed)) == set(hit)
     # What shakes for a second is more than single samples.
     x[20_000:20_050] = 60.0
     fit = al.fit_model(al.Recording(x, RATE), "N")
     whitened = whiten(fit.solution, fit.data)
-    changed = np.abs(whitened.samples - whitened.without_single.samples) > 0.1
+    changed = np.abs(whitened.samples - whitened.without_outliers.samples) > 0.1
     assert not changed[20_000:20_050].any()

@@ -128,15 +128,19 @@ def test_judges_as_the_full_sum(case, scale):
     power, count, columns, start, _ = spectra(*case)
     spectrum = columns @ start
     value, weight = judge(power, count, spectrum, scale)
-    found = discrepancy.judge(power, count, spectrum, scale)
+    found = discrepancy.marginal_likelihood(power, count, spectrum, scale)
     # 1e-9 of the terms, which are larger than what is left of them.
     size = 1e-9 * float(count @ (1.0 + np.abs(np.log(power)) + power / spectrum))
     assert found.log_likelihood == pytest.approx(value, rel=1e-9, abs=size)
     np.testing.assert_allclose(found.weight, weight, rtol=1e-7)
     assert np.all(found.weight <= count * (1.0 + 1e-12))
     chosen = 0 if scale is None else scale
-    near = discrepancy.climb_scale(
-        power, count, spectrum, chosen, discrepancy.judge(power, count, spectrum, chosen)
+    near = discrepancy.nearest_best_scale(
+        power,
+        count,
+        spectrum,
+        chosen,
+        discrepancy.marginal_likelihood(power, count, spectrum, chosen),
     )
     twin = better_scale(power, count, spectrum, chosen, judge(power, count, spectrum, chosen))
     assert near[1].log_likelihood == pytest.approx(twin[1][0], abs=size)
@@ -149,10 +153,10 @@ def test_profile_and_best_scale_are_those_of_single_judgements():
     power, count, columns, start, _ = spectra(7, 61, 3, 0.2)
     many = np.array([columns @ start, 2.0 * (columns @ start)])
     for spectrum in many:
-        value = discrepancy.profile(power, count, spectrum)[::5]
+        value = discrepancy.profile_likelihood(power, count, spectrum)[::5]
         each = [judge(power, count, spectrum, i)[0] for i in range(0, SCALES.size, 5)]
         np.testing.assert_allclose(value, each, rtol=1e-9)
-    every = discrepancy.profile(power, count, many[0])
+    every = discrepancy.profile_likelihood(power, count, many[0])
     scale, best = discrepancy.best_scale(power, count, many[0])
     assert every.shape == (SCALES.size,)
     assert scale == np.argmax(every)
@@ -210,13 +214,13 @@ def test_maximize_is_no_worse_than_any_of_its_starts():
 def test_what_does_not_fit_together_is_refused():
     power, count, columns, start, _ = spectra(1, 20, 2, 0.0)
     with pytest.raises(InputError, match="scale 57 of 57"):
-        discrepancy.judge(power, count, power, SCALES.size)
+        discrepancy.marginal_likelihood(power, count, power, SCALES.size)
     with pytest.raises(InputError, match="for 20 bins"):
-        discrepancy.judge(power[1:], count, power[1:], 3)
+        discrepancy.marginal_likelihood(power[1:], count, power[1:], 3)
     with pytest.raises(InputError, match="for 2 coefficients and 20 bins"):
         whittle.climb(power, count, columns[1:], start, None)
     with pytest.raises(InputError, match="degrees of freedom"):
-        discrepancy.judge(power, -count, power, 3)
+        discrepancy.marginal_likelihood(power, -count, power, 3)
 
 
 def test_a_cell_that_a_regression_fits_exactly_tells_nothing_about_the_level():

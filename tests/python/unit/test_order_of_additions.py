@@ -98,7 +98,7 @@ def test_what_left_and_came_back_is_where_it_was():
 
 
 def _fit_with(error):
-    return SimpleNamespace(curve=SimpleNamespace(rms_percent=error, chance_percent=8.0))
+    return SimpleNamespace(curve=SimpleNamespace(rms_percent=error, expected_scatter_percent=8.0))
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ def test_a_coefficient_that_the_record_does_not_show_stays_near_zero():
     series, fit = fitted(phase, (AngleRandomWalk(), RateRandomWalk()))
     best = fit.regressed.log_likelihood
     weights, values = posterior_points(
-        fit, lambda noise: (series.regressed(noise).log_likelihood, noise.lags[0][0])
+        fit, lambda noise: (series.regressed(noise).log_likelihood, noise.gauss_markov[0][0])
     )
     size = np.sqrt(values)
     assert weights.sum() == pytest.approx(1.0)

@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 from allanite import _kernels
-from allanite.fit.likelihood.discrepancy import judge
+from allanite.fit.likelihood.discrepancy import marginal_likelihood
 from allanite.fit.prediction import (
     FOLDS,
     MIN_PREDICTED_SAMPLES,
@@ -67,7 +67,7 @@ def test_a_few_bins_are_judged_as_all_are(scale):
     rng = np.random.default_rng(2)
     count = np.array([1.0, 2.0, 7.0, 40.0, 1e5])
     power, spectrum = rng.gamma(2.0, size=(2, 5))
-    whole = judge(power, count, spectrum, scale).log_likelihood
+    whole = marginal_likelihood(power, count, spectrum, scale).log_likelihood
     cell = np.arange(5)
     parts = (
         _log_likelihood(power[p], count[p], spectrum[p], scale, cell[p])

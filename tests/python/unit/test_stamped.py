@@ -18,7 +18,7 @@ def covariance(noise, t):
     apart = np.abs(t[:, None] - t[None, :])
     first = np.minimum(t[:, None], t[None, :]) - t[0]
     out = noise.white * np.eye(t.size) + noise.walk * first
-    for variance, rate, summed in noise.lags:
+    for variance, rate, summed in noise.gauss_markov:
         if not summed:
             out += variance * np.exp(-rate * apart)
             continue
@@ -28,7 +28,7 @@ def covariance(noise, t):
             2.0 * rate * first - 1.0 + np.exp(-rate * a) + np.exp(-rate * b) - np.exp(-rate * apart)
         )
         out += variance * both / rate**2
-    return out.astype(float) if not any(rate < 1e-5 for _, rate, _ in noise.lags) else out
+    return out.astype(float) if not any(rate < 1e-5 for _, rate, _ in noise.gauss_markov) else out
 
 
 def test_likelihood_and_regression_equal_those_of_the_dense_covariance():

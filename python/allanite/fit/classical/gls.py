@@ -74,16 +74,16 @@ class GlsFit:
         return np.sqrt(np.diag(self.covariance))
 
     def intervals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Tuple (low, high, p) of arrays, shape (coefficients,): two-sided 95 % intervals, and p-values.
+        """Tuple (low, high, p) of arrays, shape (p,): two-sided 95 % intervals of the coefficients, and p-values.
 
-        p is the probability of an estimate at least as large if the coefficient is 0. Where p ≥ 0.025, low is 0 and high
-        is an upper limit. With a single coefficient, p is 0.
+        A p-value is the probability of an estimate at least as large if the coefficient is 0. Where it is at least
+        0.025, low is 0 and high is an upper limit. With a single coefficient, p is 0.
         """
         found = [
             interval(self.mixtures, self.target, self.squares, k) for k in range(self.squares.size)
         ]
-        low, high, by_chance = np.array(found).T
-        return np.sqrt(low), np.sqrt(high), by_chance
+        low, high, p_values = np.array(found).T
+        return np.sqrt(low), np.sqrt(high), p_values
 
 
 def gls_factors(n: int) -> NDArray[np.int64]:

@@ -55,17 +55,17 @@ def interval(
     """
     test = _TestInversion(mixtures, target, squares, index, squares)
     center = float(squares[index])
-    p_zero = 1.0 - test.below(0.0, bounded=False) if squares.size > 1 else 0.0
+    p_zero = 1.0 - test.probability_below(0.0, bounded=False) if squares.size > 1 else 0.0
     above_zero = p_zero < TAIL_PROBABILITY
-    low = test.search(center, 0.0, 1.0 - TAIL_PROBABILITY) if above_zero else 0.0
+    low = test.limit_at(center, 0.0, 1.0 - TAIL_PROBABILITY) if above_zero else 0.0
     column = mixtures.columns[:, index]
     outside = max(center, float((target / column).min()) * 1e-3) * 2.0
     for _ in range(60):
         test.trial = squares
-        if test.below(outside) < TAIL_PROBABILITY:
+        if test.probability_below(outside) < TAIL_PROBABILITY:
             break
         outside *= 2.0
-    high = test.search(center, outside, TAIL_PROBABILITY)
+    high = test.limit_at(center, outside, TAIL_PROBABILITY)
     return min(low, center), max(high, center), p_zero
 
 
@@ -88,9 +88,9 @@ class _TestInversion:
     trial: Array
 
     def _fitted(self, t: float) -> Array:
-        """Array of all squared coefficients: t at `index`, and the other ones fitted with values of at least 0.
+        """Array of all squared coefficients if the one at `index` has the value t; the others are fitted, at least 0.
 
-        The covariance and the fit are iterated at most six times.
+        Covariance and fit are iterated at most six times.
         """
         columns = self.mixtures.columns
         others = np.delete(np.arange(self.squares.size), self.index)
@@ -109,19 +109,19 @@ class _TestInversion:
                 break
         return trial
 
-    def below(self, t: float, bounded: bool = True) -> float:
-        """Probability of an estimate smaller than the one found, if t is true.
+    def probability_below(self, t: float, bounded: bool = True) -> float:
+        """Probability of an estimate smaller than the actual one, if t is the true squared coefficient.
 
-        With `bounded`, effects that are fitted as 0 for this t are fixed at 0. If such an effect is present, the estimate
-        is too large: an upper limit is then conservative, and a lower limit is too high. 1 if all effects are fitted as
-        0. Stores the fitted coefficients in `trial`.
+        With `bounded`, other effects that are fitted as 0 for this t are fixed at 0. If such an effect is present in
+        truth, an upper limit is conservative and a lower limit too high. 1 if all effects are fitted as 0. Stores the
+        fitted coefficients in `trial`.
         """
         columns, trial = self.mixtures.columns, self._fitted(t)
         if not trial.any():
             return 1.0
         covariance = self.mixtures.covariance(trial)
         scale = np.sqrt(np.diag(covariance))
-        white = _root(covariance / np.outer(scale, scale))
+        white = _cholesky(covariance / np.outer(scale, scale))
         kept = np.flatnonzero((trial > 0.0) | (not bounded) | (np.arange(trial.size) == self.index))
         design = np.linalg.solve(white, columns[:, kept] / scale[:, None])
         norm = np.sqrt((design**2).sum(axis=0))
@@ -135,32 +135,32 @@ class _TestInversion:
             self.mixtures.skewness(trial, readout),
         )
 
-    def search(self, inside: float, outside: float, probability: float) -> float:
-        """Value between `inside` and `outside` at which `below` has this `probability`; `outside` if there is none."""
+    def limit_at(self, inside: float, outside: float, probability: float) -> float:
+        """Squared coefficient between `inside` and `outside` at which `probability_below` equals `probability`.
+
+        `outside` if there is none.
+        """
         from scipy.optimize import brentq
         from scipy.special import ndtri
 
         # As normal score against the square root, the curve is nearly straight.
         level = float(ndtri(probability))
 
-        def over(root: float) -> float:
-            """Normal score of `below` at the square of `root`, clipped to ±9, minus the score `level`.
-
-            `level` belongs to the end of the interval.
-            """
-            score = float(ndtri(self.below(root**2, bounded=outside > inside)))
+        def score_excess(root: float) -> float:
+            """Normal score of `probability_below` at root², clipped to ±9, minus the score of the searched probability."""
+            score = float(ndtri(self.probability_below(root**2, bounded=outside > inside)))
             return float(np.clip(score, -9.0, 9.0)) - level
 
         ends = np.sqrt(inside), np.sqrt(outside)
-        if over(ends[0]) * over(ends[1]) >= 0.0:
+        if score_excess(ends[0]) * score_excess(ends[1]) >= 0.0:
             return outside
-        return float(brentq(over, *ends, rtol=1e-4, xtol=1e-4 * max(ends))) ** 2
+        return float(brentq(score_excess, *ends, rtol=1e-4, xtol=1e-4 * max(ends))) ** 2
 
 
-def _root(correlation: Array) -> Array:
+def _cholesky(correlation: Array) -> Array:
     """Array: lower Cholesky factor of a correlation matrix whose diagonal is raised by 1e-9, or by more if needed.
 
-    If the factor does not exist, 1e-7, 1e-5 and 1e-3 are tried. LinAlgError if no addition suffices.
+    If that fails, 1e-7, 1e-5 and 1e-3 are tried. LinAlgError if none suffices.
     """
     unit = np.eye(correlation.shape[0])
     for jitter in DIAGONAL_JITTERS:

@@ -190,7 +190,7 @@ def _read(
         if not over.any():
             at = level + (slope * np.log(where) if where is not None else 0.0) - np.log(line.level)
             value, low, high = (float(np.exp(at + s * error)) for s in (0.0, -NORMAL, NORMAL))
-            first, last = _neighbors_that_hold(holds, k)
+            first, last = _run_containing(holds, k)
             ends = float(tau[windows[first]][0]), float(tau[windows[last]][-1])
             return LineReading(name, slope, where, True, value, low, high, *ends)
         worst = int(np.argmax(np.where(over, level + slope * x - largest, -np.inf)))
@@ -203,14 +203,17 @@ def _read(
 def _largest_values(
     log_deviation: NDArray[np.float64], edf: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Array of the largest plausible ln true deviation at each τ, exceeded with probability 1 − `CURVE_PROBABILITY`."""
+    """Array of upper limits of ln of the true deviation at each τ, from the measured ln deviation and its edf.
+
+    The truth exceeds a limit with the probability 1 − `CURVE_PROBABILITY`.
+    """
     from scipy.special import chdtri
 
     return np.asarray(log_deviation + 0.5 * np.log(edf / chdtri(edf, CURVE_PROBABILITY)))
 
 
-def _neighbors_that_hold(holds: Sequence[bool], k: int) -> tuple[int, int]:
-    """Pair of the first and last index of the run of True that contains index k."""
+def _run_containing(holds: Sequence[bool], k: int) -> tuple[int, int]:
+    """Pair: first and last index of the run of consecutive True values in `holds` that contains index k."""
     first = last = k
     while first > 0 and holds[first - 1]:
         first -= 1

@@ -56,9 +56,9 @@ class MethodRow:
     remark: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict of the coefficient by each method, for JSON, with ``misleads`` (True if there is a remark).
+        """Dict of name, unit, the coefficient by each method, and the remark, for JSON; None for a method without a value.
 
-        A method without a value is None.
+        The key ``misleads`` is True if there is a remark.
         """
         line = self.line
         return {
@@ -152,7 +152,7 @@ def _cell(estimate: Estimate | None, factor: float) -> str:
 
 
 def _value_cell(value: float | None, low: float | None, high: float | None, factor: float) -> str:
-    """Table cell of a value with its interval, if it has one, times `factor`; "not valid" without a value."""
+    """Table cell of value · factor with its interval, if both ends are given; "not valid" if the value is None."""
     if value is None:
         return "not valid"
     if low is None or high is None:
@@ -202,9 +202,10 @@ def compare_methods(fit: Fit) -> MethodTable:
 def _lines_without_effect(
     readings: LineReadings, fit: Fit, modeled: set[str | None]
 ) -> list[MethodRow]:
-    """List of rows for lines on the curve for which the model has no effect.
+    """List of rows for straight lines on the curve that match no effect of the model.
 
-    `modeled` holds the names of the other lines. A line that cannot be read has a row only if the curve lies below it.
+    `modeled` holds the names of the lines of the effects, such as ``N``. A line that cannot be read has a row only if
+    the curve lies below the line.
     """
     unit = fit.recording.unit
     others = " + ".join(e.short for e in fit.model)

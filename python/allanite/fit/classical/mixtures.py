@@ -30,7 +30,7 @@ FREQUENCIES_PER_E = 400
 
 
 def kernel_terms(terms: Sequence[Term], factor: float = 1.0) -> list[tuple[str, list[float]]]:
-    """List of (name, parameters) of terms for the compiled core, with variances multiplied by `factor`."""
+    """List of (name, parameters) of spectral terms for the compiled core, with variances multiplied by `factor`."""
     return [t.scaled(factor).kernel for t in terms]
 
 
@@ -66,10 +66,10 @@ class Mixtures:
         factors: NDArray[np.int64],
         around: Array,
     ) -> Mixtures:
-        """`Mixtures` of the effects given by their terms at coefficient 1.
+        """`Mixtures` of effects given by their spectral terms at coefficient 1, for n samples.
 
-        `around`, shape (k,), are the measured variances. For polarization, effects are scaled so that each alone
-        reaches `around`; otherwise small parts would be lost in rounding.
+        `around`, shape (k,), holds the measured variances. Each effect is scaled so that it alone reaches one of them,
+        because small parts of the covariance would otherwise be lost in rounding.
         """
         p = len(unit_terms)
         columns = np.column_stack(
@@ -118,10 +118,10 @@ class Mixtures:
         return np.asarray(np.einsum("a,b,abij->ij", squares, squares, self.parts))
 
     def skewness(self, squares: Array, readout: Array) -> float:
-        """Skewness of the sum of the Allan variances weighted by `readout`, shape (k,); 0 if the sum is 0.
+        """Skewness of a weighted sum of estimated Allan variances; 0 if the sum has no variance.
 
-        `squares` are squared coefficients. The sum is a weighted sum of squares of nearly independent ordinates:
-        κ3/κ2^{3/2} with κ_q ∝ Σ (S H)^q.
+        `squares` are the squared coefficients, `readout` the weights of the Allan variances, shape (k,). The sum is a
+        weighted sum of squares of nearly independent ordinates: κ3/κ2^{3/2} with κ_q ∝ Σ (S H)^q.
         """
         x = (self.spectra @ squares) * (self.transfer @ readout)
         second = float(self.weights @ x**2)

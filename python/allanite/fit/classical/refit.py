@@ -47,7 +47,7 @@ def refit(fit: Fit, method: str) -> Fit:
 
 
 def _with_values(own: Fitted, values: dict[str, Any]) -> Fitted:
-    """Copy of a fitted effect with its coefficient taken from `values`; itself if the method does not estimate it."""
+    """Copy of a fitted effect with the coefficient in `values`; the effect itself if the method does not estimate it."""
     if isinstance(own, Process):
         name = own.effect.coefficient
         value = float(values[name])
@@ -60,7 +60,7 @@ def _with_values(own: Fitted, values: dict[str, Any]) -> Fitted:
 
 
 def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
-    """Tuple of a dict of estimates by parameter name for each effect; GLS refits coefficients of random processes only.
+    """Tuple of a dict of estimates by parameter name for each effect, with coefficients of random processes by GLS.
 
     A coefficient is detected if p < 1 %; otherwise its interval starts at 0. Values derived from a coefficient are
     rescaled with it. All other values are those of `fit`.
@@ -74,14 +74,14 @@ def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
         data.n,
         [data.unit_terms(model, e) for e in model.stochastic],
     )
-    low, high, by_chance = found.intervals()
+    low, high, p_values = found.intervals()
     out = []
     for fitted, values in zip(fit.solution.effects, fit.estimates, strict=True):
         own = dict(values)
         if isinstance(fitted, Process):
             effect, place = fitted.effect, fit.solution.processes.index(fitted)
             value = float(found.coefficients[place])
-            detected = bool(by_chance[place] < DETECTION_P)
+            detected = bool(p_values[place] < DETECTION_P)
             ends = float(low[place]) if detected else 0.0, float(high[place])
             error = float(found.std_errors[place]) / (2.0 * value) if value > 0 else None
             given = values[effect.coefficient]
@@ -103,9 +103,10 @@ def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
 
 
 def _rescaled(derived: Estimate, coefficient: Estimate, before: float) -> Estimate:
-    """`Estimate` of a derived value proportional to a coefficient, rescaled from its value `before` to the new one.
+    """`Estimate` of a derived value that is proportional to a coefficient whose estimate has changed.
 
-    It has the scaled interval of the coefficient and no standard error.
+    `before` is the former value of the coefficient. The result has the scaled interval of the coefficient and no
+    standard error.
     """
     ratio = float(derived) / before
     interval = coefficient.interval
@@ -120,9 +121,9 @@ def _rescaled(derived: Estimate, coefficient: Estimate, before: float) -> Estima
 
 
 def _line_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
-    """Tuple of a dict for each effect: its coefficient read from a straight line on the Allan curve, 0 if not present.
+    """Tuple of a dict {name: Estimate} for each effect: the coefficient read from its straight line on the Allan curve.
 
-    InputError for effects without a straight line.
+    0 if the curve does not show the line. InputError for effects without a straight line.
     """
     other = [e.kind for e in fit.model if e.standard is None]
     if other:

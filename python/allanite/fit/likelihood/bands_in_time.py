@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.effects import segment_weights
-from allanite.fit.likelihood.expected import at_each_time, density
+from allanite.fit.likelihood.expected import density, relative_power_of_segments
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -35,10 +35,10 @@ CELL_EDGES_OUTSIDE = (*CELL_EDGES[3:], 45.0, 65.0, 95.0, 140.0)
 def remove_level_change(
     white: NDArray[np.float64], effect: Modifier, solution: Solution, data: Data
 ) -> None:
-    """Remove a band's level change from the whitened ordinates `white`, in place.
+    """Divide a band's change of level out of the whitened ordinates `white`, in place.
 
-    The band's time series is divided by the root of its expected relative power. Only the share of the density that the
-    affected processes make is divided; the share is constant within cells.
+    The time series of the band is divided by the root of its expected relative power over time. Where other processes
+    make a part of the density, only the share of the affected processes is divided.
     """
     assert effect.band is not None
     owners = [p for p in solution.processes if effect.changes_level_of(p.effect)]
@@ -48,67 +48,68 @@ def remove_level_change(
     for first, size, share in cells:
         edges = np.linspace(*data.span, size + 2)
         power = effect.power_between(edges[:-1], edges[1:], data.span)
-        _divide(white[first : first + size], 1.0 + share * (power - 1.0))
+        _divide_by_root(white[first : first + size], 1.0 + share * (power - 1.0))
 
 
 def remove_motion(
     white: NDArray[np.float64], own: Process, moving: Stochastic, solution: Solution, data: Data
 ) -> None:
-    """Divide out a moving band's changes from the whitened ordinates `white`, in place.
+    """Divide the changes caused by a band of moving frequency out of the whitened ordinates `white`, in place.
 
-    The time series near the band are divided by the root of the expected relative power. Cells in which the band has at
-    most 1 % of the power stay, and so does everything if the band has no frequency.
+    The ordinates near the band are treated in cells of frequency, each as a time series that is divided by the root of
+    its expected relative power. Cells in which the band has at most 1 % of the power stay. Without a frequency nothing
+    changes.
     """
     if moving.occupies is None:
         return
     low, high = (2.0 * f * data.n / data.rate for f in moving.occupies)
-    places = (p.occupies for p in moving.stretches if p.occupies is not None)
+    places = (p.occupies for p in moving.segments if p.occupies is not None)
     narrow = min((b - a) * data.n / data.rate for a, b in places)
     inside = np.arange(low, high, max(narrow, 2.0))
     aside = 0.5 * narrow * np.array(CELL_EDGES_OUTSIDE)
     edges = np.concatenate((low - aside, inside, high + aside))
     edges = np.unique(np.round(edges).astype(np.int64).clip(1, white.size))
     middles = (edges[:-1] + edges[1:]) // 2
-    loud = at_each_time(moving.stretches, middles, data)
+    loud = relative_power_of_segments(moving.segments, middles, data)
     for first, last, power, middle in zip(edges[:-1], edges[1:], loud.T, middles, strict=True):
-        share = share_of(own, solution, data, int(middle))
+        share = density_share(own, solution, data, int(middle))
         size = int(last - first)
         if share > MIN_CELL_SHARE and size > 1:
             # The power changes linearly from the middle of one segment to the next (`weights`).
-            segments = (np.arange(size + 1) / size) * power.size - 0.5
-            there = np.interp(segments, np.arange(power.size), power)
-            _divide(white[first:last], 1.0 + share * (there - 1.0))
+            index = (np.arange(size + 1) / size) * power.size - 0.5
+            there = np.interp(index, np.arange(power.size), power)
+            _divide_by_root(white[first:last], 1.0 + share * (there - 1.0))
 
 
 def moving_power(
     solution: Solution, data: Data, j: NDArray[np.int64], times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Array of the relative power over time (mean 1) that moving bands cause at ordinates j, shape (times, ordinates).
+    """Array of the power over time, relative to its mean, at ordinates j, shape (times, ordinates).
 
-    1 without moving bands.
+    Only bands of moving frequency change the power; 1 without such bands.
     """
     power = np.ones((times.size, j.size))
     for own in solution.processes:
         if own.effect.moving and own.theta:
-            loud = at_each_time(own.effect.stretches, j, data)
+            loud = relative_power_of_segments(own.effect.segments, j, data)
             there = segment_weights(times, data.span, loud.shape[0]).T @ loud
-            share = _shares(own, solution, data, j)
+            share = _density_shares(own, solution, data, j)
             power *= 1.0 + share * (there - 1.0)
     return power
 
 
-def _divide(band: NDArray[np.float64], power: NDArray[np.float64]) -> None:
-    """Divide the time series of a band by the root of `power`, and replace its ordinates in place."""
+def _divide_by_root(band: NDArray[np.float64], power: NDArray[np.float64]) -> None:
+    """Divide the time series of a band by √`power`, and replace the ordinates of the band in place."""
     band[:] = _kernels.cosine_transform(band_series(band) / np.sqrt(power))[1:]
 
 
 def cell_shares(
     process: Process, solution: Solution, data: Data, n: int
 ) -> Iterator[tuple[int, int, float]]:
-    """Iterator over (first ordinate, number of ordinates, fraction of the density) of cells around the peaks of a process.
+    """Iterator over (first ordinate, number of ordinates, share) of frequency cells around the peaks of a process.
 
-    Only cells below ordinate `n` and with a fraction above 1 % are included. The fraction is the part of the model's
-    density that the process makes.
+    The share, 0 … 1, is the part of the model's density that the process makes. Only cells below ordinate `n` with a
+    share above 1 % are included.
     """
     for low, high in process.effect.peaks:
         middle, half = ((high + s * low) * data.n / data.rate for s in (1.0, -1.0))
@@ -116,29 +117,29 @@ def cell_shares(
             np.round(middle + half * np.array(CELL_EDGES_BOTH_SIDES)).clip(1, n).astype(np.int64)
         )
         for first, last in pairwise(edges.tolist()):
-            share = share_of(process, solution, data, (first + last) // 2)
+            share = density_share(process, solution, data, (first + last) // 2)
             if share > MIN_CELL_SHARE:
                 yield first, last - first, share
 
 
-def share_of(process: Process, solution: Solution, data: Data, ordinate: int) -> float:
-    """Fraction, 0 … 1, of the model's density at an ordinate that a process makes."""
-    return float(_shares(process, solution, data, np.array([ordinate]))[0])
+def density_share(process: Process, solution: Solution, data: Data, ordinate: int) -> float:
+    """Share, 0 … 1, of the model's density at an ordinate that a process makes."""
+    return float(_density_shares(process, solution, data, np.array([ordinate]))[0])
 
 
-def _shares(
+def _density_shares(
     process: Process, solution: Solution, data: Data, j: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Array of the fraction of the model's density at each ordinate j that a process makes."""
+    """Array of the share, 0 … 1, of the model's density at each ordinate j that a process makes, shape of j."""
     total = density(data.terms(solution.model), j, data.n)
     own = density(data.unit_terms(solution.model, process.effect), j, data.n)
     return np.asarray(process.theta * own / total)
 
 
 def band_ordinates(band: tuple[float, float], data: Data, n: int) -> tuple[int, int]:
-    """Pair: first ordinate and number of ordinates of a band, Hz, within n.
+    """Pair (first, number): ordinates of a frequency band (low, high), Hz, of a record with `n` ordinates.
 
-    The number is rounded up to a fast transform; the first ordinate is lowered if the band would reach beyond n.
+    The number is rounded up so that the transform is fast. The first ordinate is lowered if the band would exceed `n`.
     """
     from scipy.fft import next_fast_len
 
@@ -148,5 +149,5 @@ def band_ordinates(band: tuple[float, float], data: Data, n: int) -> tuple[int, 
 
 
 def band_series(band: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array of the time series of a band, shape (ordinates + 1,): inverse cosine transform of consecutive ordinates."""
+    """Array of the time series of a band: inverse cosine transform of its consecutive ordinates, shape (ordinates + 1,)."""
     return _kernels.inverse_cosine_transform(np.concatenate([[0.0], band]))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Modifier
-from allanite.fit.likelihood.expected import at_each_time
+from allanite.fit.likelihood.expected import relative_power_of_segments
 from allanite.fit.likelihood.whitened import expected_level
 
 if TYPE_CHECKING:
@@ -32,9 +32,10 @@ def has_changing_power(model: Model) -> bool:
 
 
 def changing_effects(model: Model) -> tuple[Effect, ...]:
-    """Tuple of the moving bands, level changes and filters of a band in a model, in its order.
+    """Tuple of the effects of a model that change the noise power over time, in its order, and of filters of a band.
 
-    Models that differ in these effects have different degrees of freedom, so their likelihoods are not comparable.
+    These are level changes and bands of moving frequency. Models that differ in these effects have different degrees of
+    freedom, so their likelihoods are not comparable.
     """
     return tuple(
         effect
@@ -44,29 +45,30 @@ def changing_effects(model: Model) -> tuple[Effect, ...]:
     )
 
 
-def crowding_ratio(model: Model, data: Data) -> float:
-    """Mean squared power over squared mean power ν of the model's level changes over time, at least 1."""
+def mean_squared_level(model: Model, data: Data) -> float:
+    """Mean over time of the squared noise power, relative to the mean power, from a model's level changes; at least 1."""
     power = expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n))
     return float(np.mean(power**2))
 
 
 def peak_level(model: Model, data: Data) -> float:
-    """Largest power of the model's level changes over time, relative to the mean power; 1 without changes."""
+    """Maximum over time of the noise power, relative to the mean power, from a model's level changes; 1 without changes."""
     return float(expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n)).max())
 
 
 def effective_freedom(model: Model, data: Data) -> NDArray[np.float64]:
-    """Array of the effective degrees of freedom of each bin, reduced by level changes and moving bands, shape (bins,).
+    """Array of the degrees of freedom of each bin, reduced for noise power that changes over time, shape (bins,).
 
-    The reduction depends on the share of white noise in the bin. The share is the median power of all ordinates over
-    the power nearby. It comes from the record alone, so that models with the same level change get the same degrees of
-    freedom. The array is computed once for each set of level changes and moving bands.
+    Level changes and bands of moving frequency correlate ordinates. Level changes reduce the freedom in proportion to
+    the share of white noise in the bin. This share comes from the record alone (median power of all ordinates over the
+    power nearby), so that all models with the same changes get the same degrees of freedom. Cached for each set of
+    changes.
     """
     return data.of_bins.get(changing_effects(model), lambda: _computed_freedom(model, data))
 
 
 def _computed_freedom(model: Model, data: Data) -> NDArray[np.float64]:
-    """Array of the effective degrees of freedom of each bin, as of `effective_freedom`, without the cache."""
+    """Array of the effective degrees of freedom of each bin, see `effective_freedom`, which caches it."""
     bins = data.bins
     power = np.maximum(data.power, 1e-300)
     order = np.argsort(power)
@@ -74,12 +76,12 @@ def _computed_freedom(model: Model, data: Data) -> NDArray[np.float64]:
     reach = min(BINS_TO_EACH_SIDE, (power.size - 1) // 2)
     about = np.lib.stride_tricks.sliding_window_view(np.pad(power, reach, "edge"), 2 * reach + 1)
     share = np.minimum(1.0, white / np.median(about, axis=1))
-    free = bins.count / (1.0 + share**2 * (crowding_ratio(model, data) - 1.0))
+    free = bins.count / (1.0 + share**2 * (mean_squared_level(model, data) - 1.0))
     middles = (bins.edges[:-1] + bins.edges[1:]) // 2
     for moving in model.stochastic:
         if moving.middles:
             # Only the part of a moving band above the white noise is correlated.
-            loud = at_each_time(_segments_of_equal_width(moving), middles, data)
+            loud = relative_power_of_segments(_segments_of_equal_width(moving), middles, data)
             free /= 1.0 + (1.0 - share) ** 2 * (np.mean(loud**2, axis=0) - 1.0)
     times = np.linspace(*data.span, min(MAX_LEVEL_SEGMENTS, data.n) + 1)
     for effect in model.modifiers:
@@ -94,13 +96,13 @@ def _computed_freedom(model: Model, data: Data) -> NDArray[np.float64]:
 
 
 def _segments_of_equal_width(moving: Stochastic) -> list[Stochastic]:
-    """List of the segments of a moving band, each with a half-width of 1/8 of its range (at least 1 µHz).
+    """List of the band of moving frequency in each time segment, as a process with half-width 1/8 of its range.
 
-    The damping of the band is not used. Segments that cannot be moved are omitted.
+    The half-width is at least 1 µHz; the damping of the band is not used. Segments without a movable band are omitted.
     """
     places = moving.middles
     half = max((max(places) - min(places)) / 8.0, 1e-6)
     parts = [
-        part.banded(f - half, f + half) for part, f in zip(moving.stretches, places, strict=True)
+        part.banded(f - half, f + half) for part, f in zip(moving.segments, places, strict=True)
     ]
     return [part for part in parts if part is not None]

@@ -105,17 +105,23 @@ class Data(ABC):
 
     @property
     def gain(self) -> NDArray[np.float64] | None:
-        """Fraction of a known function's ordinate that remains at each ordinate because samples are missing, or None."""
+        """Array of the fraction of a known function that remains in each ordinate because samples are missing, or None.
+
+        None if no sample is missing.
+        """
         return None
 
     @property
     def mixing(self) -> NDArray[np.float64] | None:
-        """Power in each bin (rows) per power of each bin (columns), because samples are missing, or None."""
+        """Matrix of the observed power of each bin (rows) per true power of each bin (columns), or None.
+
+        Missing samples cause it. None if none is missing, or if the effect is negligible.
+        """
         return None
 
     @property
     def power(self) -> NDArray[np.float64]:
-        """Mean square of the ordinates of each bin, shape (bins,); cached."""
+        """Array of the mean square of the ordinates of each bin, U² per sample, shape (bins,); cached."""
         return self.of_bins.get("power", lambda: self.bins.power(self.ordinates))
 
     @property
@@ -168,7 +174,7 @@ class Data(ABC):
 
     @abstractmethod
     def transform(self, series: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Array of the cosine ordinates of a series sampled at `time`, shape (known,)."""
+        """Array of the orthonormal cosine transform of a series sampled at `time`, shape (known,)."""
 
     @abstractmethod
     def factors(self) -> NDArray[np.int64]:
@@ -178,63 +184,68 @@ class Data(ABC):
     def deviation(
         self, factors: NDArray[np.int64], less: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
-        """Array of the overlapping Allan deviation of the record, minus a signal `less` if given, shape of `factors`."""
+        """Array of the overlapping Allan deviation of the record at `factors`, U; the signal `less` is subtracted first."""
 
     @abstractmethod
     def deviation_of(
         self, signal: NDArray[np.float64], factors: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """Array of the overlapping Allan deviation of a signal sampled at `time`, shape of `factors`."""
+        """Array of the overlapping Allan deviation of a signal sampled at `time`, at `factors`."""
 
     def octaves(
         self,
         expected: Callable[[NDArray[np.int64]], NDArray[np.float64]],
         louder: Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]],
     ) -> list[tuple[int, int, NDArray[np.float64], float]]:
-        """List of (first ordinate, end, power over time, squares per value) of octaves without single ordinates.
+        """List of (first ordinate, end ordinate, power over time, squares per value) of octaves without single ordinates.
 
-        `expected` returns the density at ordinates, `louder` the relative power at ordinates and times.
+        The power is relative to the expected one. `expected` returns the density at ordinates, `louder` the expected
+        power at ordinates and times relative to it. Empty for a recording, which keeps all ordinates.
         """
         return []
 
     def at_octave_resolution(self, power: NDArray[np.float64], first: int) -> NDArray[np.float64]:
-        """Array of power over time at the resolution of the octave from ordinate `first`; unchanged without octaves."""
+        """Array of power over time, averaged to the time resolution of the octave that starts at ordinate `first`.
+
+        Unchanged for a recording, which keeps all ordinates.
+        """
         return power
 
     @abstractmethod
     def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
-        """Number of equal sections, `most` or half, a quarter, … of it, in which a band, Hz, can be followed; or 0.
+        """Number of equal time sections in which a band (low, high), Hz, can be followed, or 0.
 
-        `resolved` is the minimum product of bandwidth and duration of a section (or of a stored segment).
+        It is `most`, or half, a quarter, … of it. Bandwidth times duration of a section (or of a stored segment) must
+        reach `resolved`.
         """
 
     @abstractmethod
     def sections(self, model: Model, number: int) -> Sections:
-        """`Sections`: the residual of a model cut into `number` equal sections."""
+        """`Sections`: the record minus the known functions of time of a model, cut into `number` equal time sections."""
 
-    def without(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
-        """Array of the ordinates of the record minus those of known functions of time, shape (n,)."""
-        return self.with_exchanged(
+    def ordinates_without(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
+        """Array of the ordinates of the record minus those of the known functions of time `effects`, shape (n,)."""
+        return self.minus_functions(
             self.ordinates, [(effect, effect.amplitudes()) for effect in effects]
         )
 
-    def with_exchanged(
+    def minus_functions(
         self,
         ordinates: NDArray[np.float64],
         parts: Sequence[tuple[Deterministic, NDArray[np.float64]]],
     ) -> NDArray[np.float64]:
-        """Array of `ordinates` minus known functions of time with given amplitudes; negative amplitudes add the functions.
+        """Array of `ordinates` minus known functions of time with given amplitudes, shape (n,).
 
-        `parts` holds pairs of an effect and its amplitudes. Returns `ordinates` itself if all
-        amplitudes are 0.
+        `parts` holds pairs of an effect and its amplitudes; negative amplitudes add a function. `ordinates` itself is
+        returned if all amplitudes are 0.
         """
         total: NDArray[np.float64] | None = None
         once: NDArray[np.float64] | None = None
         for effect, amplitudes in parts:
             if not amplitudes.any():
                 continue
-            if self.functions.holds(amplitudes.size * self.ordinates.nbytes):
-                rows = self.rows(effect)
+            if self.functions.has_room_for_three(amplitudes.size * self.ordinates.nbytes):
+                rows = self.regressor_ordinates(effect)
                 # For one row a plain product is vectorized better than the matrix product.
                 part = amplitudes @ rows if len(rows) > 1 else amplitudes[0] * rows[0]
                 total = part if total is None else np.add(total, part, out=total)
@@ -250,26 +261,29 @@ class Data(ABC):
             total *= self.gain
         return np.subtract(ordinates, total, out=total)
 
-    def forget(self) -> None:
-        """Clear the caches, to free memory or because the samples were replaced."""
-        self.functions.forget()
-        self.lowest.forget()
-        self.of_bins.forget()
+    def clear_caches(self) -> None:
+        """Remove all cached arrays, to free memory or because the samples were replaced."""
+        self.functions.clear()
+        self.lowest.clear()
+        self.of_bins.clear()
 
-    def rows(self, effect: Deterministic) -> NDArray[np.float64]:
+    def regressor_ordinates(self, effect: Deterministic) -> NDArray[np.float64]:
         """Array of the cosine ordinates of every regressor of an effect, shape (regressors, n); cached."""
 
-        def made() -> NDArray[np.float64]:
-            """Array of the ordinates of the regressors, computed because the cache does not contain them."""
+        def computed() -> NDArray[np.float64]:
+            """Array of the ordinates of the regressors, shape (regressors, n), computed for the cache."""
             series = effect.regressors(self.time, self.covariates).T
             return np.array([self.transform(s) for s in series])
 
-        return self.functions.get(effect.seen_alike, made)
+        return self.functions.get(effect.seen_alike, computed)
 
     def attenuated(
         self, ordinates: NDArray[np.float64], j: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """Array of `ordinates` j of known functions of time, shape (…, k), times `gain`; unchanged without gaps."""
+        """Array of ordinates of known functions of time, shape (…, k), multiplied by `gain` at the indices j, shape (k,).
+
+        Unchanged if no sample is missing.
+        """
         return ordinates if self.gain is None else ordinates * self.gain[j]
 
 
@@ -322,20 +336,24 @@ class SampleData(Data):
     def deviation(
         self, factors: NDArray[np.int64], less: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
-        """Array of the overlapping Allan deviation of the samples, minus a signal `less` if given, shape of `factors`."""
+        """Array of the overlapping Allan deviation of the samples at `factors`, U.
+
+        The signal `less` is subtracted before.
+        """
         return self.deviation_of(self.samples if less is None else self.samples - less, factors)
 
     def deviation_of(
         self, signal: NDArray[np.float64], factors: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """Array of the overlapping Allan deviation of a signal sampled at `time`, shape of `factors`."""
+        """Array of the overlapping Allan deviation of a signal sampled at `time`, at `factors`."""
         stop_if_unwanted()
         return oadev(signal, rate=self.rate, factors=factors).deviation
 
     def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
-        """Number of equal sections: `most`, halved until bandwidth (Hz) times a section's duration reaches `resolved`.
+        """Number of equal time sections in which a band (low, high), Hz, can be followed, or 0.
 
-        It is 0 if no number reaches it, or if over 10 % of the samples are missing.
+        It is `most`, halved until bandwidth times duration of a section reaches `resolved`. It is 0 if no number
+        suffices, or if over 10 % of the samples are missing.
         """
         number = most if has_all_ordinates(self) else 0
         while number and (band[1] - band[0]) * self.duration / number < resolved:
@@ -343,12 +361,12 @@ class SampleData(Data):
         return number
 
     def sections(self, model: Model, number: int) -> Sections:
-        """`Sections`: the residual of a model cut into `number` equal sections."""
+        """`SectionsOfSamples`: the residual of a model, cut into `number` equal time sections."""
         return SectionsOfSamples(self.residual(model), self.rate, number)
 
 
 def averaging_factors(top: int) -> NDArray[np.int64]:
-    """Array of averaging factors up to `top`, eight per decade; at least [1]."""
+    """Array of integer averaging factors from 1 to `top`, eight per decade, ascending; [1] for a `top` below 1."""
     at = np.arange(0.0, np.log10(max(1, top)) + 1e-9, 1 / TAUS_PER_DECADE)
     return np.unique(np.round(10**at).astype(np.int64))
 
@@ -436,7 +454,7 @@ def _require_noise(filled: NDArray[np.float64], label: str) -> None:
 
 
 def without_samples(data: SampleData, missing: NDArray[np.bool_]) -> SampleData:
-    """`SampleData` of the record with additional samples marked as missing and bridged; caches are new."""
+    """`SampleData` in which the samples of the mask `missing` are missing too, and bridged; with empty caches."""
     filled = bridge_gaps(data.samples, missing)
     if data.missing is not None:
         missing = missing | data.missing

@@ -39,7 +39,7 @@ HALF_CHI2_95 = 0.5 * NORMAL**2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Judged:
+class MarginalLikelihood:
     """Marginal likelihood of a spectrum at one discrepancy δ.
 
     Attributes
@@ -58,7 +58,7 @@ class Judged:
 
 @lru_cache(maxsize=64)
 def _likelihood_of_bytes(count: bytes, cells: bool) -> _kernels.Likelihood:
-    """`_kernels.Likelihood` of bins with degrees of freedom given as bytes, which can be a cache key; see `likelihood`."""
+    """`_kernels.Likelihood` of bins whose degrees of freedom are given as bytes (a key of the cache); see `likelihood`."""
     counts = np.frombuffer(count)
     return _kernels.Likelihood(
         counts, SCALES, [*range(counts.size)] if cells else cells_of(counts.size)
@@ -66,21 +66,24 @@ def _likelihood_of_bytes(count: bytes, cells: bool) -> _kernels.Likelihood:
 
 
 def likelihood(count: Array, *, cells: bool = False) -> _kernels.Likelihood:
-    """`_kernels.Likelihood` (marginal likelihood) of bins with these degrees of freedom; its tables are cached.
+    """`_kernels.Likelihood`: marginal likelihood of bins with the degrees of freedom `count`; its tables are cached.
 
-    With `cells`, each value of `count` belongs to a whole cell with its own error ε.
+    By default a group of neighboring bins (a cell) shares one error ε of the model. With `cells`, each value of `count`
+    belongs to such a group.
     """
     stop_if_unwanted()  # every fit passes here often enough to react to an interrupt
     return _likelihood_of_bytes(count.tobytes(), cells)
 
 
-def judge(power: Array, count: Array, spectrum: Array, scale: int | None) -> Judged:
-    """`Judged`: marginal logL and effective degrees of freedom of a spectrum at δ = SCALES[scale] (None: δ = 0)."""
-    return Judged(*likelihood(count).judge(power, spectrum, scale))
+def marginal_likelihood(
+    power: Array, count: Array, spectrum: Array, scale: int | None
+) -> MarginalLikelihood:
+    """`MarginalLikelihood` of a spectrum at the discrepancy δ = SCALES[scale], or at δ = 0 if `scale` is None."""
+    return MarginalLikelihood(*likelihood(count).judge(power, spectrum, scale))
 
 
-def profile(power: Array, count: Array, spectrum: Array) -> Array:
-    """Array of the marginal logL of a spectrum at each δ of `SCALES`, shape (scales,)."""
+def profile_likelihood(power: Array, count: Array, spectrum: Array) -> Array:
+    """Array of the marginal logL of a spectrum at each discrepancy δ of `SCALES`, shape (scales,)."""
     return likelihood(count).profile(power, spectrum[None], range(SCALES.size))[:, 0]
 
 
@@ -92,29 +95,32 @@ def best_scale(power: Array, count: Array, spectrum: Array) -> tuple[int, float]
     return likelihood(count).best_scale(power, spectrum)[:2]
 
 
-def climb_scale(
-    power: Array, count: Array, spectrum: Array, scale: int, best: Judged
-) -> tuple[int, Judged]:
-    """Pair: index into `SCALES` of the nearest local maximum over the discrepancy, and its `Judged`.
+def nearest_best_scale(
+    power: Array, count: Array, spectrum: Array, scale: int, best: MarginalLikelihood
+) -> tuple[int, MarginalLikelihood]:
+    """Pair: index into `SCALES` of the local maximum of the marginal logL nearest to `scale`, and its `MarginalLikelihood`.
 
-    The search goes uphill from `scale`. `best` is the `Judged` at `scale`, and is returned if that is the maximum.
+    `best` is the `MarginalLikelihood` at `scale`; it is returned if `scale` is that maximum.
     """
     found, value, weight = likelihood(count).best_scale(power, spectrum, scale)
-    return (scale, best) if found == scale else (found, Judged(value, weight))
+    return (scale, best) if found == scale else (found, MarginalLikelihood(value, weight))
 
 
 def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Array:
     """Array of the estimated ratio e^ε of true to modeled power in each bin, shape (bins,).
 
-    It is 1 if δ = 0, and in cells that a regression fits exactly: with less than half a degree of freedom left, the
-    power of such a cell is rounding error.
+    It is 1 if δ = 0. It is also 1 in a group of bins with less than half a degree of freedom left: a regression fits
+    such bins exactly, so that their power is rounding error.
     """
     if scale is None:
         return np.ones_like(power)
     # Fraction of a cell's deviation in ln power that is attributed to the discrepancy.
     first = cells_of(count.size)
     total = np.add.reduceat(count, first)
-    taken = 1.0 - np.add.reduceat(judge(power, count, spectrum, scale).weight, first) / total
+    taken = (
+        1.0
+        - np.add.reduceat(marginal_likelihood(power, count, spectrum, scale).weight, first) / total
+    )
     mean = np.add.reduceat(count * power / spectrum, first) / total
     mean[total < 0.5] = 1.0
     return np.repeat(mean**taken, np.diff([*first, count.size]))
@@ -123,20 +129,20 @@ def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -
 def linearized(
     slopes: Array, power: Array, count: Array, spectrum: Array, weight: Array
 ) -> tuple[Array, Array]:
-    """Pair (rows, residual): least-squares problem of a Fisher-scoring step for a change of ln S by slopes · x.
+    """Pair (rows, residual): least-squares problem whose solution x is a Fisher-scoring step, changing ln S by slopes · x.
 
     Parameters
     ----------
     slopes : ndarray, shape (bins, p)
         ∂ln S/∂x.
     power, count, spectrum, weight : ndarray, shape (bins,)
-        Weights as `judge` returns them.
+        Measured power, degrees of freedom, model S, and the weights of `marginal_likelihood`.
 
     Returns
     -------
     tuple of ndarray, shapes (rows, p) and (rows,)
-        First the bins relative to the mean of their cell, with all degrees of freedom; then the mean of each cell, with the
-        effective degrees of freedom. ½ rowsᵀ·rows is the Fisher information, ½ rowsᵀ·residual the gradient.
+        First the bins relative to the mean of their group (cell), with all degrees of freedom; then the mean of each group,
+        with the effective degrees of freedom. ½ rowsᵀ·rows is the Fisher information, ½ rowsᵀ·residual the gradient.
     """
     first = cells_of(count.size)
     sizes = np.diff([*first, count.size])
@@ -155,12 +161,12 @@ def linearized(
 def scale_interval(
     power: Array, count: Array, spectrum: Array, scale: int | None
 ) -> tuple[float, float]:
-    """Pair: 95 % interval of the discrepancy δ at a spectrum, from its profile likelihood.
+    """Pair (low, high): 95 % interval of the discrepancy δ of ln power at a spectrum, from its profile likelihood.
 
-    The lower end is 0 if δ = 0 is inside or `scale` is None. (0, 0.001) is returned if no tried δ is inside.
+    `low` is 0 if δ = 0 is inside or `scale` is None. (0, 0.001) is returned if no tried δ is inside.
     """
-    values = profile(power, count, spectrum)
-    plain = judge(power, count, spectrum, None).log_likelihood
+    values = profile_likelihood(power, count, spectrum)
+    plain = marginal_likelihood(power, count, spectrum, None).log_likelihood
     inside = values > max(float(values.max()), plain) - HALF_CHI2_95
     if not inside.any():
         return 0.0, float(SCALES[0])

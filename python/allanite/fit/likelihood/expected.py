@@ -55,9 +55,9 @@ class Noise:
 
 
 def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArray[np.float64]:
-    """Array of the expected bin power of each of `effects` at coefficient 1, shape (bins, effects).
+    """Array of the expected power of each bin from each of `effects` at coefficient 1, shape (bins, effects).
 
-    The filters of the model act on all effects; white noise is also subject to its level changes and bandwidth.
+    The filters of the model act on all effects. Its level changes and bandwidth also act on white noise.
     """
     out = np.empty((len(effects), data.bins.count.size))
     modifiers, filters = model.modifiers, model.filters
@@ -73,10 +73,10 @@ def columns_like(
     data: Data,
     used: Sequence[bool] | None = None,
 ) -> NDArray[np.float64]:
-    """Array of the expected bin power of each random effect at coefficient 1, shape (bins, effects), reusing known columns.
+    """Array of the expected power of each bin from each random effect at coefficient 1, shape (bins, effects).
 
-    `known` holds the columns of the model `other`, which has as many random effects. Only the columns of effects that
-    differ are computed. With `used`, effects for which it is False keep the known columns, too.
+    `known` is this array for the model `other`, which has as many random effects. Only columns of effects that differ
+    are computed. With `used`, effects for which it is False keep the known column too.
     """
     effects, before = model.stochastic, other.stochastic
     modifiers, filters = model.modifiers, model.filters
@@ -91,24 +91,25 @@ def columns_like(
 
 
 def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
-    """Array of the expected bin power of a sum of terms, shape (bins,); with missing samples, mixed between bins."""
+    """Array of the expected power of each bin from a sum of spectral terms, shape (bins,), including leakage by gaps."""
     stop_if_unwanted()
     own = _column_of_terms(terms, data.n)
     return own if data.mixing is None else data.mixing @ own
 
 
 def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float64]:
-    """Array of the expected bin power of one effect of a model at coefficient 1, shape (bins,).
+    """Array of the expected power of each bin from one effect of a model at coefficient 1, shape (bins,).
 
-    It includes the filters of the model, and for white noise all modifiers.
+    It includes the filters of the model, and for white noise all its modifiers.
     """
     return _column_with_modifiers(effect, model.modifiers if effect.white else model.filters, data)
 
 
-def means(model: Model, data: Data, ends_missing: bool = False) -> NDArray[np.float64]:
-    """Array of the expected power in each bin from a model with values, without missing samples, shape (bins,).
+def expected_power(model: Model, data: Data, ends_missing: bool = False) -> NDArray[np.float64]:
+    """Array of the expected power of each bin from all random effects of a model with values, shape (bins,).
 
-    With `ends_missing`, the first and the last sample are missing, and the ends add no leakage.
+    Missing samples are ignored. With `ends_missing`, the first and the last sample are missing, and the ends add no
+    leakage.
     """
     total = np.zeros(data.bins.count.size)
     for effect in model.stochastic:
@@ -123,9 +124,9 @@ def means(model: Model, data: Data, ends_missing: bool = False) -> NDArray[np.fl
 def _column_with_modifiers(
     effect: Stochastic, acting: tuple[Modifier, ...], data: Data
 ) -> NDArray[np.float64]:
-    """Array of the expected bin power of one effect at coefficient 1 with the modifiers `acting` on it, shape (bins,).
+    """Array of the expected power of each bin from one effect at coefficient 1 with the modifiers `acting`, shape (bins,).
 
-    Cached. With missing samples the power is mixed between bins.
+    It includes leakage by missing samples. Cached.
     """
     stop_if_unwanted()
     opened, mixing = _without_coefficient(effect), data.mixing
@@ -137,7 +138,7 @@ def _column_with_modifiers(
         rest = tuple(m for m in acting if m not in levels)
 
     def own() -> NDArray[np.float64]:
-        """Array of the bin power without level changes and without mixing by missing samples."""
+        """Array of the expected power of each bin, shape (bins,), without level changes and without leakage by gaps."""
         return _complete_column(opened, rest, data.rate, data.span, data.n, data.ends_missing)
 
     column = own() if mixing is None else data.of_bins.get((opened, rest), lambda: mixing @ own())
@@ -147,7 +148,7 @@ def _column_with_modifiers(
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def _without_coefficient(effect: Stochastic) -> Stochastic:
-    """Copy of the effect without coefficient, held names and limits; a cache key, as columns do not depend on them."""
+    """Copy of the effect without coefficient, held names and limits, as a cache key: columns do not depend on these."""
     return effect.with_values(**{effect.coefficient: None}, hold=(), limits={}, at_limit=())
 
 
@@ -161,7 +162,10 @@ def _complete_column(
     n: int,
     ends_missing: bool,
 ) -> NDArray[np.float64]:
-    """Array of the expected bin power of one effect with modifiers, without missing samples, shape (bins,); cached."""
+    """Array of the expected power of each bin from one effect at coefficient 1 with modifiers, shape (bins,); cached.
+
+    Missing samples are ignored.
+    """
     terms = Model((*acting, effect)).unit_terms(effect, rate, span)
     if ends_missing:
         inside = tuple(term.inside for term in terms)
@@ -179,7 +183,7 @@ def _complete_column(
 
 
 def _column_of_terms(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
-    """Array of the expected bin power of a sum of terms for n samples, none missing, shape (bins,); read-only."""
+    """Array of the expected power of each bin from spectral terms, for n samples without gaps, shape (bins,); read-only."""
     out = _evaluator(n).means([term.at_ordinates(n) for term in terms], bins_of(n).owner)
     out.flags.writeable = False
     return out
@@ -193,18 +197,21 @@ def _evaluator(n: int) -> _kernels.Ordinates:
 
 
 def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> NDArray[np.float64]:
-    """Array of the expected squares of single ordinates of n samples, U² per sample, shape of `ordinates`; above 0."""
+    """Array of the expected squares of given cosine ordinates of n samples, U² per sample, shape of `ordinates`.
+
+    Above 0.
+    """
     stop_if_unwanted()
     found = _kernels.Ordinates(ordinates, n).variance([term.at_ordinates(n) for term in terms])
     return np.maximum(found, 1e-300)
 
 
-def at_each_time(
+def relative_power_of_segments(
     parts: Sequence[Stochastic], ordinates: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Array of the relative power of each segment of a moving band at single ordinates, shape (parts, ordinates).
+    """Array of the power of a process in each time segment, relative to the mean over the segments, at single ordinates.
 
-    Its mean over the segments is 1.
+    `parts` holds the process of each segment. The shape is (segments, ordinates).
     """
     terms = [part.unit_terms(data.rate) for part in parts]
     power = np.array([density(own, ordinates, data.n) for own in terms])

@@ -41,10 +41,10 @@ MIN_TAIL_PROBABILITY = 1e-3
 def widened_by_tails(
     value: float, ends: tuple[float, float], solution: Solution, data: Data
 ) -> tuple[float, float]:
-    """Pair: 95 % interval of the white-noise coefficient `value`, widened from `ends` by heavy tails of the samples.
+    """Pair (low, high): 95 % interval `ends` of the white-noise coefficient, widened if the samples have heavy tails.
 
-    Returns `ends` if the tails are not heavy, if the record keeps no single samples, or if the lower end is 0. Coarsely
-    rounded samples are not tested: their kurtosis decides.
+    `ends` is returned if the tails are not heavy, if the record keeps no single samples, or if the lower end is 0. For
+    coarsely rounded samples, the tails are not tested; their kurtosis determines the interval.
     """
     if not data.whole or not ends[0] > 0.0:
         return ends
@@ -69,10 +69,10 @@ def widened_by_tails(
 
 
 def sum_of_squares_quantiles(tail: Tail, sizes: Array) -> tuple[float, float]:
-    """Pair: 2.5 % and 97.5 % points of the sum of squares of a record over its expectation; `sizes` are |samples|.
+    """Pair: 2.5 % and 97.5 % points of the sum of squares of heavy-tailed samples, relative to its expectation.
 
-    They are those of the Student law of `tail`. If this law produces a sample larger than the largest of the record
-    with a probability above 99.9 %, they follow from the kurtosis of the samples instead.
+    `sizes` are |samples|. The points are those of the Student law of `tail`. If the largest sample of the record would
+    be improbably small for this law (0.1 %), they follow from the kurtosis of the samples instead.
     """
     from scipy.special import stdtr
 
@@ -86,7 +86,10 @@ def sum_of_squares_quantiles(tail: Tail, sizes: Array) -> tuple[float, float]:
 
 
 def _quantiles_by_kurtosis(sizes: Array) -> tuple[float, float]:
-    """Pair: 2.5 % and 97.5 % points of the sum of squares over its expectation, by the central limit theorem."""
+    """Pair: 2.5 % and 97.5 % points of the sum of squares relative to its expectation, by the central limit theorem.
+
+    `sizes` are |samples|.
+    """
     squares = sizes**2
     spread = NORMAL * float(squares.std() / squares.mean()) / np.sqrt(sizes.size)
     return float(np.exp(-spread)), float(np.exp(spread))

@@ -54,7 +54,7 @@ class Mixture:
         """Array of the variance of each amplitude in each component (one component per draw), shape (draws, p)."""
         return np.diagonal(self.covariances, axis1=1, axis2=2)
 
-    def of(self, own: slice) -> Mixture:
+    def marginal(self, own: slice) -> Mixture:
         """`Mixture` of the amplitudes in the slice `own` alone (marginal distribution)."""
         return Mixture(self.means[:, own], self.covariances[:, own, own], self.weights)
 
@@ -119,7 +119,10 @@ class _Record:
     count: Array
 
     def posterior(self, coefficients: Array) -> tuple[Array, Array, Array]:
-        """Tuple (means, covariances, restricted logL) of the amplitudes for each row of noise coefficients."""
+        """Tuple (means, covariances, logL) of the slow amplitudes for each row of noise coefficients.
+
+        Shapes (rows, p), (rows, p, p) and (rows,). logL is the restricted log-likelihood of the coefficients.
+        """
         theta = coefficients**2
         spectrum = np.maximum(theta @ self.low.T, 1e-300)
         bins = np.maximum(theta @ self.high.T, 1e-300)
@@ -144,7 +147,7 @@ def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
     law = joint_amplitudes(slow, solution, data)
     ends = np.cumsum([0, *(own.amplitudes.size for own in slow)])
     return {
-        own: law.of(slice(first, last))
+        own: law.marginal(slice(first, last))
         for own, first, last in zip(slow, ends[:-1], ends[1:], strict=True)
     }
 
@@ -182,11 +185,11 @@ def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) 
 
 
 def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tuple[Array, ...]:
-    """Tuple (means, covariances, weights) of the amplitudes for an importance sample of the noise coefficients.
+    """Tuple (means, covariances, weights) of the slow amplitudes for 400 draws of the noise coefficients.
 
-    400 draws with a fixed seed; held coefficients stay. The first proposal is a wide multivariate t around the fit; the
-    next two are the smoothed previous samples (Population Monte Carlo, Cappé et al. 2004). Coefficients may be drawn
-    negative: only their squares matter.
+    Importance sampling with a fixed seed; coefficients that are not `free` stay. The first proposal is a wide
+    multivariate t around the fit. The next two are the smoothed previous draws (Population Monte Carlo, Cappé et al.
+    2004). Coefficients may be drawn negative, because only their squares matter.
     """
     rng = np.random.default_rng(0)
     fitted = np.sqrt(solution.theta)
@@ -206,7 +209,7 @@ def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tup
         share /= share.sum()
         centers = np.abs(drawn)
         away = (centers - share @ centers) * free
-        root = 0.6 * _root((away * share[:, None]).T @ away, solution)
+        root = 0.6 * _cholesky((away * share[:, None]).T @ away, solution)
         picked = rng.choice(COEFFICIENT_DRAWS, COEFFICIENT_DRAWS, p=share)
         drawn = centers[picked] + (rng.standard_normal(drawn.shape) @ root.T) * free
         apart = np.linalg.solve(root, (drawn[:, None] - centers).reshape(-1, fitted.size).T)
@@ -219,7 +222,7 @@ def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tup
 def _importance_weights(
     record: _Record, drawn: Array, proposed: Array
 ) -> tuple[Array, Array, Array]:
-    """Tuple (means, covariances, weights) of the amplitudes for each draw of the coefficients; weights sum to 1.
+    """Tuple (means, covariances, weights) of the slow amplitudes for each drawn row of coefficients; weights sum to 1.
 
     `proposed` are the logarithms of the proposal density at the draws.
     """
@@ -229,17 +232,17 @@ def _importance_weights(
     return means, covariances, weights / weights.sum()
 
 
-def _root(covariance: Array, solution: Solution) -> Array:
-    """Array: Cholesky root of a covariance of coefficients, with a floor on its diagonal."""
+def _cholesky(covariance: Array, solution: Solution) -> Array:
+    """Array: lower Cholesky factor of a covariance of coefficients, after a small floor is added to its diagonal."""
     floor = 1e-6 * np.maximum(np.diag(covariance), 1e-12 * float(solution.theta.max()))
     return np.asarray(np.linalg.cholesky(covariance + np.diag(floor)))
 
 
 def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
-    """Array: root of the proposal covariance of the coefficients, 1.5 times as wide as the Fisher information says.
+    """Array: Cholesky factor of the first proposal covariance of the coefficients, 1.5 times the standard errors.
 
-    For coefficients fitted near zero the information of the squared coefficient alone is used. Coefficients that are
-    not `free` have nearly no variance.
+    A coefficient near zero gets a width from the information of its square alone. A coefficient that is not `free` has
+    nearly no variance.
     """
     theta = solution.theta
     slopes = solution.columns / solution.spectrum[:, None]
@@ -256,4 +259,4 @@ def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
         covariance[np.ix_(inside, inside)] = np.linalg.pinv(
             inner / np.outer(size, size), rcond=1e-10, hermitian=True
         ) / np.outer(size, size)
-    return 1.5 * _root(covariance, solution)
+    return 1.5 * _cholesky(covariance, solution)

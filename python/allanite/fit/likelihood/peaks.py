@@ -98,10 +98,10 @@ def ordinates_of_bins(near: Ordinates, bins: Bins) -> Ordinates:
 def means_near(
     effect: Effect, bins: Bins, rate: float, density: Callable[[Ordinates], NDArray[np.float64]]
 ) -> tuple[Ordinates, NDArray[np.float64]]:
-    """Pair of arrays: indices of the bins in or near a narrow band, and the mean of its `density` in each bin.
+    """Pair of arrays: indices of the bins in or near a narrow band, and the mean of `density` over each bin's ordinates.
 
-    The nodes at which bins are usually evaluated would miss the band. Up to 8192 ordinates are summed, more are
-    interpolated.
+    `density` maps ordinates to the density of the effect. Up to 8192 ordinates are summed, more are interpolated. (Bins
+    are usually evaluated at a few nodes, which would miss the band.)
     """
     near = bins_near(effect, bins, rate)
     first, end = bins.edges[near], bins.edges[near + 1]
@@ -131,7 +131,7 @@ def _ordinates_around_peaks(
 
 
 def nodes_of(model: Model, bins: Bins, rate: float) -> NDArray[np.int64]:
-    """Array of ordinates between which a model's density can be interpolated: bin nodes, denser near narrow bands."""
+    """Array of the ordinates at which a model's density is evaluated for interpolation, denser near narrow bands."""
     places = [bins.nodes]
     for effect in model:
         if is_narrow(effect):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.likelihood.discrepancy import MIN_DISCREPANCY_DELTA_LOGL, judge
+from allanite.fit.likelihood.discrepancy import MIN_DISCREPANCY_DELTA_LOGL, marginal_likelihood
 from allanite.fit.likelihood.expected import columns, columns_like
 from allanite.fit.likelihood.whittle import Maximum, climb, maximize
 
@@ -46,15 +46,15 @@ class Linear:
         return self.matrix @ self.fixed if self.fixed.any() else None
 
     def without(self, place: int) -> Linear:
-        """`Linear` without the effect at index `place`."""
+        """`Linear` without the random effect at index `place`."""
         return Linear(
             np.delete(self.matrix, place, axis=1),
             np.delete(self.free, place),
             np.delete(self.fixed, place),
         )
 
-    def whole(self, found: Maximum) -> Maximum:
-        """Copy of the maximum `found` over the free coefficients, with the held coefficients included in its θ."""
+    def with_held(self, found: Maximum) -> Maximum:
+        """Copy of the maximum `found` over the free coefficients, whose θ also contains the held coefficients."""
         theta = self.fixed.copy()
         theta[self.free] = found.theta
         return replace(found, theta=theta)
@@ -81,9 +81,10 @@ class RandomPart:
     __repr__ = brief
 
     def linear(self, model: Model, like: tuple[Model, Linear] | None = None) -> Linear:
-        """`Linear` form of a model at its present shapes.
+        """`Linear`: expected bin power of a model at its present shapes as a linear function of the squared coefficients.
 
-        `like` is a model with as many random effects and its linear form; unchanged columns are taken from there.
+        `like` is a pair (another model with as many random effects, its `Linear`), from which unchanged columns are
+        taken.
         """
         effects = model.stochastic
         held = np.array([e.coefficient in e.held for e in effects], dtype=bool)
@@ -108,14 +109,14 @@ class RandomPart:
             theta[: start.theta.size] = start.theta[: theta.size]
             start = replace(start, theta=theta[linear.free])
         free = linear.matrix[:, linear.free]
-        return linear.whole(maximize(self.power, self.count, free, start, linear.offset))
+        return linear.with_held(maximize(self.power, self.count, free, start, linear.offset))
 
     def climb(self, linear: Linear, theta: Array, scale: int | None, rounds: int = 80) -> Maximum:
-        """`Maximum` of the likelihood, reached uphill from `theta` and discrepancy `scale` in at most `rounds` steps.
+        """Local `Maximum` of the likelihood over the coefficients, by at most `rounds` ascent steps from `theta`.
 
-        Held coefficients stay. With `scale` None there is no discrepancy.
+        The discrepancy starts at SCALES[scale]; with None it stays 0. Held coefficients stay.
         """
-        return linear.whole(
+        return linear.with_held(
             climb(
                 self.power,
                 self.count,
@@ -130,4 +131,7 @@ class RandomPart:
     def log_likelihood_of(self, best: Maximum) -> float:
         """Marginal logL of the spectrum of `best` for this record, minus 3 nats if its discrepancy δ is above 0."""
         price = MIN_DISCREPANCY_DELTA_LOGL if best.scale is not None else 0.0
-        return judge(self.power, self.count, best.spectrum, best.scale).log_likelihood - price
+        return (
+            marginal_likelihood(self.power, self.count, best.spectrum, best.scale).log_likelihood
+            - price
+        )

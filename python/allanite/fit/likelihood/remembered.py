@@ -37,9 +37,9 @@ def times_of(n: int, rate: float, start: float) -> NDArray[np.float64]:
 
 
 def trim_memory(samples: int) -> None:
-    """Return freed memory to the operating system after a search of a record of at least 131072 samples.
+    """Return freed memory to the operating system if a record has at least 131072 samples.
 
-    Only in processes of the command; a library leaves the allocator to the program that uses it.
+    It acts only in processes of the command line. A library leaves the allocator to the program that uses it.
     """
     if samples >= MIN_TRIM_SAMPLES:
         _kernels.trim()
@@ -51,20 +51,20 @@ class ArrayCache:
 
     Attributes
     ----------
-    most : int
+    max_bytes : int
         Maximum size of all arrays, bytes.
     """
 
-    most: int
+    max_bytes: int
     _kept: dict[Hashable, NDArray[np.float64]] = field(default_factory=dict, repr=False)
     _bytes: int = field(default=0, repr=False)
     _lock: Lock = field(default_factory=Lock, repr=False)
 
     def get(self, key: Hashable, make: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
-        """Array of a key; made by `make` and stored if it is not cached.
+        """Array stored for `key`; if there is none, it is computed by `make` and stored.
 
-        Arrays larger than `most` bytes are not stored. The arrays used longest ago are dropped beyond `most`. Two
-        threads may make the same array twice.
+        Arrays larger than `max_bytes` are not stored. The least recently used arrays are dropped if the total exceeds
+        `max_bytes`. Two threads may compute the same array twice.
         """
         with self._lock:
             found = self._kept.pop(key, None)
@@ -72,17 +72,17 @@ class ArrayCache:
                 self._kept[key] = found
                 return found
         found = make()
-        if found.nbytes > self.most:
+        if found.nbytes > self.max_bytes:
             return found
         with self._lock:
             other = self._kept.pop(key, None)
             self._bytes += found.nbytes - (0 if other is None else other.nbytes)
             self._kept[key] = found
-            while self._bytes > self.most:
+            while self._bytes > self.max_bytes:
                 self._bytes -= self._kept.pop(next(iter(self._kept))).nbytes
         return found
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """Remove all arrays from the cache."""
         with self._lock:
             self._kept.clear()
@@ -90,11 +90,11 @@ class ArrayCache:
 
     def __reduce__(self) -> tuple[type[ArrayCache], tuple[int]]:
         """Pickle the cache without its arrays; another process computes them anew."""
-        return ArrayCache, (self.most,)
+        return ArrayCache, (self.max_bytes,)
 
-    def holds(self, size: int) -> bool:
-        """True if three arrays of `size` bytes fit into the cache."""
-        return 3 * size <= self.most
+    def has_room_for_three(self, size: int) -> bool:
+        """True if three arrays of `size` bytes fit into the cache when it is empty."""
+        return 3 * size <= self.max_bytes
 
 
 def series_cache(n: int) -> ArrayCache:

@@ -40,13 +40,16 @@ class Cells:
     __repr__ = brief
 
     def expected(self, terms: tuple[Term, ...]) -> Array:
-        """Array of the expected power of each cell from spectral terms, shape (cells,); zeros without terms."""
+        """Array of the expected power of each frequency cell from spectral terms, shape (cells,); zeros without terms."""
         if not terms:
             return np.zeros(self.power.shape[1])
         return np.concatenate([density(terms, j, n) for j, n in self.at])
 
     def log_likelihood(self, expected: Array) -> Array:
-        """Array of the Whittle logL of each section, shape (sections,), with the power `expected` (cells,) at all times."""
+        """Array of the Whittle logL of each time section, shape (sections,).
+
+        `expected`, shape (cells,), is the expected power of each frequency cell, the same in all sections.
+        """
         judged = np.log(expected) + self.power / expected
         return np.asarray(-0.5 * np.einsum("sc,sc->s", judged, self.count))
 
@@ -57,7 +60,10 @@ class Sections(Protocol):
     limits: tuple[float, float]
 
     def cells(self, within: tuple[float, float], step: float) -> Cells:
-        """`Cells` of power in frequency cells about `step` wide between the two frequencies `within` (all in Hz)."""
+        """`Cells`: power of each section in frequency cells about `step` Hz wide.
+
+        `within` are the lowest and highest frequency, Hz.
+        """
 
 
 class SectionsOfSamples:
@@ -70,7 +76,10 @@ class SectionsOfSamples:
         self.squares = np.array([_kernels.cosine_transform(piece) ** 2 for piece in pieces])
 
     def cells(self, within: tuple[float, float], step: float) -> Cells:
-        """`Cells` of power in frequency cells about `step` wide between the two frequencies `within` (all in Hz)."""
+        """`Cells`: power of each section in frequency cells about `step` Hz wide.
+
+        `within` are the lowest and highest frequency, Hz.
+        """
         first, last = max(within[0], step), min(within[1], 0.5 * self.rate)
         places = np.round(np.arange(first, last, step) * 2.0 * self.n / self.rate)
         edges: NDArray[np.int64] = np.unique(places.astype(np.int64).clip(1, self.n))

@@ -28,10 +28,10 @@ MIN_EMPTY_BIN_ORDINATES = 16
 
 
 def bins_with_stop_band(ordinates: NDArray[np.float64]) -> Bins:
-    """`Bins` of a record with these ordinates; empty bins have (nearly) no degrees of freedom.
+    """`Bins` of a record with these ordinates, in which bins of a filter's stop band have nearly no degrees of freedom.
 
-    A bin of at least 16 ordinates above 1/32 of the rate is empty below 1e-4 of the power within two octaves. The
-    cached `bins_of` is returned without empty bins.
+    Such a bin is empty: it has at least 16 ordinates, lies above 1/32 of the sampling rate, and its power is below 1e-4
+    of the power within two octaves. Without empty bins the cached `bins_of` is returned.
     """
     bins = bins_of(ordinates.size)
     at = np.log2(bins.frequency(1.0))
@@ -51,19 +51,19 @@ def bins_with_stop_band(ordinates: NDArray[np.float64]) -> Bins:
 
 
 def is_empty(bins: Bins) -> NDArray[np.bool_]:
-    """Mask of the empty bins (without degrees of freedom), shape (bins,)."""
+    """Mask of the bins without degrees of freedom (a filter's stop band), shape (bins,)."""
     return np.asarray(bins.count < 1e-6 * np.diff(bins.edges))
 
 
 def empty_ranges(bins: Bins, rate: float) -> list[tuple[float, float]]:
-    """List of the frequency ranges (low, high) of consecutive empty bins, Hz."""
+    """List of the frequency ranges (low, high), Hz, of consecutive empty bins (a filter's stop band)."""
     low, high = bins.limits(rate)
     runs = zip(*runs_of(is_empty(bins)), strict=True)
     return [(float(low[first]), float(high[end - 1])) for first, end in runs]
 
 
 def is_mostly_empty(bins: Bins, low: int, high: int) -> bool:
-    """True if more than half of the ordinates from `low` to before `high` are in empty bins."""
+    """True if more than half of the ordinates from `low` to before `high` lie in empty bins (a filter's stop band)."""
     width = np.diff(np.clip(bins.edges, low, high))
     return 2 * int(width[is_empty(bins)].sum()) > high - low
 

@@ -19,10 +19,10 @@ from allanite.common.showing import brief
 from allanite.common.threads import results_or_raise, side_by_side
 from allanite.fit.likelihood.bands_in_time import (
     band_series,
+    density_share,
     moving_power,
     remove_level_change,
     remove_motion,
-    share_of,
 )
 from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.peaks import nodes_of
@@ -89,16 +89,16 @@ class Whitened:
     __repr__ = brief
 
     @cached_property
-    def without_single(self) -> Whitened:
+    def without_outliers(self) -> Whitened:
         """`Whitened` in which each outlier is reduced to the robust standard deviation of its 32 neighbors; cached.
 
-        A single outlier can have as much power as a segment and would imitate a level change.
+        An outlier can have as much power as a whole segment and would imitate a change of level.
         """
         return _without_outliers(self)
 
     @cached_property
     def with_normal_tails(self) -> Whitened:
-        """`Whitened` with normal tails: `without_single` if it is normal, otherwise its samples become normal scores.
+        """`Whitened` with normally distributed samples: `without_outliers` if normal, otherwise its normal scores; cached.
 
         With heavy tails the few largest samples would decide when a level changes; with a coarse step most samples are
         equal. Changes over time remain; single outliers do not.
@@ -107,8 +107,10 @@ class Whitened:
 
 
 def whiten(solution: Solution, data: Data) -> Whitened:
-    """`Whitened` residual of a solution: samples and octave bands, without the model's changes over time."""
-    white = _whitening(solution, data, solution.level) * _residual_without_gaps(solution, data)
+    """`Whitened` residual of a solution: white samples and octave bands; the model's changes over time are divided out."""
+    white = _whitening_factors(solution, data, solution.level) * _residual_without_gaps(
+        solution, data
+    )
     for effect in solution.model.modifiers:
         if effect.band is not None:
             remove_level_change(white, effect, solution, data)
@@ -127,9 +129,9 @@ def whiten(solution: Solution, data: Data) -> Whitened:
 
 
 def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
-    """`Whitened` without the white-noise level changes of the model.
+    """`Whitened` divided by the root of the expected power over time from the white-noise level changes of the model.
 
-    Samples and bands are divided by the expected power at each time, weighted with the share of white noise.
+    The expected power is weighted with the share of white noise.
     """
     _, share, _ = white_power(solution, data, whitened)
     samples = whitened.samples / np.sqrt(1.0 + share * (_relative_power(solution, data) - 1.0))
@@ -150,9 +152,9 @@ def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -
 
 
 def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Array of the expected white-noise power at each kept sample, relative to the mean of the record.
+    """Array of the expected white-noise power at each kept sample, relative to its mean; 1 at missing samples.
 
-    It is 1 at missing samples. For a summary it is the power of equal time segments, one for each stored ordinate.
+    For a summary it is the power in equal time segments, one for each stored ordinate.
     """
     if not data.whole:
         return expected_level(solution.model, data, solution.ordinates.size)
@@ -168,10 +170,10 @@ def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
 
 
 def _without_outliers(whitened: Whitened) -> Whitened:
-    """`Whitened` in which each outlier is reduced to the robust standard deviation of its cell of 32 samples.
+    """`Whitened` in which each outlier is reduced to the robust standard deviation of its cell of 32 samples; signs stay.
 
-    The sign stays. An outlier is 1.7 times the size that normal samples exceed in 1 % of records. `whitened` itself is
-    returned without outliers, for a summary, and for coarse codes.
+    An outlier is 1.7 times the size that normal samples exceed in 1 % of records. `whitened` itself is returned without
+    outliers, for a summary, and for coarsely rounded samples.
     """
     from scipy.special import ndtri_exp
 
@@ -198,7 +200,7 @@ def _is_from_summary(whitened: Whitened) -> bool:
 
 
 def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
-    """Copy of `whitened` with other `samples`; the octave bands of `whitened` are computed again from these samples."""
+    """Copy of `whitened` with other `samples`; its octave bands are computed from these samples."""
     found = _samples_and_bands(_kernels.cosine_transform(samples))
     kept = {low for low, *_ in whitened.bands}
     return replace(
@@ -209,14 +211,14 @@ def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
 def _normalized(whitened: Whitened) -> Whitened:
     """`Whitened` with normal scores as samples if they are not normal (see `Whitened.with_normal_tails`).
 
-    Otherwise, and for a summary, `without_single` of it. Coarse codes are spread by a fixed random number before
+    Otherwise, and for a summary, `without_outliers` of it. Coarse codes are spread by a fixed random number before
     ranking.
     """
     from scipy.special import ndtri
 
     samples = whitened.samples
-    if _is_from_summary(whitened) or _is_normal(whitened.without_single.samples):
-        return whitened.without_single
+    if _is_from_summary(whitened) or _is_normal(whitened.without_outliers.samples):
+        return whitened.without_outliers
     if whitened.step > 0.0:
         # Break ties of rounded values at random; their given order would carry slow drifts below a step as loud as noise.
         # With the sign of the sample, the scores of a negated record are the negative ones.
@@ -230,9 +232,9 @@ def _normalized(whitened: Whitened) -> Whitened:
 
 
 def _is_normal(samples: NDArray[np.float64]) -> bool:
-    """True if samples are consistent with normal samples whose level differs between 64 segments.
+    """True if samples are consistent with normal samples whose level may differ between 64 segments.
 
-    False for coarse codes and for a segment whose median is 0; True for fewer than 64 samples.
+    False for coarsely rounded samples and for a segment whose median is 0; True for fewer than 64 samples.
     """
     if coarse_step(samples) > 0.0:
         return False
@@ -267,10 +269,10 @@ def _samples_and_bands(
     white: NDArray[np.float64],
     bands: Sequence[tuple[int, int, NDArray[np.float64], float]] = (),
 ) -> Whitened:
-    """`Whitened` samples and octave bands of the white ordinates `white`; `bands` are known higher octaves.
+    """`Whitened`: samples and octave bands (power over time) of the white ordinates `white`.
 
-    The end samples are 0, and the end values of an octave are the mean of their neighbors. Octaves with fewer than 256
-    ordinates, or mostly empty ones, are omitted.
+    `bands` are given bands of higher octaves. The end samples are set to 0, the end values of an octave to the mean of
+    their neighbors. Octaves with fewer than 256 ordinates or mostly empty ones are omitted.
     """
     from scipy.fft import next_fast_len
 
@@ -303,7 +305,9 @@ def _residual_without_gaps(solution: Solution, data: Data) -> NDArray[np.float64
     return _kernels.cosine_transform(data.residual(solution.model))
 
 
-def _whitening(solution: Solution, data: Data, level: NDArray[np.float64]) -> NDArray[np.float64]:
+def _whitening_factors(
+    solution: Solution, data: Data, level: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Array of the whitening factors of the ordinates, shape (n,): 1/√(model density × level), 0 in empty bins."""
     j = np.maximum(np.arange(solution.ordinates.size, dtype=np.float64), 1.0)
     white = _log_density(solution, data, level, np.log(j, out=j))
@@ -315,7 +319,7 @@ def whitened_ordinates(
     solution: Solution, data: Data, level: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Array of the residual ordinates divided by √(model density × level of the bin), shape (n,); 0 in empty bins."""
-    white = _whitening(solution, data, level)
+    white = _whitening_factors(solution, data, level)
     white *= solution.ordinates
     return white
 
@@ -323,9 +327,9 @@ def whitened_ordinates(
 def _log_density(
     solution: Solution, data: Data, level: NDArray[np.float64], log_j: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Array of ln(model density × level of the bin), interpolated at ordinates given by their logarithms.
+    """Array of ln(model density × level of the bin), interpolated at ordinates given by their logarithms `log_j`.
 
-    Narrow gaps of the density are filled (`_without_gaps`).
+    Narrow notches of the density are filled (`_without_gaps`).
     """
     at, known = log_density_at_nodes(solution.model, data, level)
     return np.interp(log_j, at, _without_gaps(known, at))
@@ -334,9 +338,9 @@ def _log_density(
 def log_density_at_nodes(
     model: Model, data: Data, level: NDArray[np.float64] | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pair of arrays: ln of the ordinates at the model's nodes, and ln of the model density × level of the bin there.
+    """Pair of arrays: ln of the ordinates of the model's nodes, and ln of the model density × level of the bin there.
 
-    Without `level` the density is that of the model.
+    Without `level` it is ln of the model density. For interpolation over ln(ordinate).
     """
     bins = data.bins
     nodes = nodes_of(model, bins, data.rate)
@@ -347,7 +351,7 @@ def log_density_at_nodes(
 
 
 def _without_gaps(known: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array of ln densities `known` at ln frequencies `at`; narrow gaps are filled up to 7 (ln) below their sides.
+    """Array of the ln densities `known` at ln frequencies `at`, with narrow notches filled up to 7 (ln) below their sides.
 
     The power at the center of a notch is leakage from the ends of the record. Full whitening would make the first and
     last seconds of every filtered record loud.
@@ -375,7 +379,7 @@ def expected_level(model: Model, data: Data, cells: int) -> NDArray[np.float64]:
 
 
 def cell_means(values: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
-    """Array of the means of values in equal segments, shape (cells,); a segment without a value takes the next value."""
+    """Array of the means of values in `cells` equal segments, shape (cells,); an empty segment takes the next value."""
     edges = np.arange(cells) * values.size // cells
     sizes = np.diff(np.append(edges, values.size))
     if not sizes.all():
@@ -386,7 +390,7 @@ def cell_means(values: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
 def white_share(solution: Solution, data: Data, ordinate: int) -> float:
     """Fraction, 0 … 1, of the model's density at an ordinate that its white noise makes; 0 without white noise."""
     white = _white_process(solution)
-    return 0.0 if white is None else share_of(white, solution, data, ordinate)
+    return 0.0 if white is None else density_share(white, solution, data, ordinate)
 
 
 def _white_process(solution: Solution) -> Process | None:
@@ -397,22 +401,26 @@ def _white_process(solution: Solution) -> Process | None:
 def white_power(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[NDArray[np.float64] | None, float, float]:
-    """Tuple: mean power over time of the octaves that white noise dominates, its white share, and squares per value.
+    """Tuple (power over time, share, squares) averaged over the octave bands in which white noise has half of the power.
 
-    White noise must have half of the power. Octaves more than 8 times coarser than the finest are ignored. (None, 0, 0)
-    is returned without such octaves.
+    The first element is None, and the others 0, without such bands. Bands whose time resolution is over 8 times coarser
+    than the finest are ignored.
 
     Returns
     -------
-    tuple
-        Mean power over time (None without such octaves), mean share of white noise, and number of squares in each value.
+    power : ndarray or None
+        Mean relative power over time.
+    share : float
+        Mean share of white noise in the power.
+    squares : float
+        Number of squares averaged in each value of `power`.
     """
     own = _white_process(solution)
     if own is None:
         return None, 0.0, 0.0
     bands = []
     for low, high, power, each in whitened.bands:
-        share = share_of(own, solution, data, (low + high) // 2)
+        share = density_share(own, solution, data, (low + high) // 2)
         if share >= MIN_WHITE_SHARE:
             bands.append((power, each, share))
     length = max((power.size for power, _, _ in bands), default=0)

@@ -74,11 +74,11 @@ def climb(
     offset: Array | None = None,
     rounds: int = 80,
 ) -> Maximum:
-    """`Maximum` (local) of the likelihood over θ ≥ 0, reached uphill from `theta` in at most `rounds` iterations.
+    """Local `Maximum` of the likelihood over θ ≥ 0, by at most `rounds` Fisher-scoring steps from `theta`.
 
-    The discrepancy is fitted too, unless `scale` is None; its logL is lowered by 3 nats. Each Fisher-scoring step is a
-    non-negative least-squares problem with the effective degrees of freedom; the step is shortened until logL rises.
-    `offset` is the power of held effects.
+    The discrepancy is fitted too, from SCALES[scale], unless `scale` is None; its logL is lowered by 3 nats. Each step
+    is a non-negative least-squares problem with the effective degrees of freedom, shortened until logL rises. `offset`
+    is the power of held effects, shape (bins,).
     """
     law = likelihood(count)
     found, spectrum, value, scale, weight = law.climb(power, columns, theta, scale, offset, rounds)
@@ -96,16 +96,14 @@ def climb_many(
     *,
     cells: bool = False,
 ) -> tuple[Array, Array, list[int | None]]:
-    """Tuple (coefficients, logL, discrepancies) of the local maxima reached by `climb` from many starts, in parallel.
-
-    Each start has its own columns.
+    """Tuple (coefficients, logL, discrepancies) of the local maxima that `climb` reaches from many starts, in parallel.
 
     Parameters
     ----------
     power, count : ndarray, shape (bins,)
         Mean squared ordinate of each bin and its degrees of freedom.
     columns : ndarray, shape (m, bins, p)
-        Expected power of each effect at coefficient 1.
+        Expected power of each effect at coefficient 1, for each start.
     thetas : ndarray, shape (m, p)
         Starts.
     scale : int or None
@@ -153,7 +151,7 @@ def maximize(
     """
 
     def without_discrepancy(freedom: Array) -> Maximum:
-        """`Maximum` with δ = 0 and these degrees of freedom."""
+        """`Maximum` with δ = 0 if the bins have the degrees of freedom `freedom`."""
         first = first_guess(power, freedom, columns, offset)
         return climb(power, freedom, columns, first, None, offset)
 
@@ -187,9 +185,9 @@ def information(count: Array, weight: Array, slopes: Array) -> Array:
 def profile_loss(
     power: Array, count: Array, columns: Array, best: Maximum, index: int
 ) -> Callable[[float], float]:
-    """Function that returns the loss of logL if θ_index has a given value.
+    """Function of one squared coefficient: loss of logL, nats, if the coefficient at `index` has this value.
 
-    The other θ are fitted again, starting from `best`, and so is the discrepancy if `best` has one.
+    The other coefficients are fitted again, starting from `best`, and so is the discrepancy if `best` has one.
     """
     others, column = np.delete(columns, index, axis=1), columns[:, index]
     rest = np.delete(best.theta, index)
@@ -206,16 +204,17 @@ def profile_loss(
 def profile_interval(
     power: Array, count: Array, columns: Array, best: Maximum, index: int, logl_scale: float = 1.0
 ) -> tuple[float, float, float]:
-    """Tuple (low, high, drop): 95 % profile-likelihood interval of θ_index, and loss of logL at θ_index = 0.
+    """Tuple (low, high, drop): 95 % profile-likelihood interval of the squared coefficient at `index`, and loss at 0.
 
-    The other θ are free. `logl_scale` scales logL if bins are correlated: the variance of θ_index that the likelihood
-    claims over its actual variance (Chandler & Bate 2007). `drop` is that of the scaled logL, at least 0, and infinite
-    if the model has one coefficient.
+    `logl_scale` multiplies logL if bins are correlated: the variance of the coefficient by the likelihood over its
+    actual variance (Chandler & Bate 2007).
 
     Returns
     -------
-    tuple of float
-        (low, high, drop): 95 % limits of θ, with low = 0 if 0 is inside; and the fall of logL at θ_index = 0.
+    low, high : float
+        95 % limits of θ; low is 0 if 0 is inside.
+    drop : float
+        Fall of the scaled logL at θ = 0, at least 0; infinite if the model has one coefficient.
     """
     loss = profile_loss(power, count, columns, best, index)
 
@@ -224,10 +223,7 @@ def profile_interval(
         return logl_scale * loss(theta)
 
     def search(inside: float, outside: float, level: float) -> float:
-        """Squared value between `inside` and `outside` at which logL has fallen by `level`.
-
-        It is found by 14 bisections of the root.
-        """
+        """Squared value between `inside` and `outside` at which the scaled logL has fallen by `level`, by bisection."""
         # Bisection in the square root, where the profile is nearly a parabola.
         a, b = np.sqrt(inside), np.sqrt(outside)
         for _ in range(14):

@@ -68,7 +68,7 @@ MAX_GRADIENT_STEPS = 400
 
 
 def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
-    """Array of the expected squared ordinates of the model's noise times the level of each bin, shape (n,)."""
+    """Array of the expected squared ordinates of the model's noise × level of their bin, shape (n,); None means level 1."""
     at, known = log_density_at_nodes(model, data, level)
     j = np.maximum(np.arange(data.n, dtype=np.float64), 1.0)
     return np.asarray(np.exp(np.interp(np.log(j), at, known)))
@@ -86,7 +86,7 @@ class _ConditionalMean:
         self.precision = 1.0 / spectrum
         self.precision[0] = 0.0
         self.steps = 0
-        self.exact = _factor(missing, self.precision)
+        self.exact = _cholesky_of_missing(missing, self.precision)
         if self.exact is not None:
             return
         # Inside a gap of L samples only periods below 2L matter; there S is a good preconditioner for Q.
@@ -97,13 +97,19 @@ class _ConditionalMean:
         self.rough = np.minimum(spectrum, spectrum[max(1, slow)])
 
     def _apply(self, values: Array, weight: Array) -> Array:
-        """Array: the product Cᵀ diag(weight) C · x at the missing samples, where x holds `values` there and 0 elsewhere."""
+        """Array of the product Cᵀ diag(weight) C x at the missing samples; x is `values` there and 0 elsewhere.
+
+        C is the orthonormal cosine transform.
+        """
         whole = np.zeros(self.missing.size)
         whole[self.missing] = values
         return self._weighted(whole, weight)
 
     def _weighted(self, whole: Array, weight: Array) -> Array:
-        """Array: the product Cᵀ diag(weight) C · `whole` at the missing samples; `whole` is a record, shape (n,)."""
+        """Array of the product Cᵀ diag(weight) C · `whole` at the missing samples; `whole` is a series, shape (n,).
+
+        C is the orthonormal cosine transform.
+        """
         stop_if_unwanted()
         ordinates = _kernels.cosine_transform(whole)
         ordinates *= weight
@@ -140,10 +146,10 @@ class _ConditionalMean:
         return out
 
 
-def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
-    """Tuple with the Cholesky factor of Q_mm, as from `scipy.linalg.cho_factor`.
+def _cholesky_of_missing(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
+    """Tuple with the Cholesky factor (as from `scipy.linalg.cho_factor`) of the precision matrix of the missing samples.
 
-    None if more than 2048 samples are missing, or if rounding makes the matrix indefinite.
+    `precision` is 1/spectrum. None if more than 2048 samples are missing, or if rounding makes the matrix indefinite.
     """
     from scipy.linalg import LinAlgError, cho_factor
 
@@ -153,11 +159,11 @@ def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
     n = missing.size
     waves = np.fft.rfft(np.concatenate([precision, [0.0], precision[:0:-1]])).real / (2 * n)
 
-    def of(lag: NDArray[np.int64]) -> Array:
-        """Array of the part of the precision matrix that depends on this lag, by symmetry of the transform."""
+    def lag_covariance(lag: NDArray[np.int64]) -> Array:
+        """Array of one of the two parts of the precision matrix, as a function of the lag in samples, from 0 to 2n."""
         return np.asarray(waves[np.minimum(lag, 2 * n - lag)])
 
-    matrix = of(np.abs(at[:, None] - at)) + of(at[:, None] + at + 1)
+    matrix = lag_covariance(np.abs(at[:, None] - at)) + lag_covariance(at[:, None] + at + 1)
     own = matrix.diagonal().copy()
     for more in (0.0, *DIAGONAL_INCREASES):
         # The matrix is positive definite except for rounding: some samples are present, which fixes the mean.
@@ -228,9 +234,10 @@ def complete(
 def _drawn_unknown_part(
     bridge: _ConditionalMean, spectrum: Array, seed: int
 ) -> tuple[Array, Array, Array]:
-    """Tuple of arrays: one draw of the unknown part, and mean squared ordinates of the unknown and of the known part.
+    """Tuple of arrays, shape (n,): a draw of the part of the record that gaps leave unknown, and two mean squared spectra.
 
-    The means are over 2 to 8 draws, or one for at most 512 samples, whose shares are solved exactly.
+    These are the mean squared ordinates of the unknown part, and of the known part (conditional mean). The means are
+    over 2 to 8 draws, or one for at most 512 samples, whose shares are solved exactly.
     """
     n = spectrum.size
     rng = np.random.default_rng(seed)
@@ -260,11 +267,11 @@ def _logl_difference(one: Data, other: Data) -> float:
     return 0.5 * float(other.bins.count @ np.log(second / first) ** 2)
 
 
-def settle(data: SampleData, model: Model) -> tuple[SampleData, Solution]:
-    """Pair (data, solution): record completed under the model fitted to it, and this fit, iterated until both agree.
+def complete_and_fit(data: SampleData, model: Model) -> tuple[SampleData, Solution]:
+    """Pair (data, solution): record whose missing samples are drawn from the model fitted to it, and this fit.
 
-    They agree if the power per bin of one round describes the next with a loss of logL below 0.02 nats. There are at most
-    8 rounds without the levels of the bins, and 8 with them.
+    Draws and fit alternate until the power per bin of one round describes the next with a loss of logL below 0.02 nats.
+    There are at most 8 rounds without the estimated levels of the bins, and 8 with them.
 
     Parameters
     ----------

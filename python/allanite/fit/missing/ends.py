@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.fit.likelihood.data import SampleData, without_samples
-from allanite.fit.likelihood.expected import means
+from allanite.fit.likelihood.expected import expected_power
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -27,7 +27,7 @@ MAX_ADDED_VARIANCE = 0.1
 
 
 def without_ends(data: Data, solution: Solution) -> SampleData | None:
-    """Copy of the data with the first and last sample masked; None if leakage from the ends is negligible.
+    """Copy of the data with the first and last sample masked, if leakage from the ends matters; otherwise None.
 
     It is negligible if ½ Σ n s² ≤ 0.1, with the share s of leakage in a bin of n ordinates. None as well for summaries
     and for data whose ends are missing.
@@ -36,7 +36,9 @@ def without_ends(data: Data, solution: Solution) -> SampleData | None:
         return None
     if all(term.inside is term for term in data.terms(solution.model)):
         return None
-    whole, inside = (means(solution.model, data, ends_missing) for ends_missing in (False, True))
+    whole, inside = (
+        expected_power(solution.model, data, ends_missing) for ends_missing in (False, True)
+    )
     share = 1.0 - inside / np.maximum(whole, 1e-300)
     if 0.5 * float(data.bins.count @ share**2) <= MAX_ADDED_VARIANCE:
         return None

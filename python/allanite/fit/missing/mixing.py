@@ -19,10 +19,10 @@ Mask = NDArray[np.bool_]
 
 
 def _coupling(missing: Mask) -> Array:
-    """Array of the squared correlation that gaps cause between two ordinates at distance h = 0 … 2n−1, shape (2n,).
+    """Array of the squared correlation, caused by gaps, of two ordinates at distance h = 0 … 2n−1, shape (2n,).
 
-    It is 0 at h = 0. It is the squared cosine transform of the mask, because the missing part of white noise is the
-    mask times the noise.
+    It is that of white noise, 0 at h = 0: the squared cosine transform of the mask, because the missing part is mask ×
+    noise.
     """
     n = missing.size
     # Σ_k mask_k cos(πh(k+½)/n)/n; beyond n it repeats backwards with the opposite sign.
@@ -43,14 +43,14 @@ def _squared_correlations_cached(packed: bytes, n: int, edges: bytes) -> Array:
 
 
 def _squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
-    """Array of the sum over all ordinate pairs of two bins of their squared correlation by gaps, shape (bins, bins)."""
+    """Array of the sum of squared correlations, caused by gaps, over all ordinate pairs of two bins, shape (bins, bins)."""
     squared = _coupling(missing)
     n = missing.size
     # With a double cumulative sum, the sum of a function of j − i or j + i over a rectangle takes four values.
     both = np.cumsum(np.cumsum(np.concatenate([squared[n - 1 : 0 : -1], squared])))
 
     def corner(at: NDArray[np.int64]) -> Array:
-        """Array of the double sum at indices `at`, 0 before its start."""
+        """Array of the double cumulative sum of the squared correlations at indices `at`; 0 before its start."""
         return np.where(at < 0, 0.0, both[np.maximum(at, 0)])
 
     low, high = edges[:-1], edges[1:]
@@ -64,19 +64,20 @@ def _squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
 
 
 def known_ordinates(share: Array, bins: Bins) -> Array:
-    """Array of the effective number of ordinates in each bin, Σ (1 − share), shape (bins,).
+    """Array of the effective number of ordinates in each bin that gaps leave known, Σ (1 − share), shape (bins,).
 
-    The sum over all bins is the number of samples present, minus one for the mean.
+    `share` is the unknown share of each ordinate. The sum over all bins is the number of samples present, minus one for
+    the mean.
     """
     return np.asarray(np.add.reduceat(1.0 - share, bins.edges[:-1]))
 
 
 def mixing_of(missing: Mask, share: Array, bins: Bins) -> Array:
-    """Array of the relative change of the observed power of each bin (rows) per that of the true power of bins (columns).
+    """Array of the relative change of the observed power of each bin (rows) per relative change of true power (columns).
 
     The shape is (bins, bins) and rows sum to 1. The unknown part e divided by √S is a projection with correlations c,
-    Σ_i c_ji² = c_jj = r_j. The ordinates of the conditional mean m respond to S as (δ_ji − c_ji)²/(1 − r_j). A gap
-    moves power from i to j. It moves none if r_i is 0, and if r_i is 1 there is none to move.
+    Σ_i c_ji² = c_jj = r_j (`share`). The ordinates of the conditional mean m respond to S as (δ_ji − c_ji)²/(1 − r_j).
+    A gap moves power from i to j. It moves none if r_i is 0, and if r_i is 1 there is none to move.
     """
     number = np.diff(bins.edges).astype(float)
     unknown = np.add.reduceat(share, bins.edges[:-1]) / number

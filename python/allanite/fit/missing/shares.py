@@ -125,9 +125,9 @@ def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, floa
 
 
 def _noise_variance(unseen: Array, spectrum: Array) -> Array:
-    """Array of the variance v of noise on every sample that acts like gaps: v/(v + S) has the mean `unseen`.
+    """Array of the variance v of noise on every sample that acts like gaps: v/(v + S), averaged over S, equals `unseen`.
 
-    0 where `unseen` is 0.
+    S is the `spectrum`, `unseen` the fractions of missing samples. 0 where `unseen` is 0.
     """
     part = spectrum[1 :: max(1, spectrum.size // 4096)]
     v = np.geomspace(part.min() * 1e-6, part.max() * 1e6, 240)
@@ -136,7 +136,11 @@ def _noise_variance(unseen: Array, spectrum: Array) -> Array:
 
 
 def _rough_share(spectrum: Array, missing: float, empty: float) -> Array:
-    """Array of rough unknown shares empty + (1 − empty)·v/(v + S) of these ordinates; their sum is about `missing`."""
+    """Array of rough shares of each ordinate that gaps leave unknown, empty + (1 − empty)·v/(v + S), shape of `spectrum`.
+
+    v is chosen so that their sum is about `missing`, the number of missing samples. `empty` is the fraction of samples
+    in long gaps.
+    """
     # A subset of the ordinates determines v well enough.
     part = spectrum[:: max(1, spectrum.size // MAX_BALANCED_ORDINATES)]
     mean = missing / spectrum.size

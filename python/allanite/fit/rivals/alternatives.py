@@ -54,10 +54,10 @@ class Alternative:
 
 
 def is_removable(effect: Effect) -> bool:
-    """True if a search may remove an effect.
+    """True if a search may remove an effect from the model.
 
-    False for white noise, effects that exclude samples, and effects with a parameter that the user held, or that is at
-    a limit which the user gave.
+    False for white noise, for effects that exclude samples, and for effects with a parameter that the user held or that
+    is at a limit given by the user.
     """
     white = isinstance(effect, Stochastic) and effect.white
     removes = isinstance(effect, Modifier) and effect.removes
@@ -67,11 +67,12 @@ def is_removable(effect: Effect) -> bool:
 
 
 def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
-    """Iterator over fits in which the effect at index `place` is replaced by each declared alternative.
+    """Iterator over `Alternative` fits in which another kind of effect replaces the effect at index `place`.
 
-    Yields nothing for effects that cannot be removed or are not found in the spectrum or as slow functions, nor for a
-    single effect. Replacements are omitted if they are not detected, if they are 28 nats below the fit before shapes
-    are optimized, or if they follow a column with different signs at slow and fast time scales.
+    Tried are the kinds that the effect declares as alternatives. Nothing is yielded for effects that cannot be removed,
+    that are neither spectral nor slow functions, or that are the only effect. Replacements are omitted if they are not
+    detected, if they are 28 nats below the fit before shapes are optimized, or if they follow a column with different
+    signs at slow and fast time scales.
     """
     out = fit.model.effects[place]
     if not is_removable(out) or out.screened not in {"spectral", "slow"}:
@@ -141,10 +142,10 @@ def fit_replacement(
 def slow_scans(
     base: Solution, data: Data, wanted: Callable[[Deterministic], bool]
 ) -> Iterator[Scan]:
-    """Iterator over (grid points, their ΔlogL, their directions) of each slow function of time that `wanted` accepts.
+    """Iterator over a matched-filter scan of each slow function of time that `wanted` accepts, added to the fitted model.
 
-    A grid point is the function with values, added to the fitted model. Directions are normalized
-    whitened ordinates, shape (points, ordinates).
+    A scan is a tuple (grid points, their ΔlogL, their directions). A grid point is the function with shape values.
+    Directions are normalized whitened ordinates, shape (points, ordinates).
     """
     noise = base.noise(data)
     for blanks in slow_families(base.model, data.covariates).values():

@@ -18,10 +18,11 @@ if TYPE_CHECKING:
 
 
 def follow_columns_consistently(effects: Iterable[Effect], solution: Solution, data: Data) -> bool:
-    """True if every effect that follows a column has the same sign at slow and at fast time scales.
+    """True if every effect that follows a logged column has the same sign at slow and at fast time scales.
 
-    A chance resemblance of two slow series explains only the slow half, and has a random sign in the fast half. Two
-    values closer than three standard errors count as equal. Effects without information in one half pass.
+    A chance resemblance of two slow series explains only the slow half of the information, and has a random sign in the
+    fast half. Two values closer than three standard errors count as equal. Effects without information in one half
+    pass.
     """
     following = (e for e in effects if isinstance(e, Deterministic) and e.follows is not None)
     found = [column_slopes(effect, solution, data) for effect in following]
@@ -31,14 +32,10 @@ def follow_columns_consistently(effects: Iterable[Effect], solution: Solution, d
 def column_slopes(
     effect: Deterministic, solution: Solution, data: Data
 ) -> tuple[tuple[float, float], float] | None:
-    """Pair: coefficients of an effect at slow and at fast time scales over the fitted one, and error of their difference.
+    """Pair ((slow, fast), error): relative coefficients at slow and at fast time scales, and error of their difference.
 
-    The ordinates are split so that each half has half of the information on the coefficient.
-
-    Returns
-    -------
-    tuple or None
-        ((slow, fast), standard error of their difference); None if one half has no information.
+    They are divided by the fitted coefficient. The ordinates are split so that each half has half of the information on
+    the coefficient. None if one half has no information.
     """
     series = effect.signal(data.time, data.covariates)
     j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)

@@ -21,7 +21,7 @@ PRIOR_LOG_RANGE = float(np.log(1e3))
 
 
 def bic_cost(solution: Solution) -> float:
-    """Cost of one parameter in BIC, nats: ½ ln n with the effective number n of observations (Schwarz 1978)."""
+    """Cost of one parameter in ln evidence by BIC, nats: ½ ln n with the effective number n of observations."""
     return 0.5 * float(np.log(max(solution.weight.sum(), 2.0)))
 
 
@@ -55,12 +55,15 @@ def parameter_cost(square: float) -> float:
 
 
 def evidence(solution: Solution) -> float:
-    """Log-evidence of a fitted model, nats, up to a constant common to all models of a record."""
+    """Log-evidence of a fitted model, nats: logL minus a cost for each parameter.
+
+    Comparable between models of one record.
+    """
     return solution.log_likelihood - sum(parameters_cost(own, solution) for own in solution.effects)
 
 
 def discrepancy_gain(solution: Solution, data: Data) -> float:
-    """ΔlogL, at least 0, of the fit with a discrepancy over the fit without one (δ = 0); 0 if the fit has none."""
+    """ΔlogL, at least 0, nats, of a fit over the same model without a discrepancy (δ = 0); 0 if the fit has none."""
     if solution.best.scale is None:
         return 0.0
     part = RandomPart(data, solution.power, solution.count)
@@ -69,6 +72,6 @@ def discrepancy_gain(solution: Solution, data: Data) -> float:
 
 
 def evidence_gain(after: Solution, before: Solution, data: Data) -> float:
-    """Ln evidence of `after` minus that of `before`, without the part that a larger discrepancy contributes, nats."""
+    """Ln evidence of `after` minus that of `before`, nats, without the part that comes from a larger discrepancy."""
     more = max(0.0, discrepancy_gain(after, data) - discrepancy_gain(before, data))
     return evidence(after) - evidence(before) - more

@@ -63,13 +63,13 @@ class Pair:
 
     @property
     def kinds(self) -> tuple[str, str]:
-        """Pair of the kinds of the two effects."""
+        """Pair of texts: the kinds of the two effects."""
         one, other = self.model.effects[-2:]
         return one.kind, other.kind
 
 
 def can_be_split(effect: Effect) -> bool:
-    """True if two effects may replace this effect: if it is slow, only descriptive, or a broad hump of the spectrum."""
+    """True if a search may replace this effect by two: a slow effect, a last resort, or a broad hump of the spectrum."""
     if not is_removable(effect):
         return False
     if isinstance(effect, Stochastic):
@@ -89,11 +89,10 @@ def is_broad(effect: Effect) -> bool:
 
 
 def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
-    """Tuple of (ln evidence over the fit, places, solution) of models with other processes instead of two wandering ones.
+    """Tuple of (ln evidence over the fit, indices, solution) of models in which one or two processes replace two slow ones.
 
-    One or two other wandering processes replace the two at `places`; models whose evidence is lower by
-    `MAX_RIVAL_LOG_EVIDENCE` or more are omitted. A search that changes one process at a time can miss these models: two
-    processes may stand for two others together.
+    `indices` are the two replaced effects, random processes that drift slowly. Models whose evidence is lower by
+    `MAX_RIVAL_LOG_EVIDENCE` or more are omitted. A search that changes one process at a time can miss these models.
     """
     effects = fit.model.effects
     wandering = [
@@ -134,7 +133,7 @@ def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], .
 
 
 def together(fit: Fit, place: int, also: int | None = None) -> list[Pair]:
-    """List of pairs of effects that may replace the effect at `place`, the pair with the highest evidence first.
+    """List of `Pair`: two effects that may replace the effect at index `place`, the highest evidence first.
 
     At least one of the two is a declared alternative of that effect. Pairs 3 nats or more below the evidence of the fit
     are omitted. With `also`, the effect at this second index is removed, too. Empty if the effect cannot be split, or
@@ -185,10 +184,10 @@ class _PairSearch:
         processes or one of each.
         """
         if is_broad(self.out) or isinstance(self.out, Modifier):
-            return self._filtered()
+            return self._process_filter_pairs()
         scans = list(self._scans(self.base))
         slow = sorted(best_of_kinds(scans).values(), key=lambda each: -each[0])
-        found = self._functions(scans)
+        found = self._function_pairs(scans)
         del scans  # directions of all grid points
         starts = [
             solve(self.data, self.base.model + e, like=self.base, rounds=3, polish=False)
@@ -196,7 +195,7 @@ class _PairSearch:
         ]
         processes = [
             s
-            for cls in self._kinds()
+            for cls in self._alternative_processes()
             if (s := fit_replacement(cls, self.base, self.data)) is not None
         ]
         for one in processes:
@@ -207,14 +206,14 @@ class _PairSearch:
                     found.append((evidence(one) + gain - cost, one.model + other))
         for one in [*starts, *processes]:
             first = one.model.effects[-1]
-            others = [c for c in self._kinds() if c.kind != first.kind]
-            found += self._with_second(one, [c for c in others if self._has_rival(first, c)])
+            others = [c for c in self._alternative_processes() if c.kind != first.kind]
+            found += self._with_second_effect(one, [c for c in others if self._has_rival(first, c)])
         return found
 
-    def _with_second(
+    def _with_second_effect(
         self, one: Solution, kinds: Sequence[type[Effect]]
     ) -> Iterator[tuple[float, Model]]:
-        """Iterator over (ln evidence, model) of `one` with one more effect of each of `kinds`.
+        """Iterator over (ln evidence, model) of the fit `one` plus one effect of each of `kinds`.
 
         Kinds whose best grid point cannot reach the evidence `least` are omitted.
         """
@@ -226,25 +225,30 @@ class _PairSearch:
                 yield evidence(both), both.model
 
     def _has_rival(self, *pair: Effect | type[Effect]) -> bool:
-        """True if one of a pair is a declared alternative of the removed effect."""
+        """True if at least one of the two effects (or classes) is a declared alternative of the removed effect."""
         return any(one.may_be(self.out) for one in pair)
 
-    def _filtered(self) -> list[tuple[float, Model]]:
-        """List of (ln evidence, model) with a process and a filter.
+    def _process_filter_pairs(self) -> list[tuple[float, Model]]:
+        """List of (ln evidence, model) of candidate pairs of a random process and a filter.
 
-        Quantization behind a filter has the edge of another filter, or of a hump.
+        Quantization behind a filter has the same edge as another filter or a hump.
         """
         filters = [
             cls
             for cls in CATALOGUE
             if issubclass(cls, Modifier) and cls.screened == "spectral" and cls.may_be(self.out)
         ]
-        first = (fit_replacement(cls, self.base, self.data) for cls in self._kinds())
+        first = (
+            fit_replacement(cls, self.base, self.data) for cls in self._alternative_processes()
+        )
         return [
-            pair for one in first if one is not None for pair in self._with_second(one, filters)
+            pair
+            for one in first
+            if one is not None
+            for pair in self._with_second_effect(one, filters)
         ]
 
-    def _kinds(self) -> list[type[Effect]]:
+    def _alternative_processes(self) -> list[type[Effect]]:
         """List of the classes of random processes that are declared alternatives of the removed effect.
 
         The kind of the removed effect, nameless effects and those of last resort are excluded.
@@ -260,7 +264,7 @@ class _PairSearch:
         ]
 
     def _scans(self, base: Solution) -> Iterator[Scan]:
-        """Iterator over the scans of all slow functions that may be part of a pair, added to a base fit."""
+        """Iterator over the matched-filter scans (see `slow_scans`) of all slow functions that may be part of a pair."""
         return slow_scans(base, self.data, self._may_be_paired)
 
     def _may_be_paired(self, blank: Deterministic) -> bool:
@@ -268,11 +272,11 @@ class _PairSearch:
         # Refined forms are considered only as extensions of the plain form.
         return blank.kind != self.out.kind and not blank.refined
 
-    def _functions(self, scans: list[Scan]) -> list[tuple[float, Model]]:
+    def _function_pairs(self, scans: list[Scan]) -> list[tuple[float, Model]]:
         """List of (ln evidence, model) of at most six pairs of slow functions, fitted with the shapes of the grid.
 
-        All combinations of grid points of two kinds are compared by their joint ΔlogL; the best pairs are then fitted.
-        The order is that of the comparison.
+        All grid points of two kinds are combined and compared by their joint ΔlogL; the best pairs are then fitted. The
+        order is that of the comparison.
         """
         base = self.base
         j = filter_ordinates(self.data)

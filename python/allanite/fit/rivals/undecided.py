@@ -53,28 +53,29 @@ class Undecided:
 class _Distribution:
     """Distribution of a parameter under one model: a fixed value, an upper limit, or two half normals joined at the value.
 
-    `low` and `high` are the ends of the 95 % interval. With `ratio`, the parameter has no sign, and its logarithm has this
-    distribution.
+    `low` and `high` are the ends of the 95 % interval. If `logarithmic`, the parameter is not negative, and its
+    logarithm has this distribution.
     """
 
     value: float = 0.0
     low: float = 0.0
     high: float = 0.0
-    ratio: bool = False
+    logarithmic: bool = False
 
-    def below(self, x: float) -> float:
-        """Cumulative probability of the parameter at x.
+    def cumulative_probability(self, x: float) -> float:
+        """Probability of a parameter of at most x.
 
-        The law is normal on each side of the value, or log-normal with `ratio`. An upper limit has probability ½ at 0.
+        The law is normal on each side of the value, or log-normal if `logarithmic`. An upper limit has probability ½ at
+        0.
         """
         from scipy.special import ndtr
 
         if self.high == self.low:
             return float(x >= self.value)
-        if self.ratio and self.low <= 0.0:
+        if self.logarithmic and self.low <= 0.0:
             # An upper limit: probability ½ at 0, otherwise half normal.
             return float(ndtr(NORMAL * x / self.high)) if x >= 0.0 else 0.0
-        if not self.ratio:
+        if not self.logarithmic:
             end = self.low if x < self.value else self.high
             return float(ndtr(NORMAL * (x - self.value) / max(abs(end - self.value), 1e-300)))
         if x <= 0.0:
@@ -85,7 +86,7 @@ class _Distribution:
 
 
 def undecided(fit: Fit) -> Undecided | None:
-    """`Undecided`: models whose ln evidence is within 3 of a fit's, and intervals averaged over them.
+    """`Undecided`: other models whose ln evidence is at most 3 nats lower, and intervals averaged over all of them.
 
     The models replace effects by their declared alternatives. The probability of a model is proportional to its
     evidence (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit not by
@@ -155,9 +156,9 @@ def _kinds(model: Model) -> tuple[str, ...]:
 
 
 def _models_within_evidence(fit: Fit) -> Iterator[tuple[float, Solution]]:
-    """Iterator over (ln evidence over the fit, solution) of other models within 3 nats of the fit.
+    """Iterator over (ln evidence over the fit, solution) of other models at most 3 nats below the fit.
 
-    One or two detected effects are replaced. One-time events are excluded, since their evidence does not pay for the
+    One or two detected effects are replaced. One-time events are excluded, because their evidence does not pay for the
     many times that were tried. A model may come twice.
     """
     for lead, places, solution in fit.instead_of_two:
@@ -185,7 +186,10 @@ def _is_one_time(effect: Effect) -> bool:
 def _coefficients_by_kind(
     model: Model, values: tuple[dict[str, Any], ...]
 ) -> dict[tuple[str, int], Any]:
-    """Dict from (kind, running number within the kind) to a dict of the coefficients of the effect by name."""
+    """Dict from (kind, number within the kind, from 0) to a dict of the effect's coefficients by name.
+
+    `values` are the estimates of each effect of the model.
+    """
     seen: Counter[str] = Counter()
     out = {}
     for effect, own in zip(model, values, strict=True):
@@ -197,14 +201,14 @@ def _coefficients_by_kind(
 
 
 def _distribution(value: Any) -> _Distribution:
-    """`_Distribution` of an estimate; without interval a fixed value, which is 0 for objects that are not estimates."""
+    """`_Distribution` of an estimate; a fixed value if it has no interval, and 0 if `value` is not an estimate."""
     if not isinstance(value, Estimate):
         return _Distribution()
     if value.interval is None:
         return _Distribution(float(value), float(value), float(value))
     low, high = value.interval
-    ratio = low >= 0.0 and float(value) >= 0.0
-    return _Distribution(float(value), low, high, ratio)
+    logarithmic = low >= 0.0 and float(value) >= 0.0
+    return _Distribution(float(value), low, high, logarithmic)
 
 
 def _interval(
@@ -214,13 +218,15 @@ def _interval(
     reach = max(max(abs(law.low), abs(law.high), abs(law.value)) for law in laws)
     least = -4.0 * reach if any(min(law.low, law.value) < 0.0 for law in laws) else 0.0
 
-    def end(share: float) -> float:
-        """Value below which the mixture has the probability `share`."""
+    def quantile(share: float) -> float:
+        """Value below which the mixture has the probability `share`, by bisection."""
         low, high = least, 4.0 * reach
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
-            below = sum(w * law.below(middle) for law, w in zip(laws, weights, strict=True))
+            below = sum(
+                w * law.cumulative_probability(middle) for law, w in zip(laws, weights, strict=True)
+            )
             low, high = (low, middle) if below >= share else (middle, high)
         return 0.0 if abs(high) < 1e-12 * reach else high
 
-    return end(INTERVAL_PROBABILITIES[0]), end(INTERVAL_PROBABILITIES[1])
+    return quantile(INTERVAL_PROBABILITIES[0]), quantile(INTERVAL_PROBABILITIES[1])

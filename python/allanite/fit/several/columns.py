@@ -46,7 +46,7 @@ class Fits(Several[Fit]):
         return Several({name: fit.check() for name, fit in self.items()})
 
     def _missing(self, name: str) -> str:
-        """Message for an unknown column; if `name` is a parameter, it explains how to access it."""
+        """Message of the KeyError for an unknown column `name`; for a parameter it explains how to access it."""
         first = next(iter(self))
         try:
             self[first][name]

@@ -19,7 +19,7 @@ from allanite.effects import Stochastic
 from allanite.fit.likelihood.discrepancy import HALF_CHI2_95
 from allanite.fit.likelihood.whittle import climb, profile_loss
 from allanite.fit.models import parameter_label
-from allanite.fit.several.many_table import aligned, many_table
+from allanite.fit.several.many_table import comparable_parameters, many_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -114,8 +114,8 @@ class ManyFits:
         )
 
     @property
-    def of(self) -> str:
-        """Text that names the fitted records: ``columns`` for columns of one log, ``recordings`` for several logs."""
+    def record_noun(self) -> str:
+        """Noun for the fitted records in texts: ``columns`` for columns of one log, ``recordings`` for several logs."""
         columns = [fit.recording for fit in self.fits]
         one = len({c.path for c in columns}) == 1
         return "columns" if one and len({c.columns[0] for c in columns}) > 1 else "recordings"
@@ -212,12 +212,12 @@ def of_fits(fits: Sequence[Fit]) -> ManyFits:
 
 
 def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
-    """Tuple with one pooled value for each parameter that all fits share.
+    """Tuple of a `Pooled` value for each parameter that all fits share.
 
-    Coefficients are pooled by their likelihoods where `_coefficient_places` allows it, other parameters by their standard
-    errors. A parameter without standard error is omitted.
+    Coefficients are pooled by their likelihoods where `_coefficient_places` allows it, other parameters by their
+    standard errors. A parameter without standard error is omitted.
     """
-    tables = aligned(fits)
+    tables = comparable_parameters(fits)
     by_likelihood = _coefficient_places(fits)
     out = []
     for name in tables[0]:
@@ -233,7 +233,7 @@ def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
 
 
 def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
-    """Dict from name to index, among the random effects, of each coefficient that can be pooled by likelihood.
+    """Dict from the name of a coefficient that can be pooled by likelihood to its index among the random effects.
 
     Effects with free shapes are left out. Empty if a fit is not a Whittle fit, or if any random effect has a held
     parameter.
@@ -252,7 +252,7 @@ def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
 
 
 def _loss_function(fit: Fit, place: int) -> Callable[[float], float]:
-    """Function of one squared coefficient: loss of logL, at least 0, if it is fixed and the others are fitted."""
+    """Function of one squared coefficient: loss of logL, nats, at least 0, if it is fixed and the others are fitted."""
     s = fit.solution
     best = climb(s.power, s.count, s.columns, s.theta, s.scale)
     start = replace(best, theta=s.theta)
@@ -273,7 +273,7 @@ def _pooled_by_likelihood(
     losses = [_loss_function(fit, place) for fit in fits]
 
     def total(root: float) -> float:
-        """Total loss of logL of all fits with a common coefficient."""
+        """Sum of the losses of logL of all fits, nats, if all have the coefficient `root`."""
         return sum(loss(root * root) for loss in losses)
 
     values = np.array([float(e) for e in estimates])
@@ -289,15 +289,19 @@ def _pooled_by_likelihood(
         value, least = 0.0, total(0.0)
     p_value = float(chdtrc(len(fits) - 1, max(2.0 * least, 0.0)))
 
-    def over(root: float) -> float:
-        """Total loss above that at the ends of the 95 % interval."""
+    def loss_above_limit(root: float) -> float:
+        """Total loss of logL at the coefficient `root`, minus the loss at the ends of the 95 % interval, nats."""
         return total(root) - least - HALF_CHI2_95
 
     outside = 2.0 * top
-    while over(outside) < 0.0:
+    while loss_above_limit(outside) < 0.0:
         outside *= 2.0
-    high = float(brentq(over, value, outside, xtol=1e-6 * top))
-    low = float(brentq(over, 0.0, value, xtol=1e-6 * top)) if over(0.0) > 0.0 else 0.0
+    high = float(brentq(loss_above_limit, value, outside, xtol=1e-6 * top))
+    low = (
+        float(brentq(loss_above_limit, 0.0, value, xtol=1e-6 * top))
+        if loss_above_limit(0.0) > 0.0
+        else 0.0
+    )
     return _pooled(name, estimates, value, (low, high), p_value)
 
 
@@ -318,7 +322,9 @@ def _pooled(
     return Pooled(name, estimates[0].unit, value, interval, spread, p_value, agree)
 
 
-def _logs(estimates: list[Estimate]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+def _logarithms_and_errors(
+    estimates: list[Estimate],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """Pair of arrays: logarithms of estimates, and standard errors of the logarithms.
 
     None unless all estimates are detected, positive and have a standard error.
@@ -330,19 +336,19 @@ def _logs(estimates: list[Estimate]) -> tuple[NDArray[np.float64], NDArray[np.fl
 
 
 def _spread(estimates: list[Estimate]) -> float | None:
-    """Standard deviation of the logarithms between recordings (Paule & Mandel 1982); 0 if the errors explain it.
+    """Relative standard deviation of the true values between recordings (Paule & Mandel 1982), from logarithms.
 
-    None without logarithms.
+    0 if the errors explain the differences. None unless all estimates are detected, positive and have a standard error.
     """
     from scipy.optimize import brentq
 
-    logs = _logs(estimates)
+    logs = _logarithms_and_errors(estimates)
     if logs is None:
         return None
     y, error = logs
 
     def excess(variance: float) -> float:
-        """Weighted sum of squares minus its expectation, for this `variance` between recordings."""
+        """Weighted sum of squared deviations minus its expectation, if `variance` is the variance between recordings."""
         weights = 1.0 / (error**2 + variance)
         mean = float(weights @ y / weights.sum())
         return float(weights @ (y - mean) ** 2) - (y.size - 1)
@@ -361,7 +367,7 @@ def _random_effects_mean(
     """
     from scipy.special import stdtrit
 
-    logs = _logs(estimates)
+    logs = _logarithms_and_errors(estimates)
     assert logs is not None
     y, error = logs
     weights = 1.0 / (error**2 + spread**2)
@@ -379,7 +385,7 @@ def pooled_by_errors(name: str, estimates: list[Estimate]) -> Pooled:
     """
     from scipy.special import chdtrc
 
-    logs = _logs(estimates)
+    logs = _logarithms_and_errors(estimates)
     if logs is None:
         y = np.array([float(e) for e in estimates])
         error = np.array([max(float(e.std_error or 0.0), 1e-300) for e in estimates])

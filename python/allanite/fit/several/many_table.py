@@ -24,47 +24,47 @@ if TYPE_CHECKING:
 def many_table(many: ManyFits) -> str:
     """Text table with a row for each column, then the pooled values and the test whether the columns agree."""
     fit = many.fits[0]
-    pooled = [_pooled_in_table(fit, row) for row in many.pooled]
+    pooled = [_pooled_in_printed_unit(fit, row) for row in many.pooled]
     table = [["", *(row.name for row in pooled)]]
-    for label, found in zip(many.labels, aligned(many.fits), strict=True):
-        cells = (_cell(_in_table(fit, row.name, found[row.name])) for row in pooled)
+    for label, found in zip(many.labels, comparable_parameters(many.fits), strict=True):
+        cells = (_cell(_in_printed_unit(fit, row.name, found[row.name])) for row in pooled)
         table.append([label, *cells])
     table.append(["all", *(_pooled_cell(row) for row in pooled)])
     spreads = ("–" if row.spread is None else f"{100 * row.spread:.2g} %" for row in pooled)
-    table.append([f"spread between {many.of}", *spreads])
+    table.append([f"spread between {many.record_noun}", *spreads])
     table.append(["p-value of agreement", *(probability_text(row.p_value) for row in pooled)])
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
     units = ", ".join(f"{r.name} in {printed(r.unit)}" for r in pooled if r.unit not in ("1", ""))
     verdict = (
-        f"the {many.of} agree: the values of row 'all' are common to all"
+        f"the {many.record_noun} agree: the values of row 'all' are common to all"
         if many.agree
-        else f"the {many.of} differ: "
+        else f"the {many.record_noun} differ: "
         + ", ".join(row.name for row in pooled if not row.agree)
-        + f" (for these, row 'all' is a mean over {many.of}, weighted by precision)"
+        + f" (for these, row 'all' is a mean over {many.record_noun}, weighted by precision)"
     )
     return "\n".join([f"model {fit.model.name}, {units}", "", *lines, "", verdict])
 
 
-def _in_table(fit: Fit, name: str, value: Estimate) -> Estimate:
-    """`Estimate` in the unit in which tables print it; `name` is its key in `aligned`."""
+def _in_printed_unit(fit: Fit, name: str, value: Estimate) -> Estimate:
+    """Copy of an `Estimate` in the unit in which tables print it; `name` is its key in `comparable_parameters`."""
     label, _, parameter = name.rpartition(".")
     effect = fit.model.effects[fit.model.labels.index(label or name)]
     declared = effect.parameter(parameter)
     return in_sheet_unit(value, declared)
 
 
-def _pooled_in_table(fit: Fit, row: Pooled) -> Pooled:
-    """`Pooled` value in the unit in which tables print it."""
-    value = _in_table(fit, row.name, Estimate(row.value, None, row.interval, row.unit))
+def _pooled_in_printed_unit(fit: Fit, row: Pooled) -> Pooled:
+    """Copy of a `Pooled` value in the unit in which tables print it."""
+    value = _in_printed_unit(fit, row.name, Estimate(row.value, None, row.interval, row.unit))
     assert value.interval is not None
     return replace(row, unit=value.unit, value=float(value), interval=value.interval)
 
 
 def _cell(estimate: Estimate) -> str:
-    """Table cell of an estimate: value with interval; "< limit" or "not detected" if it is not detected.
+    """Table cell of an estimate: value with interval, or the value alone if there is none.
 
-    The value alone without an interval.
+    "< limit" or "not detected" if the estimate is not detected.
     """
     if not estimate.detected:
         return "not detected" if estimate.interval is None else f"< {number(estimate.interval[1])}"
@@ -83,11 +83,11 @@ def _pooled_cell(row: Pooled) -> str:
     )
 
 
-def aligned(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
-    """List of a dict for each fit: comparable parameters with an interval, by the names of the first fit.
+def comparable_parameters(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
+    """List of a dict for each fit: parameters with an interval, by their names in the first fit.
 
-    One-time events and phases of lines are excluded: they belong to one record. Several lines (or lags) are matched by
-    their order in frequency (or time constant), because a fit puts the strongest first.
+    One-time events and phases of lines are excluded: they belong to one record. Several effects of a kind are matched
+    by their order in frequency or time constant, because each fit puts its strongest first.
     """
     labels, order = fits[0].model.labels, _ranked(fits[0].model)
     out = []

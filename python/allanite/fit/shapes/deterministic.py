@@ -53,7 +53,7 @@ class Design:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Regression:
-    """Result of a weighted regression.
+    """Result of a weighted regression of ordinates.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Regression:
     leverage : ndarray, shape (k,)
         Leverage of each ordinate.
     gain : float
-        Rise of logL by the regression.
+        ΔlogL of the regression over amplitudes of 0, nats.
     """
 
     amplitudes: NDArray[np.float64]
@@ -74,8 +74,8 @@ class Regression:
     __repr__ = brief
 
 
-def window(frequency: float, data: Data, half: int = LINE_WINDOW) -> NDArray[np.int64]:
-    """Array of the ordinates within `half` ordinates of a frequency in Hz, limited to those of the record."""
+def ordinates_near(frequency: float, data: Data, half: int = LINE_WINDOW) -> NDArray[np.int64]:
+    """Array of the indices of a record's ordinates that are at most `half` ordinates from a frequency in Hz."""
     center = round(2.0 * data.n * frequency / data.rate)
     return np.arange(
         max(1, center - half), min(data.ordinates.size, center + half + 1), dtype=np.int64
@@ -85,10 +85,10 @@ def window(frequency: float, data: Data, half: int = LINE_WINDOW) -> NDArray[np.
 def line_ordinates(
     frequency: float | NDArray[np.float64], j: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Array of the cosine transforms of sin 2πft and cos 2πft at ordinates j, in closed form, shape (…, k, 2).
+    """Array of the cosine ordinates j of sin 2πft and cos 2πft, in closed form, shape (…, k, 2).
 
-    Σ_k cos(θ(k+½)+ψ) = cos(nθ/2+ψ) sin(nθ/2)/sin(θ/2), with θ = ω ± πj/n; `frequency` has shape (…). The product of the
-    first two factors depends on j only through its parity, and is the same for both signs.
+    `frequency` is f in Hz, shape (…). Σ_k cos(θ(k+½)+ψ) = cos(nθ/2+ψ) sin(nθ/2)/sin(θ/2), with θ = ω ± πj/n. The
+    product of the first two factors depends on j only through its parity, and is the same for both signs.
     """
     n = data.n
     w = 2.0 * np.pi * np.asarray(frequency)[..., None] / data.rate
@@ -118,7 +118,7 @@ def line_ordinates(
 def _line_sums(
     theta: NDArray[np.float64], phase: NDArray[np.float64], n: int
 ) -> NDArray[np.float64]:
-    """Array of the sums over k < n of the sine and the cosine of θ(k+½) + phase, shape (θ, 2)."""
+    """Array of the sums of sin(θ(k+½) + phase) and of cos(θ(k+½) + phase) over k = 0 … n − 1, shape (θ, 2)."""
     half = theta / 2.0
     below = np.sin(half)
     small = np.abs(below) < 1e-12
@@ -133,9 +133,9 @@ def comb_ordinates(
     j: NDArray[np.int64],
     data: Data,
 ) -> NDArray[np.float64]:
-    """Array of the cosine transforms of the sines and cosines of a line and its harmonics, shape (…, k, 2·lines).
+    """Array of the cosine ordinates j of the sine and cosine of a line and its harmonics, shape (…, k, 2·lines).
 
-    `multiples` are the lines as multiples of `frequency`, Hz; `j` are the k ordinates.
+    The lines have the frequencies `multiples` × `frequency`, Hz.
     """
     lines = line_ordinates(np.multiply.outer(frequency, multiples), j, data)
     return np.moveaxis(lines, -3, -2).reshape(*np.shape(frequency), j.size, -1)
@@ -149,7 +149,11 @@ def comb_gains(
     variance: NDArray[np.float64],
     data: Data,
 ) -> NDArray[np.float64]:
-    """Array of the ΔlogL of a line with its harmonics at each of many frequencies, shape (f,); see `regress`."""
+    """Array of the ΔlogL of a line with its harmonics at each of many frequencies, shape (f,).
+
+    The lines have the frequencies `multiples` × `frequency`, Hz. Their amplitudes are regressed on the ordinates
+    `values` with indices j and the noise `variance`.
+    """
     root = 1.0 / np.sqrt(variance)
     white = comb_ordinates(frequency, multiples, j, data) * root[:, None]
     norm = np.linalg.norm(white, axis=1, keepdims=True)
@@ -163,7 +167,7 @@ def comb_window(
     frequency: float, multiples: Sequence[float], data: Data, half: int = LINE_WINDOW
 ) -> NDArray[np.int64]:
     """Sorted array, without duplicates, of the ordinates within `half` ordinates of the `multiples` of a frequency, Hz."""
-    return np.unique(np.concatenate([window(m * frequency, data, half) for m in multiples]))
+    return np.unique(np.concatenate([ordinates_near(m * frequency, data, half) for m in multiples]))
 
 
 def design_of(
@@ -184,14 +188,14 @@ def design_of(
 
 
 def _ordinates_of(effect: Deterministic, data: Data) -> NDArray[np.int64]:
-    """Array of the ordinates in which a line, a comb or a drifting line is regressed."""
+    """Array of the indices of the ordinates on which a line, a comb or a drifting line is regressed."""
     if effect.periodic:
         return comb_window(effect.base_frequency or 0.0, [m for m, _, _ in effect.lines], data)
     return ordinates_of_drift(effect, data)
 
 
 def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> NDArray[np.float64]:
-    """Array of the ordinates j of the regressors of an effect, shape (k, p); lines have a sine and a cosine each."""
+    """Array of the cosine ordinates j of the regressors of an effect, shape (k, p); a line has two, sine and cosine."""
     if effect.periodic:
         return comb_ordinates(
             effect.base_frequency or 0.0, [m for m, _, _ in effect.lines], j, data
@@ -199,10 +203,10 @@ def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> ND
     return regressor_ordinates([effect], j, data).T
 
 
-def without_at(
+def residual_ordinates_at(
     effects: Sequence[Deterministic], j: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Array of the ordinates j of the record minus those of known functions of time."""
+    """Array of the ordinates j of the record minus those of known functions of time with values, shape (k,)."""
     left = data.ordinates[j]
     for effect in effects:
         left = left - regressors_at(effect, j, data) @ effect.amplitudes()
@@ -212,9 +216,9 @@ def without_at(
 def regress(
     matrix: NDArray[np.float64], values: NDArray[np.float64], variance: NDArray[np.float64]
 ) -> Regression:
-    """`Regression` of ordinates on regressors, weighted by 1/`variance`.
+    """`Regression` of ordinates `values` on the columns of `matrix`, weighted by 1/`variance`.
 
-    Its gain is ½ bᵀA⁻¹b, the ΔlogL at this spectrum.
+    Its gain is ½ bᵀA⁻¹b, with the normal equations A and their right side b.
     """
     root = 1.0 / np.sqrt(variance)
     white = matrix * root[:, None]

@@ -82,9 +82,10 @@ class Band:
         return 2 * int(0.8 * self.series.size / DRIFT_STEP) + 1
 
     def search(self) -> tuple[float, float, float]:
-        """Tuple (mid-record frequency, drift over the record, ΔlogL) of the best drifting line on a grid.
+        """Tuple (frequency, drift, ΔlogL) of the best drifting line on a grid.
 
-        Frequencies are in cycles per record. Bands above 4096 values are searched only near likely courses.
+        The frequency at mid-record and the drift over the record are in cycles per record. Bands above 4096 values are
+        searched only near likely courses.
         """
         if self.series.size > MAX_EXHAUSTIVE_FREQUENCIES:
             found = [self._best_near_course(*course) for course in self._courses()]
@@ -92,7 +93,7 @@ class Band:
         return self._best_demodulated(self.trials // 2)
 
     def _best_demodulated(self, most: int) -> tuple[float, float, float]:
-        """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line with at most `most` drift steps from 0.
+        """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line with at most `most` steps of drift from 0.
 
         Only drifts whose rough height is at least 0.6 of the largest, and at most 128, are evaluated exactly.
         """
@@ -120,13 +121,13 @@ class Band:
 
     @property
     def _sections(self) -> int:
-        """Number of sections, a power of two from 16, into which the record of a wide band is cut."""
+        """Number of equal time sections into which the record of a wide band is cut, a power of two from 16."""
         return max(MIN_SECTIONS, 1 << (self.series.size // MAX_SECTION_VALUES - 1).bit_length())
 
     def _courses(self) -> list[tuple[int, float]]:
-        """List of (mid-record frequency minus `first`, drift over the record) of the eight best courses of a wide band.
+        """List of (mid-record frequency minus `first`, drift over the record) of the eight best linear frequency courses.
 
-        The courses are linear. Frequencies are in cycles per record. The best comes first.
+        Both are in cycles per record. The best comes first. For wide bands.
         """
         number = self._sections
         # With this step a course deviates by at most a quarter of a section's frequency resolution at either end.
@@ -145,13 +146,16 @@ class Band:
         per record. The band is demodulated along the course, so that only a narrow band must be
         searched.
         """
-        near = self._along(place, drift)
+        near = self._demodulated_along(place, drift)
         # Search drift rates up to the second neighboring course.
         frequency, more, gain = near._best_demodulated(int(2.0 * self._sections / DRIFT_STEP))
         return frequency, drift + more, gain
 
-    def _along(self, place: int, drift: float) -> Band:
-        """Narrow `Band` along a course, demodulated so that the course has no drift in it; see `_best_near_course`."""
+    def _demodulated_along(self, place: int, drift: float) -> Band:
+        """Narrow `Band` around a linear course of frequency, demodulated so that the course becomes a constant frequency.
+
+        The course has the mid-record frequency `first` + `place` and the drift `drift`, in cycles per record.
+        """
         k = self.series.size
         u = np.arange(k) / k - 0.5
         spectrum = np.fft.fft(self.series * np.exp(-1j * np.pi * drift * u * u))
@@ -167,10 +171,10 @@ class Band:
         return float(abs(turn @ self.series) ** 2)
 
     def relative_noise(self, frequency: float, drift: float) -> float:
-        """Noise power near the course of a line, without the line, divided by the expected noise power; at least 1.
+        """Noise power along the course of a line, without the line, over the expected noise power; at least 1.
 
-        A random band that moves with the line counts as noise there. It is weaker in the mean
-        spectrum, which does not move.
+        The course has a mid-record frequency and a drift, in cycles per record. A random band that moves with the line
+        counts as noise there. It is weaker in the mean spectrum, which does not move.
         """
         u = np.arange(self.series.size) / self.series.size
         turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))
@@ -190,7 +194,7 @@ class Band:
 
         near, course = self, 0.0
         if self.series.size > MAX_EXHAUSTIVE_FREQUENCIES:
-            near, course = self._along(round(frequency) - self.first, drift), drift
+            near, course = self._demodulated_along(round(frequency) - self.first, drift), drift
         more = drift - course
         first = [(frequency, more), (frequency + 0.2, more), (frequency, more + 0.7)]
 
@@ -210,7 +214,7 @@ class Band:
 
 
 def ordinates_of_drift(effect: Deterministic, data: Data) -> NDArray[np.int64]:
-    """Array of the ordinates in which a drifting line is regressed: its range and 512 on either side."""
+    """Array of the indices of the ordinates on which a drifting line is regressed: its range and 512 on either side."""
     low, high = effect.seen_between(data.start, data.start + data.duration) or (0.0, 0.0)
     first, last = (round(2.0 * f * data.duration) for f in (low, high))
     first = min(max(1, first - ORDINATES_BESIDE_DRIFT), data.ordinates.size - 1)
@@ -227,7 +231,7 @@ def band_about(
     data: Data,
     least: int = MIN_BAND_FREQUENCIES,
 ) -> Band:
-    """`Band` around the frequencies from `low` to `high`, Hz, from residual ordinates, shape (n,).
+    """`Band` around the frequencies from `low` to `high`, Hz, from residual ordinates, shape (n,), divided by the noise.
 
     The band extends beyond them by their width to each side, or half of it for wide bands. Its series has at least
     `least` values if the record has as many frequencies.
@@ -297,14 +301,17 @@ def loudest_frequency(
 def polish_drifting(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> Deterministic:
-    """Copy of the line with the frequency and drift that explain most of the residual `ordinates`; see `polished_line`."""
+    """Copy of the drifting line with the frequency and drift that maximize logL for the residual `ordinates`, shape (n,).
+
+    See `polished_line`, which also returns ΔlogL.
+    """
     return polished_line(effect, ordinates, noise, data)[0]
 
 
 def polished_line(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> tuple[Deterministic, float]:
-    """Tuple (copy of the line with the frequency and drift that explain most of the residual, its ΔlogL).
+    """Pair: copy of the drifting line with the frequency and drift that maximize logL, and its ΔlogL.
 
     `ordinates` are the residual ordinates, shape (n,). The ΔlogL holds for this `noise`. Without start values, the
     strongest line near the largest ordinate is searched. The line keeps its values if ΔlogL rises by less than 1e-3.

@@ -19,8 +19,11 @@ MAX_PIECES = 6
 MAX_TRIED_REMOVALS = 4
 
 
-def places_without_form(model: Model, part: RandomPart) -> list[int]:
-    """List of the indices of the effects that are built from simple processes (`pieces`) and have no design yet."""
+def indices_of_unbuilt(model: Model, part: RandomPart) -> list[int]:
+    """List of the indices of the effects of free form that are not yet built.
+
+    Such an effect is built from simple processes (`Stochastic.pieces`), and has no value for its choices before.
+    """
     return [
         place
         for place, effect in enumerate(model.effects)
@@ -31,11 +34,11 @@ def places_without_form(model: Model, part: RandomPart) -> list[int]:
 
 
 def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
-    """Copy of the model with the effect at `place` built from up to six simple processes of its kind (`pieces`).
+    """Copy of the model in which the effect of free form at index `place` is built from up to six simple processes.
 
-    All are first fitted at once to the power that other effects leave. The least useful one is removed repeatedly, as
-    long as there are more than six or the loss of logL stays below a price. The price is 2 for two parameters (Akaike
-    1974) plus ln of the number to choose from. With none left, the middle one is used.
+    All simple processes (`pieces`) are first fitted at once to the power that other effects leave. The least useful one
+    is removed repeatedly, as long as there are more than six or the loss of logL stays below a price. The price is 2
+    for two parameters (Akaike 1974) plus ln of the number to choose from. With none left, the middle one is used.
     """
     effect = model.effects[place]
     assert isinstance(effect, Stochastic)
@@ -79,7 +82,7 @@ def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
 
 
 def _least_significant(linear: Linear, first: int, found: Maximum, part: RandomPart) -> list[int]:
-    """List of the indices of at most four least significant `pieces`, by θ over its standard error, the least first."""
+    """List of the indices (from 0 at column `first`) of at most four processes with the least θ over its standard error."""
     theta = found.theta
     share = linear.matrix * (np.sqrt(0.5 * part.count) / (linear.matrix @ theta))[:, None]
     variance = np.diag(np.linalg.pinv(share.T @ share, hermitian=True))[first:]

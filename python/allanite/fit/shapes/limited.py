@@ -27,16 +27,16 @@ Held = dict[tuple[int, str], float]
 
 
 def within_limits(model: Model, fit: Callable[[Model], Solution]) -> Solution:
-    """`Solution` of a model with all parameters within its limits; `fit` is a function that fits without limits.
+    """`Solution` of a model in which all parameters are within their limits; `fit` fits a model without regard to limits.
 
     `Effect.at_limit` of the result names the parameters at a limit.
     """
-    model = Model(tuple(_moved_into_limits(effect) for effect in model))
+    model = Model(tuple(_clipped_to_limits(effect) for effect in model))
     found = fit(model)
     held, found = _hold_until_inside(model, {}, found, fit)
     # A single held parameter was beyond its limit with all others free; releasing it would not help.
     while len(held) > 1:
-        tries = (_released(model, held, key, found, fit) for key in held)
+        tries = (_with_released(model, held, key, found, fit) for key in held)
         better = next((one for one in tries if one is not None), None)
         if better is None:
             break
@@ -47,23 +47,23 @@ def within_limits(model: Model, fit: Callable[[Model], Solution]) -> Solution:
 def _hold_until_inside(
     model: Model, held: Held, found: Solution, fit: Callable[[Model], Solution]
 ) -> tuple[Held, Solution]:
-    """Pair: held parameters, and solution after holding more parameters until none is beyond its limits."""
+    """Pair: held parameters, and the solution with them, after holding more until no other is beyond its limits."""
     while beyond := _beyond_limits(found.model, held):
         held = {**held, **beyond}
         found = fit(_with_held(model, found.model, held))
     return held, found
 
 
-def _released(
+def _with_released(
     model: Model,
     held: Held,
     key: tuple[int, str],
     found: Solution,
     fit: Callable[[Model], Solution],
 ) -> tuple[Held, Solution] | None:
-    """Pair: held parameters, and solution after releasing `key`; or None.
+    """Pair (held parameters, solution) after the parameter `key` is fitted freely again, or None if that does not help.
 
-    None if the solution violates a limit, or if logL rises by less than 1e-3.
+    It does not help if the solution violates a limit, or if logL rises by less than 1e-3.
     """
     rest = {k: value for k, value in held.items() if k != key}
     tried = fit(_with_held(model, found.model, rest))
@@ -89,7 +89,7 @@ def _set_to_limits(found: Solution, held: Held) -> Solution:
 
 
 def _beyond_limits(model: Model, held: Held) -> Held:
-    """Dict from (index, name) of parameters at or beyond a limit that are not held yet, to that limit."""
+    """Dict from (effect index, name) to the limit, of parameters at or beyond a limit that are not held yet."""
     out = {}
     for place, effect in enumerate(model):
         for name in {*effect.limits, *_shapes_with_range(effect)}:
@@ -106,15 +106,15 @@ def _beyond_limits(model: Model, held: Held) -> Held:
 
 
 def _shapes_with_range(effect: Effect) -> tuple[str, ...]:
-    """Tuple of the names of shapes whose declared range acts as limits: free shapes of random effects and modifiers.
-
-    Empty for functions of time.
-    """
+    """Tuple of the names of free shapes whose declared range acts as limits; empty for functions of time."""
     return () if isinstance(effect, Deterministic) else effect.free_shapes
 
 
-def _moved_into_limits(effect: Effect) -> Effect:
-    """Copy of the effect with start values moved into the limits and nothing held at a limit; itself without limits."""
+def _clipped_to_limits(effect: Effect) -> Effect:
+    """Copy of the effect with start values clipped to the given limits and nothing held at a limit.
+
+    The effect itself without limits.
+    """
     if not effect.limits and not effect.at_limit:
         return effect
     values = {
@@ -126,7 +126,7 @@ def _moved_into_limits(effect: Effect) -> Effect:
 
 
 def _with_held(model: Model, found: Model, held: Held) -> Model:
-    """Model to fit next, in which some parameters are held at their limits.
+    """Copy of the model to fit next, in which the parameters `held` are fixed at their limits.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ MIN_INDEPENDENT_NORM = 1e-3
 def regressor_ordinates(
     points: Sequence[Deterministic], j: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Array of the regressors of all points at ordinates j of the record, shape (points · regressors, ordinates).
+    """Array of the cosine ordinates j of the regressors of several effects, shape (effects · regressors, ordinates).
 
     With missing samples they are multiplied by the gain of the record (`Data.attenuated`).
     """
@@ -45,24 +45,26 @@ def regressor_ordinates(
     if closed is not None:
         return data.attenuated(closed, j)
     if j.size and int(j[-1]) >= CACHED_ORDINATES:
-        return data.attenuated(np.concatenate([data.rows(p)[:, j] for p in points]), j)
+        return data.attenuated(
+            np.concatenate([data.regressor_ordinates(p)[:, j] for p in points]), j
+        )
     return data.attenuated(np.concatenate([_cached_ordinates(p, data)[:, j] for p in points]), j)
 
 
 def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
-    """Array of the first 8192 ordinates of every regressor, shape (regressors, ordinates). Cached."""
+    """Array of the first 8192 cosine ordinates of every regressor of an effect, shape (regressors, ordinates); cached."""
 
     def of_effect() -> NDArray[np.float64]:
-        """Array of the ordinates of the regressors, computed because the cache does not contain them."""
+        """Array of the first ordinates of every regressor, computed for the cache."""
         rows = effect.regressors(data.time, data.covariates).T
         return np.array([lowest(row) for row in rows])
 
     def of_lagged(part: LaggedColumn) -> NDArray[np.float64]:
-        """Array of the ordinates of a lagged column, shared by all effects that follow it; cached."""
+        """Array of the first ordinates of a filtered column, cached for all effects that follow the column."""
         return data.lowest.get(part, lambda: lowest(part.series(data.time, data.covariates)))
 
     def lowest(series: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The first `CACHED_ORDINATES` ordinates of a series."""
+        """Array of the first `CACHED_ORDINATES` ordinates of a series."""
         if effect.follows is not None and data.samples.size >= 2 * COLUMN_MEANS:
             return _ordinates_of_means(series, data)
         return data.transform(series)[:CACHED_ORDINATES]
@@ -88,7 +90,7 @@ def _ordinates_of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.f
 
 
 def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
-    """List of copies of the effect, one for every point of the grid of those shapes that have no value.
+    """List of copies of the effect with shape values, one for every point of the grid of the shapes that have none.
 
     One copy if all shapes have values.
     """
@@ -107,7 +109,10 @@ def filter_ordinates(data: Data) -> NDArray[np.int64]:
 def slow_families(
     model: Model, columns: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, tuple[Deterministic, ...]]:
-    """Dict of tuples of slow functions of time that may be added to a model, by family; empty if a filter blocks drifts."""
+    """Dict from family to a tuple of the slow functions of time that may be added to a model, without values.
+
+    Empty if a filter of the model blocks drifts.
+    """
     out: dict[str, tuple[Deterministic, ...]] = {}
     if any(filtering.blocks for filtering in model.filters):
         # A high-pass blocks drifts; leakage of the ends into the empty lowest ordinates would imitate a drift.
@@ -127,10 +132,11 @@ def matched_gains(
     data: Data,
     beside: Sequence[Deterministic] = (),
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pair: ΔlogL (½z²) of each point, and its normalized whitened direction, shape (points, ordinates).
+    """Pair of arrays: ΔlogL (½z²) of each point, and its normalized whitened direction, shape (points, ordinates).
 
-    `residual` are residual ordinates, shape (n,). The amplitudes of the slow functions `beside` are fitted together
-    with each point, so that only the orthogonal part of the point counts.
+    A point is a slow function of time with shape values. `residual` are residual ordinates, shape (n,). The amplitudes
+    of the slow functions `beside` are fitted together with each point, so that only the orthogonal part of a point
+    counts.
     """
     j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))
@@ -143,7 +149,7 @@ def matched_gains(
         target = target - basis @ (basis.T @ target)
     whole = whole.reshape(len(points), -1, j.size)
     unit = whole[:, 0]
-    unit /= _lengths(unit)  # of many points, in place
+    unit /= _row_norms(unit)  # of many points, in place
     gain = 0.5 * (unit @ target) ** 2
     if whole.shape[1] > 1:
         # Each further regressor adds its orthogonal part; the direction is that of the best combination.
@@ -152,9 +158,9 @@ def matched_gains(
             more = whole[:, k]
             for axis in axes:
                 more = more - (more * axis).sum(axis=1)[:, None] * axis
-            axes.append(_units(more))
+            axes.append(_unit_rows(more))
             gain = gain + 0.5 * (axes[-1] @ target) ** 2
-        unit = _units(np.sum([(axis @ target)[:, None] * axis for axis in axes], axis=0))
+        unit = _unit_rows(np.sum([(axis @ target)[:, None] * axis for axis in axes], axis=0))
     return gain, unit
 
 
@@ -165,9 +171,10 @@ def best_spans(
     data: Data,
     beside: Sequence[Deterministic] = (),
 ) -> list[tuple[Deterministic, float]]:
-    """List of (effect, angle) for the best effects between two times; the angle is in the space of ordinates, rad.
+    """List of (effect, angle) for the best effects of class `cls` between two times, e.g. an excursion.
 
-    See `Deterministic.best_spans`.
+    The angle, rad, is the one by which the whitened direction turns as one edge moves over all times; it measures the
+    number of independent trials. Empty for classes without two times.
     """
     j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))
@@ -191,20 +198,23 @@ def _basis_of_effects(
     root: NDArray[np.float64],
     data: Data,
 ) -> NDArray[np.float64]:
-    """Array: orthonormal basis of the whitened ordinates that slow functions span, shape (ordinates, columns).
+    """Array: orthonormal basis of the whitened ordinates j of slow functions of time, shape (ordinates, columns).
 
-    Other effects are ignored; no columns without slow ones.
+    `root` is 1/√variance of the ordinates. Other effects are ignored; no columns without slow functions.
     """
     rows = [regressor_ordinates([e], j, data) * root for e in effects if e.low]
     return basis_of(np.concatenate(rows)) if rows else np.zeros((j.size, 0))
 
 
 def orthogonal_to(basis: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array of the parts of rows (r, ordinates) orthogonal to a basis (ordinates, k); nearly dependent rows become 0."""
+    """Array of the components of `rows`, shape (r, ordinates), orthogonal to an orthonormal basis, shape (ordinates, k).
+
+    A row that is nearly in the span of the basis becomes 0.
+    """
     left = (rows @ basis) @ basis.T
     np.subtract(rows, left, out=left)  # of many rows, in place
     # A nearly dependent row would leave only rounding errors.
-    left[_squares(left) < MIN_INDEPENDENT_NORM**2 * _squares(rows)] = 0.0
+    left[_squared_norms(left) < MIN_INDEPENDENT_NORM**2 * _squared_norms(rows)] = 0.0
     return np.asarray(left)
 
 
@@ -213,21 +223,21 @@ def basis_of(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Directions with a singular value of at most 1e-3 of unit rows are omitted.
     """
-    left, singular, _ = np.linalg.svd(_units(rows).T, full_matrices=False)
+    left, singular, _ = np.linalg.svd(_unit_rows(rows).T, full_matrices=False)
     return np.asarray(left[:, singular > MIN_INDEPENDENT_NORM])
 
 
-def _units(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _unit_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Array of rows divided by their Euclidean norms; zero rows stay zero."""
-    return rows / _lengths(rows)
+    return rows / _row_norms(rows)
 
 
-def _lengths(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _row_norms(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Array of the Euclidean norms of rows, 1 for zero rows, shape (rows, 1)."""
-    norm = np.sqrt(_squares(rows))
+    norm = np.sqrt(_squared_norms(rows))
     return np.where(norm > 0.0, norm, 1.0)[:, None]
 
 
-def _squares(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _squared_norms(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Array of the squared Euclidean norms of rows, shape (rows,)."""
     return np.asarray(np.einsum("ij,ij->i", rows, rows))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.common.threads import stop_if_unwanted
 from allanite.effects import Effect, Model, Stochastic
-from allanite.fit.likelihood.expected import density, means
+from allanite.fit.likelihood.expected import density, expected_power
 from allanite.fit.likelihood.peaks import (
     MAX_NARROW_WIDTH,
     bins_near,
@@ -101,11 +101,15 @@ class Window:
 
     @property
     def companion_shapes(self) -> tuple[str, ...]:
-        """Tuple of the names of the free shapes that describe companions of the band; may be empty."""
+        """Tuple of the names of the free shapes that place sidebands or harmonics of the band; may be empty."""
         return tuple(n for n in self.own.free_shapes if n in self.own.companions)
 
     def effect(self, x: Array) -> Stochastic:
-        """Effect with the parameters that follow from the coordinates `x` of the band (see the class)."""
+        """Effect of the band with the parameters at the coordinates `x`.
+
+        They are ln power, center and ln half-width in ordinates, ln of the factor on the other effects, and ln of
+        further shapes.
+        """
         half = float(np.exp(x[2]))
         made = self.own.banded(
             float(x[1] - half) * self.hertz_per_ordinate,
@@ -128,7 +132,7 @@ class Window:
         return np.array([power, 0.5 * (low + high), np.log(0.5 * (high - low)), 0.0, *shapes])
 
     def scales(self, x: Array) -> Array:
-        """Array of the scale of each coordinate at `x`: a change by this amount changes the spectrum substantially.
+        """Array of the change of each coordinate that changes the spectrum substantially, shape of `x`.
 
         The scale of the center frequency, for example, is the half-width.
         """
@@ -141,9 +145,9 @@ class Window:
         return np.array([1.0, half, 1.0, 0.5, *shapes])
 
     def spectrum(self, x: Array) -> Array:
-        """Array of the expected squared ordinates with the band at coordinates x, shape (k,).
+        """Array of the expected squared ordinates with the band at the coordinates `x`, shape (k,).
 
-        The rest of the model is multiplied by e^x₃, x₃ the fourth coordinate.
+        The density of the other effects is multiplied by e^{x[3]}.
         """
         effect = self.effect(x)
         model = with_effect(self.model, self.place, effect)
@@ -151,7 +155,7 @@ class Window:
         return np.exp(x[3]) * self.rest + density(tuple(terms), self.j, self.data.n)
 
     def log_likelihood(self, x: Array) -> float:
-        """Whittle logL of the ordinates with the band at coordinates x."""
+        """Whittle logL of the ordinates in the window, nats, with the band at the coordinates `x`."""
         stop_if_unwanted()
         return self._log_likelihood_of(self.spectrum(x))
 
@@ -161,13 +165,14 @@ class Window:
 
     @property
     def max_log_half_width(self) -> float:
-        """Ln of the maximum half-width, in ordinates, of a narrow band in the middle of the window."""
+        """Ln of the maximum half-width, in ordinates, that counts as narrow at the mean frequency of the window."""
         return float(np.log(0.5 * MAX_NARROW_WIDTH * np.mean(self.j)))
 
     def is_admissible(self, x: Array) -> bool:
-        """True if coordinates describe an admissible narrow band: in the window, and neither too narrow nor too wide.
+        """True if the coordinates `x` describe a narrow band inside the window.
 
-        The half-width is at least one ordinate, |x₃| is below 2, and peaks of one effect do not overlap.
+        Its half-width is at least one ordinate and at most twice the maximum of narrow bands, |x[3]| is below 2, and
+        the peaks of one effect do not overlap.
         """
         return bool(
             np.log(MIN_HALF_WIDTH) <= x[2] <= self.max_log_half_width + 0.7
@@ -177,7 +182,7 @@ class Window:
         )
 
     def _has_separate_peaks(self, x: Array) -> bool:
-        """True if the shapes of companions are in their ranges and no two peaks overlap; True without companions."""
+        """True if the shapes of sidebands or harmonics are in their ranges and no two peaks overlap; True without them."""
         if not self.companion_shapes:
             return True
         declared = [self.own.parameter(name) for name in self.companion_shapes]
@@ -189,10 +194,10 @@ class Window:
         )
 
     def best_of_widths(self) -> Array:
-        """Array of the coordinates of the most likely band of several widths, each centered at its largest excess.
+        """Array of the coordinates of the most likely band of several widths, each at its largest excess power.
 
-        Half-widths grow by factors of 2 from one ordinate. The start is returned if none is more likely, or without
-        other noise.
+        Half-widths grow by factors of 2 from one ordinate. The coordinates of the model are returned if no band is more
+        likely, or without other noise.
         """
         if not np.all(self.rest > 0.0):  # without other noise, no excess is defined
             return self.start()
@@ -217,7 +222,7 @@ class Window:
         return best
 
     def optimized(self, x: Array) -> Array:
-        """Array of the coordinates of the local maximum of logL, by Fisher scoring from x; `x` itself if no step helps.
+        """Array of the coordinates of the local maximum of logL, by Fisher scoring from `x`; `x` itself if no step helps.
 
         It ends after 40 steps or if logL rises by less than 1e-3.
         """
@@ -245,7 +250,7 @@ class Window:
         return x
 
     def _slopes(self, x: Array) -> tuple[Array, Array]:
-        """Pair: derivatives of ln spectrum by the coordinates, shape (k, coordinates), and the spectrum, shape (k,)."""
+        """Pair: derivatives of ln spectrum by the coordinates at `x`, (k, coordinates), and the spectrum, (k,)."""
         now = self.spectrum(x)
         steps = DERIVATIVE_STEP * self.scales(x)
         slopes = [(self.spectrum(x + s) - now) / (s.sum() * now) for s in np.diag(steps)]
@@ -257,7 +262,7 @@ class Window:
         return _inverse(slopes)
 
     def errors(self) -> dict[str, float]:
-        """Dict of the standard errors of ln coefficient and ln of every shape of the band, by name."""
+        """Dict of the standard errors of ln(coefficient) and ln(shape) of the band, by parameter name."""
         x = self.start()
         covariance, effect = self.covariance(x), self.effect(x)
         out = {effect.coefficient: 0.5 * float(np.sqrt(covariance[0, 0]))}
@@ -350,7 +355,7 @@ def is_flat_near(model: Model, place: int, data: Data) -> bool:
 
 def _mean_density_of_bins(model: Model, near: NDArray[np.int64], data: Data) -> Array:
     """Array of the mean density of the model in each of the bins `near`, repeated for each ordinate, shape (ordinates,)."""
-    return np.repeat(means(model, data, data.ends_missing)[near], _sizes(near, data))
+    return np.repeat(expected_power(model, data, data.ends_missing)[near], _sizes(near, data))
 
 
 def _sizes(near: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
@@ -372,7 +377,7 @@ def _inverse(slopes: Array) -> Array:
 
 
 def _overlap(one: Effect, other: Effect, data: Data) -> bool:
-    """True if the peaks of two effects overlap, or if their fits use common bins."""
+    """True if peaks of two effects overlap, or if they are fitted to common bins."""
     if any(a[0] <= b[1] and b[0] <= a[1] for a in one.peaks for b in other.peaks):
         return True
     near, near_other = (bins_near(e, data.bins, data.rate) for e in (one, other))

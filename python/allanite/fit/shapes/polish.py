@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from allanite.fit.likelihood.discrepancy import (
     MIN_DISCREPANCY_DELTA_LOGL,
     best_scale,
-    climb_scale,
-    judge,
     linearized,
+    marginal_likelihood,
+    nearest_best_scale,
 )
 from allanite.fit.likelihood.expected import columns_like
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
@@ -73,7 +73,7 @@ class _Shapes:
 
     @classmethod
     def of(cls, model: Model, places: list[tuple[int, str]], part: RandomPart) -> _Shapes:
-        """`_Shapes`: coordinates of the shapes at `places` (index of the effect, name) with their limits."""
+        """`_Shapes` of the shapes at `places`, pairs (index of the effect, name), with their limits."""
         signed, limits = [], []
         for place, name in places:
             effect = model.effects[place]
@@ -93,7 +93,7 @@ class _Shapes:
         return cls(model, tuple(places), tuple(signed), np.array(limits).reshape(-1, 2))
 
     def start(self) -> Array:
-        """Array of the coordinates of the model's present shapes, clipped to their limits.
+        """Array of the coordinates of the model's present shapes, clipped to their limits, shape (shapes,).
 
         The coordinate is ln of the shape, or the shape itself if it may be negative.
         """
@@ -102,14 +102,11 @@ class _Shapes:
         return np.clip(np.array(at, dtype=float), self.limits[:, 0], self.limits[:, 1])
 
     def at(self, point: Array) -> Model:
-        """Copy of the model with shapes at the coordinates of a point."""
+        """Copy of the model whose shapes have the coordinates `point`."""
         return self.with_shapes(self.model, point, range(point.size))
 
     def with_shapes(self, model: Model, point: Array, which: Iterable[int]) -> Model:
-        """Copy of `model` in which the shapes with the indices `which` have the coordinates of a point.
-
-        Other shapes stay.
-        """
+        """Copy of `model` in which the shapes with the indices `which` take their values from the coordinates `point`."""
         moved: dict[int, dict[str, float]] = {}
         for i in which:
             place, name = self.places[i]
@@ -158,9 +155,10 @@ def polish(
 def _climb(
     shapes: _Shapes, point: Array, best: Maximum, part: RandomPart, roughly: bool
 ) -> tuple[Array, Maximum]:
-    """Pair: coordinates of the shapes at a local maximum over shapes and coefficients, and the maximum.
+    """Pair: coordinates of the shapes at a local maximum of logL over shapes and coefficients, and the `Maximum` there.
 
-    It ends after 60 steps or a rise below 1e-4 of logL (`roughly`: 15 and 0.03).
+    The ascent starts at `point` and `best`. It ends after 60 steps or a rise of logL below 1e-4 (`roughly`: 15 and
+    0.03).
     """
     power, count = part.power, part.count
     here = shapes.at(point)
@@ -168,7 +166,7 @@ def _climb(
     theta, scale = best.theta, best.scale
     floor = 1e-24 * float(power.max()) + 1e-300
     spectrum = np.maximum(linear.matrix @ theta, floor)
-    judged = judge(power, count, spectrum, scale)
+    judged = marginal_likelihood(power, count, spectrum, scale)
     trust = np.full(point.size, INITIAL_TRUST)
     steps, enough = (
         (MAX_ROUGH_STEPS, MIN_ROUGH_STEP_DELTA_LOGL)
@@ -185,7 +183,7 @@ def _climb(
             there = shapes.at(tried)
             moved_linear = part.linear(there, (here, linear))
             moved = np.maximum(moved_linear.matrix @ moved_theta, floor)
-            found = judge(power, count, moved, scale)
+            found = marginal_likelihood(power, count, moved, scale)
             risen = found.log_likelihood - judged.log_likelihood
             if risen > 0.0:
                 break
@@ -201,7 +199,7 @@ def _climb(
         trust = np.minimum(trust * (1.6 if step == 1.0 else max(step, 0.3)), 1.5)
         before = judged.log_likelihood
         if scale is not None:
-            scale, judged = climb_scale(power, count, spectrum, scale, judged)
+            scale, judged = nearest_best_scale(power, count, spectrum, scale, judged)
         if risen + judged.log_likelihood - before < enough and (short or roughly):
             break
     return point, part.climb(linear, theta, scale)
@@ -210,7 +208,10 @@ def _climb(
 def _slopes(
     shapes: _Shapes, point: Array, here: Model, linear: Linear, theta: Array, part: RandomPart
 ) -> Array:
-    """Array of the derivative of the spectrum by each shape coordinate at a point, shape (bins, shapes)."""
+    """Array of the derivative of the expected bin power by each shape coordinate, shape (bins, shapes).
+
+    `here` is the model at the coordinates `point`, `linear` its linear form, `theta` its squared coefficients.
+    """
     now = linear.matrix @ theta
     slopes = np.empty((now.size, point.size))
     for i in range(point.size):

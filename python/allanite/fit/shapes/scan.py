@@ -49,7 +49,7 @@ MAX_SIMPLER_LOSS = 2.0
 def scan_added_effect(
     model: Model, points: list[Effect], base: Maximum, part: RandomPart
 ) -> list[tuple[Maximum, Model]]:
-    """List of (maximum, model) with each selected grid point of an effect added to a model, best first.
+    """List of (maximum, model): the model plus each selected point of an effect's shape grid, the highest logL first.
 
     `base` is the maximum of the model without the effect. All points are selected if a coefficient is held. Otherwise
     they are the best fifth (at most the best ten, unless the effect is a band), and the best point of each design.
@@ -86,9 +86,9 @@ def _maxima_of_selected(
     base: Maximum,
     part: RandomPart,
 ) -> dict[int, Maximum]:
-    """Dict of the maxima of the selected grid points, by index of the point; their `weight` is that of `base`.
+    """Dict from the index of a selected grid point to its `Maximum`, whose `weight` is that of `base`.
 
-    The selection uses the power of cells, which are fewer than bins, unless the effect is a band.
+    The points are selected by the power of cells (groups of bins), unless the effect is a band.
     """
     narrow = points[0].occupies is not None
     designs = [_design(point) for point in points]
@@ -96,15 +96,18 @@ def _maxima_of_selected(
     if not narrow:
         columns, power, count = _in_cells(columns, part)
 
-    def ahead(which: NDArray[np.intp], values: Array, least: int) -> NDArray[np.intp]:
-        """Sorted array of the points in `which` that are the best of their design or among the `least` best overall."""
+    def best_points(which: NDArray[np.intp], values: Array, least: int) -> NDArray[np.intp]:
+        """Sorted array of those points in `which` that are the best of their design or among the `least` best overall.
+
+        `values` are their logL.
+        """
         order = which[np.argsort(-values, kind="stable")]
         seen: dict[tuple[object, ...], int] = {}
         for k in map(int, order):
             seen.setdefault(designs[k], k)
         return np.unique([*order[: max(MIN_OPTIMIZED_POINTS, least)], *seen.values()])
 
-    def climbed(
+    def maxima_after(
         which: NDArray[np.intp], thetas: Array, rounds: int
     ) -> tuple[Array, Array, list[int | None]]:
         """Tuple (θ, logL, discrepancy indices or None) of the points `which` after `rounds` Fisher-scoring steps."""
@@ -112,17 +115,19 @@ def _maxima_of_selected(
             power, count, columns[which], thetas, base.scale, rounds, cells=not narrow
         )
 
-    thetas, values, _ = climbed(np.arange(len(points)), starts, SELECTION_STEPS)
-    kept = ahead(np.arange(values.size), values, int(SELECTED_FRACTION * values.size))
-    thetas, values, scales = climbed(kept, thetas[kept], RANKING_STEPS)
+    thetas, values, _ = maxima_after(np.arange(len(points)), starts, SELECTION_STEPS)
+    kept = best_points(np.arange(values.size), values, int(SELECTED_FRACTION * values.size))
+    thetas, values, scales = maxima_after(kept, thetas[kept], RANKING_STEPS)
     if base.scale is not None:
         # With a discrepancy the likelihood has several maxima.
-        others, heights, rough = climbed(kept, _even_starts(matrices[kept], part), RANKING_STEPS)
+        others, heights, rough = maxima_after(
+            kept, _even_starts(matrices[kept], part), RANKING_STEPS
+        )
         higher = heights > values
         thetas[higher], values[higher] = others[higher], heights[higher]
         scales = [b if up else a for a, b, up in zip(scales, rough, higher, strict=True)]
     if not narrow:
-        ranked = ahead(kept, values, MIN_RANKED_POINTS)
+        ranked = best_points(kept, values, MIN_RANKED_POINTS)
         starting = thetas[np.searchsorted(kept, ranked)]
         kept = ranked
         thetas, values, scales = climb_many(
@@ -134,16 +139,16 @@ def _maxima_of_selected(
 
 
 def _even_starts(matrices: Array, part: RandomPart) -> Array:
-    """Array of the squared coefficients from which the climb of each grid point starts, shape (m, p), at least 0.
-
-    All of them are fitted with similar weights of all bins.
-    """
+    """Array of the start values of θ for each grid point, shape (m, p): a fit that gives all bins similar weights."""
     votes = np.minimum(part.count, MAX_EQUAL_WEIGHT_FREEDOM)
     return np.stack([first_guess(part.power, votes, matrix, None) for matrix in matrices])
 
 
 def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
-    """Tuple: columns, shape (m, cells, p), power and degrees of freedom of cells, from columns of shape (m, bins, p)."""
+    """Tuple (columns, power, count) averaged over cells (groups of bins), for columns of shape (m, bins, p).
+
+    Shapes (m, cells, p), (cells,) and (cells,).
+    """
     first = cells_of(part.count.size)
     count = np.add.reduceat(part.count, first)
     share = part.count / np.repeat(count, np.diff([*first, part.count.size]))
@@ -154,7 +159,7 @@ def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
 def _maxima_one_by_one(
     models: list[Model], base: Maximum, part: RandomPart
 ) -> list[tuple[Maximum, Model]]:
-    """List of (maximum, model) of models, each fitted completely, best first."""
+    """List of (maximum, model), the highest logL first, after each model is fitted completely."""
     found = [(part.maximize(model, base), model) for model in models]
     return sorted(found, key=lambda pair: -pair[0].log_likelihood)
 
@@ -169,7 +174,10 @@ def _smooth(excess: NDArray[np.float64], count: NDArray[np.float64]) -> NDArray[
 def polished_designs(
     scanned: list[tuple[Maximum, Model]], place: int, part: RandomPart
 ) -> list[tuple[Model, Maximum]]:
-    """List of (model, maximum) with roughly optimized shapes of the effect at index `place`, from the points worth it."""
+    """List of (model, maximum) of the most promising scanned points.
+
+    With roughly optimized shapes of the effect at `place`.
+    """
     return [
         polish(model, free_places(model, place), found, part, roughly=True)
         for found, model in _worth_polishing(scanned, place)
@@ -193,7 +201,7 @@ def free_places(model: Model, place: int | None = None) -> list[tuple[int, str]]
 def _worth_polishing(
     scanned: list[tuple[Maximum, Model]], place: int
 ) -> list[tuple[Maximum, Model]]:
-    """List of the scanned points whose shapes should be optimized: the best of every design, and at least two in total.
+    """List of the scanned (maximum, model) whose shapes should be optimized: the best of every design, and at least two.
 
     `scanned` is sorted, best first. Points that differ only in the first shape count once, since they lead to the same
     maximum. Every design is kept, because the grid is coarse for long records. A design whose best cutoff lies between
@@ -226,16 +234,16 @@ def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Mode
     ranks = {_design(variant): i for i, variant in reversed([*enumerate(first.variants())])}
 
     def order(end: tuple[Model, Maximum]) -> tuple[int, float]:
-        """Pair (complexity of the design, −logL), a sort key."""
+        """Sort key (complexity of the design, −logL); the simplest design comes first."""
         return ranks.get(_design(end[0].effects[place]), len(ranks)), -end[1].log_likelihood
 
     return min(alike, key=order)
 
 
 def better_form(model: Model, place: int, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
-    """Pair (model, maximum) with another form of the effect at index `place` (`Effect.equal_forms`), or the arguments.
+    """Pair (model, maximum) with the effect at index `place` in an equivalent form (`Effect.equal_forms`) that fits better.
 
-    Another form must raise logL by more than 2.
+    The form must raise logL by more than 2; otherwise `model` and `best` are returned.
     """
     found = model, best
     for effect in model.effects[place].equal_forms():
@@ -250,5 +258,5 @@ def better_form(model: Model, place: int, best: Maximum, part: RandomPart) -> tu
 
 
 def _design(effect: Effect) -> tuple[object, ...]:
-    """Tuple of the values of the choices of an effect, e.g. the design of a filter; empty without choices."""
+    """Tuple of the values of an effect's choices, e.g. the type of a filter; empty without choices."""
     return tuple(effect.values[p.name] for p in effect.parameters if p.role == "choice")

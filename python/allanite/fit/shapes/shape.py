@@ -17,16 +17,16 @@ from allanite.fit.shapes.deterministic import (
     comb_ordinates,
     comb_window,
     design_of,
+    ordinates_near,
     regress,
-    window,
-    without_at,
+    residual_ordinates_at,
 )
 from allanite.fit.shapes.drifting import (
     MIN_SHAPE_DELTA_LOGL,
     loudest_frequency,
     polish_drifting,
 )
-from allanite.fit.shapes.joined import built_from_pieces, places_without_form
+from allanite.fit.shapes.joined import built_from_pieces, indices_of_unbuilt
 from allanite.fit.shapes.matched import (
     basis_of,
     best_spans,
@@ -68,9 +68,9 @@ STEP_TOLERANCES = 4.0
 
 
 def grid_models(model: Model, place: int, data: Data) -> list[Model]:
-    """List of copies of the model in which the effect at index `place` has the values of each point of its shape grid.
+    """List of copies of the model in which the effect at `place` (index) has the values of each point of its shape grid.
 
-    All designs of the effect are included.
+    The grids of all designs of the effect are included.
     """
     variants = model.effects[place].variants()
     out = []
@@ -91,10 +91,10 @@ def grid_models(model: Model, place: int, data: Data) -> list[Model]:
 def fit_shapes(
     model: Model, part: RandomPart, start: Maximum | None = None, *, polished: bool = True
 ) -> tuple[Model, Maximum]:
-    """Pair: model with shapes of random effects and modifiers that maximize logL, and the maximum there.
+    """Pair: model whose shapes of random effects and modifiers maximize logL, and the `Maximum` there.
 
     Shapes without a value are searched on their grids, all others are only optimized. `start` is a maximum over the
-    coefficients of this model, to start from. Without `polished`, shapes stay on the grid.
+    coefficients of this model, to start from. With `polished` False, shapes stay on the grid.
     """
     blank = model.effects
     opened = [
@@ -115,16 +115,17 @@ def fit_shapes(
         if polished:
             chosen, start = better_form(chosen, place, start, part)
         model = with_effect(model, place, chosen.effects[place])
-    for place in places_without_form(model, part):
+    for place in indices_of_unbuilt(model, part):
         model, start = built_from_pieces(model, place, part), None
     found = part.maximize(model, start)
     return polish(model, free_places(model), found, part) if polished else (model, found)
 
 
 def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:
-    """List of effects of this kind suggested by single ordinates that agree with the values already given.
+    """List of effects of the same kind, with values, that single ordinates suggest, e.g. at a peak.
 
-    Empty for a summary or an expected record, which have no single ordinates.
+    They agree with the values that `effect` already has. Empty for a summary or an expected record, which have no
+    single ordinates.
     """
     data = part.data
     if part.is_expected or not data.whole:
@@ -135,7 +136,7 @@ def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:
 
 
 def with_open_shapes(model: Model, given: Model) -> Model | None:
-    """Copy of the model with those shapes open again that had no value in `given`; None if all had values.
+    """Copy of the model in which shapes that had no value in `given` have none again; None if all had values.
 
     Shapes of functions of time stay.
     """
@@ -155,7 +156,7 @@ def _has_open_shape(effect: Effect) -> bool:
 
 
 def _with_grid_middles(model: Model, data: Data) -> Model:
-    """Copy of the model in which every open random effect has the values in the middle of its grid."""
+    """Copy of the model in which random effects and modifiers without shape values have those in the middle of the grid."""
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) and _has_open_shape(effect):
             points = grid_models(model, place, data)
@@ -186,10 +187,10 @@ def fit_deterministic_shapes(
                 continue
             rest = _with_values(others)
             if start is None:
-                start = loudest_frequency(effect, data.without(rest), noise, data)
+                start = loudest_frequency(effect, data.ordinates_without(rest), noise, data)
             multiples = [m for m, _, _ in effect.lines]
             j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
-            left = without_at(rest, j, data)
+            left = residual_ordinates_at(rest, j, data)
             found = polish_line(start, j, left, noise, data, multiples)
             found = effect.limits.clipped("frequency", found)
             model = model.replaced(place, frequency=found)
@@ -197,13 +198,13 @@ def fit_deterministic_shapes(
                 # Give the line an amplitude, so that the search of the next line starts from the residual.
                 j = comb_window(found, multiples, data)
                 line = comb_ordinates(found, multiples, j, data)
-                left = without_at(rest, j, data)
+                left = residual_ordinates_at(rest, j, data)
                 size = regress(line, left, noise.variance(j)).amplitudes
                 placed = effect.with_values(frequency=found).with_amplitudes(size)
                 model = with_effect(model, place, placed)
         elif not effect.low:
             if slow or place == len(model.effects) - 1 or effect.values["frequency"] is None:
-                left = data.without(_with_values(others))
+                left = data.ordinates_without(_with_values(others))
                 model = with_effect(
                     model, place, SHAPE_OPTIMIZERS[effect.screened](effect, left, noise, data)
                 )
@@ -213,7 +214,7 @@ def fit_deterministic_shapes(
 
 
 def _with_values(effects: tuple[Deterministic, ...]) -> list[Deterministic]:
-    """List of the effects that have values of all free shapes and an amplitude other than 0."""
+    """List of those effects that have values of all free shapes and an amplitude other than 0."""
     known = [e for e in effects if any(v is not None and v != 0.0 for v in e.amplitudes())]
     return [e for e in known if all(e.values[n] is not None for n in e.free_shapes)]
 
@@ -226,10 +227,10 @@ def polish_line(
     data: Data,
     multiples: Sequence[float] = (1,),
 ) -> float:
-    """Frequency near `start` at which a line with its harmonics explains most of ordinates j, Hz.
+    """Frequency near `start`, Hz, at which a line with its harmonics has the largest ΔlogL.
 
-    It lies within 1/T, with the duration T of the record. Returns `start` if the gain in logL is below 1e-3. At most 12
-    of the `multiples` are used.
+    It is fitted to the ordinates `values` with the indices j. It lies within 1/T of `start`, with the duration T of the
+    record. `start` is returned if ΔlogL rises by less than 1e-3. At most 12 of the `multiples` are used.
     """
     if len(multiples) > MAX_OPTIMIZED_LINES:
         # For a pulse train, a few of its lines determine the frequency.
@@ -246,7 +247,7 @@ def polish_line(
     # Evaluate the lines of a long comb separately; together their cost grows with the square of their number.
     parts = [(multiples, np.arange(j.size))]
     if len(multiples) > MAX_JOINT_LINES and start > (2 * ORDINATES_BESIDE_LINE + 2) * step:
-        windows = [window(m * start, data, ORDINATES_BESIDE_LINE) for m in multiples]
+        windows = [ordinates_near(m * start, data, ORDINATES_BESIDE_LINE) for m in multiples]
         parts = [
             ([m], np.flatnonzero(np.isin(j, own)))
             for m, own in zip(multiples, windows, strict=True)
@@ -275,7 +276,7 @@ def polish_line(
 def _peak(
     tried: NDArray[np.float64], gains_at: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 ) -> tuple[float, float, float]:
-    """Tuple (gain at the middle of equally spaced frequencies, frequency of the maximum, gain of the maximum).
+    """Tuple (gain at the middle frequency, frequency of the maximum, gain of the maximum) over equally spaced frequencies.
 
     The maximum is that of a parabola through the best frequency and its neighbors. If the best frequency is at an end,
     frequency and gain of the middle are returned.
@@ -291,10 +292,10 @@ def _peak(
     return float(gains[middle]), at, float(gains[k] + 0.5 * slope * shift)
 
 
-def _spanned(
+def _with_best_times(
     effect: Deterministic, others: tuple[Deterministic, ...], noise: Noise, data: Data
 ) -> Deterministic:
-    """Copy of the effect at the best pair of times, if two of its times are unknown; otherwise the effect itself.
+    """Copy of the effect with the most likely pair of times, if two of its times are unknown; otherwise the effect itself.
 
     A grid of all pairs would not fit into memory.
     """
@@ -304,7 +305,7 @@ def _spanned(
     known = _with_values(others)
     for cls in CATALOGUE:
         if issubclass(cls, Deterministic):
-            for found, _ in best_spans(cls, data.without(known), noise, data, known):
+            for found, _ in best_spans(cls, data.ordinates_without(known), noise, data, known):
                 if type(found) is type(effect):
                     values = {name: float(found.values[name]) for name in unknown}
                     return effect.with_values(
@@ -314,9 +315,9 @@ def _spanned(
 
 
 def _is_at_minimum(loss: Callable[[float], float], at: float, step: float) -> bool:
-    """True if the parabola through a loss at three points, `step` apart, has its minimum at the middle one.
+    """True if a function `loss` has its minimum practically at `at`, by a parabola through three points `step` apart.
 
-    The minimum may be lower than the loss at the middle by at most `MIN_SHAPE_DELTA_LOGL`.
+    The minimum of the parabola may be lower than loss(at) by at most `MIN_SHAPE_DELTA_LOGL`.
     """
     low, middle, high = (loss(at + side * step) for side in (-1.0, 0.0, 1.0))
     bend, slope = low + high - 2.0 * middle, 0.5 * (high - low)
@@ -330,10 +331,10 @@ def _optimize_slow(
     noise: Noise,
     data: Data,
 ) -> Model:
-    """Copy of the model with optimized shapes of one slow effect (lag, time constant, time), one shape after the other.
+    """Copy of the model in which the shapes of the slow effect at index `place` are optimized, one after the other.
 
-    The amplitudes of the other deterministic effects are fitted for each value. A shape stays if logL rises by less
-    than 1e-3.
+    Shapes are times and time constants. The amplitudes of the other deterministic effects are fitted for each value. A
+    shape stays if logL rises by less than 1e-3.
     """
     from scipy.optimize import minimize_scalar
 
@@ -348,11 +349,11 @@ def _optimize_slow(
         basis = basis_of(design_of(others, data, j).matrix.T * root)
         target -= basis @ (basis.T @ target)
 
-    effect = _spanned(effect, others, noise, data)
+    effect = _with_best_times(effect, others, noise, data)
     for name in effect.free_shapes:
 
         def loss(value: float, name: str = name, base: Deterministic = effect) -> float:
-            """Negative ΔlogL for a `value` of the shape."""
+            """Negative ΔlogL of the effect if the shape `name` has this value."""
             tried = base.with_values(**{name: value})
             rows = orthogonal_to(basis, regressor_ordinates([tried], j, data) * root)
             return -regress(rows.T, target, np.ones(j.size)).gain
@@ -362,7 +363,11 @@ def _optimize_slow(
         if known is None:
             points = grid_points(effect, data)
             gains, _ = matched_gains(
-                points, data.without(_with_values(others)), noise, data, _with_values(others)
+                points,
+                data.ordinates_without(_with_values(others)),
+                noise,
+                data,
+                _with_values(others),
             )
             known = float(points[int(np.argmax(gains))].values[name])
         at = int(np.searchsorted(grid, known))

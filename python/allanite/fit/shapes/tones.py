@@ -33,7 +33,7 @@ SUM_SEGMENTS = 384
 
 
 def effective_trials(band: Band) -> int:
-    """Effective number of windows that a search tries for each independent frequency.
+    """Effective number of time windows that a search for tone bursts tries for each independent frequency.
 
     Shorter windows have more positions but proportionally fewer independent frequencies.
     """
@@ -41,7 +41,7 @@ def effective_trials(band: Band) -> int:
 
 
 def _burst_lengths(size: int) -> NDArray[np.int64]:
-    """Array of the lengths of the windows for bursts in a series of `size` values, longest first.
+    """Array of the lengths of the time windows tried for bursts in a series of `size` values, in values, longest first.
 
     They fall by `LENGTH_RATIO` from `MAX_BURST_FRACTION` of the series to about `MIN_BURST_VALUES` values.
     """
@@ -96,7 +96,7 @@ def steady_line_gain(band: Band, frequency: float) -> float:
 
 
 def relative_power(band: Band, frequency: float, start: float, end: float) -> float:
-    """Noise power of the band during a burst, without the burst itself, divided by the expected noise power; at least 1."""
+    """Noise power of the band during a tone burst, without the burst itself, over the expected noise power; at least 1."""
     inside = band.series[round(start * band.series.size) : round(end * band.series.size)]
     count = max(inside.size, 2)
     # A pure burst has its whole gain in one Fourier sum, while noise has power 1 in each sum.
@@ -108,7 +108,10 @@ def relative_power(band: Band, frequency: float, start: float, end: float) -> fl
 def _place_once(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
-    """Tuple (frequency, start, end, ΔlogL) of a burst with the best edges at one frequency, then the best frequency."""
+    """Tuple (frequency, start, end, ΔlogL), as for `search_burst`, of a burst after one round of optimization.
+
+    First the edges are optimized on a grid at the given frequency, then frequency and edges by the simplex method.
+    """
     total = _summed(band, frequency)
     reach = 0.5 * (end - start)
     firsts = np.clip(start + reach * np.linspace(-1.0, 1.0, EDGE_INTERVALS + 1), 0.0, 1.0)
@@ -119,7 +122,7 @@ def _place_once(
 
 
 def _summed(band: Band, frequency: float) -> NDArray[np.complex128]:
-    """Array of the cumulative sums of the series demodulated by a frequency, shape (k + 1,)."""
+    """Array of the cumulative sums of the band's series demodulated by a frequency, cycles per record, shape (k + 1,)."""
     u = np.arange(band.series.size) / band.series.size
     turned = band.series * np.exp(-2j * np.pi * (frequency - band.first) * u)
     return np.concatenate([[0.0], np.cumsum(turned)])
@@ -186,7 +189,7 @@ def _optimized(
 def polish_burst(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> Deterministic:
-    """Copy of the burst with the frequency and times that explain most of the residual `ordinates`, shape (n,).
+    """Copy of the tone burst with the frequency and times that maximize logL for the residual `ordinates`, shape (n,).
 
     Without start values, the strongest burst near the largest ordinate is searched. The effect itself is returned if
     logL rises by less than 1e-3.

@@ -34,7 +34,7 @@ CURVATURE_STEP = 0.1
 GRADIENT_STEP = 1e-4
 #: Maximum iterations of the optimization. Chosen by judgment; not measured.
 MAX_ITERATIONS = 50
-#: Duration over the time constant of a lag below which the variance of its integral is computed by a series, because
+#: Duration over the time constant of a process below which the variance of its integral is computed by a series, because
 #: the closed form cancels. Chosen by judgment; not measured.
 MAX_SERIES_DURATION = 0.02
 #: Minimum curvature of logL in a log-variance: limits its standard deviation to 1/√0.1 = 3 e-folds.
@@ -101,24 +101,27 @@ class FittedNoise:
 
     @property
     def coefficients(self) -> Array:
-        """Array of the fitted coefficients, each over the coefficient with which its noise has final variance 1."""
+        """Array of the fitted coefficients, each relative to the one with which its effect has a final variance of 1."""
         return np.asarray(np.exp(0.5 * self._place[: len(self.candidate.effects)]))
 
     def noise_of(self, coefficients: Array) -> StampedNoise:
-        """`StampedNoise` with other `coefficients`; a fitted exponent is kept."""
+        """`StampedNoise` with other `coefficients`, relative as in the property `coefficients`.
+
+        A fitted exponent is kept.
+        """
         place = self._place.copy()
         place[: coefficients.size] = 2.0 * np.log(np.maximum(coefficients, 1e-300))
         return self._at(place)
 
     def noise_at(self, number: int, sign: float) -> StampedNoise:
-        """`StampedNoise` with one parameter (log-variance or exponent) changed by `sign` times `CURVATURE_STEP`."""
+        """`StampedNoise` with parameter `number` (log-variance or exponent) changed by `sign` · `CURVATURE_STEP`."""
         place = self._place.copy()
         place[number] += sign * CURVATURE_STEP
         return self._at(place)
 
     @cached_property
     def neighbors(self) -> list[tuple[Regressed, Regressed]]:
-        """List of the regressions one `CURVATURE_STEP` below and above the fit, as a pair for each noise parameter."""
+        """List of a pair of `Regressed` for each noise parameter: one `CURVATURE_STEP` below and above its fitted value."""
         return [
             (
                 self._series.regressed(self.noise_at(i, -1.0)),
@@ -228,13 +231,13 @@ class _Parts:
         def normalized(effect: Stochastic) -> tuple[StampedNoise, float]:
             """Pair: noise of an effect at coefficient 1, and 1 over its variance at the end of the record."""
             noise = added([form(term, rate, n) for term in effect.unit_terms(rate)])
-            return noise, 1.0 / _scatter(noise, length)
+            return noise, 1.0 / _variance_after(noise, length)
 
         fixed = candidate.effects[: len(candidate.effects) - (candidate.exponents is not None)]
         return cls(candidate, normalized, [normalized(effect) for effect in fixed])
 
     def _last(self, exponent: float) -> Stochastic:
-        """Copy of the last effect with this exponent."""
+        """Copy of the candidate's last effect with this exponent."""
         return self.candidate.effects[-1].with_values(exponent=float(exponent))
 
     def at(self, place: Array) -> StampedNoise:
@@ -263,9 +266,10 @@ class _Parts:
 def _relative_log_variances(
     series: StampedSeries, parts: _Parts, start: FittedNoise | None
 ) -> Array:
-    """Array of the most likely log-variances relative to that of the first effect, and the exponent if it is fitted.
+    """Array of the most likely log-variances relative to that of the first effect, then the exponent if it is fitted.
 
-    Empty for one effect without a fitted exponent. Ratios are limited to e^±16.
+    Variances are those at the end of the record. Empty for one effect without a fitted exponent. Ratios are limited to
+    e^±16. `start` is a fit of some of the effects, or None.
     """
     from scipy.optimize import minimize, minimize_scalar
 
@@ -300,10 +304,10 @@ def _relative_log_variances(
     return np.asarray(found.x)
 
 
-def _scatter(noise: StampedNoise, length: float) -> float:
+def _variance_after(noise: StampedNoise, length: float) -> float:
     """Variance of a noise after `length` seconds, given its state at the start; it includes the white variance."""
     total = noise.white + noise.walk * length
-    for variance, rate, summed in noise.lags:
+    for variance, rate, summed in noise.gauss_markov:
         s = rate * length
         if not summed:
             grown = -float(np.expm1(-2.0 * s))

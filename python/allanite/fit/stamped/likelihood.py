@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 #: Minimum pivot of a Cholesky factor that is used. Products have a relative error of 1e-16, so that the square of this
 #: pivot has a relative error of 1e-6.
 MIN_PIVOT = 1e-5
-#: Decay rate of the lag that represents a constant, times the duration of the record: practically no decay.
+#: Decay rate of the process that represents a constant, times the duration of the record: practically no decay.
 CONSTANT_DECAY = 1e-9
 
 
@@ -38,12 +38,12 @@ def whitened(
     Noise that starts at 0 gives the first sample no variance. A random constant is therefore added to such noise. The
     constant among the known functions removes it again, whatever its variance.
     """
-    lags = noise.lags
-    if noise.white == 0.0 and all(summed for _, _, summed in lags):
+    gauss_markov = noise.gauss_markov
+    if noise.white == 0.0 and all(summed for _, _, summed in gauss_markov):
         step = (times[-1] - times[0]) / max(times.size - 1, 1)
-        variance = noise.walk * step + sum(v * step**2 for v, _, _ in lags)
-        lags = (*lags, (variance, CONSTANT_DECAY / (times[-1] - times[0]), False))
-    return _kernels.stamped_filter(times, there, columns, lags, noise.walk, noise.white)
+        variance = noise.walk * step + sum(v * step**2 for v, _, _ in gauss_markov)
+        gauss_markov = (*gauss_markov, (variance, CONSTANT_DECAY / (times[-1] - times[0]), False))
+    return _kernels.stamped_filter(times, there, columns, gauss_markov, noise.walk, noise.white)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ class Regressed:
 
     @property
     def scale(self) -> float:
-        """Factor on the noise variance that maximizes the likelihood."""
+        """Factor on the noise variance that maximizes the restricted likelihood."""
         return self.squares / self.freedom
 
     @property
@@ -135,7 +135,7 @@ class StampedSeries:
     def predicted(
         self, noise: StampedNoise, times: Array, design: Array
     ) -> tuple[float, Array, Array]:
-        """Tuple: restricted log-likelihood of the samples, and predicted mean and variance at later times, shape (m,) each.
+        """Tuple (logL, mean, variance): restricted log-likelihood, and predicted mean and variance at later times.
 
         Parameters
         ----------
@@ -144,6 +144,10 @@ class StampedSeries:
             Ascending times after the last sample, s.
         design : ndarray, shape (k, m)
             Known functions at these times.
+
+        Returns
+        -------
+        tuple of float and two ndarrays, shape (m,)
         """
         n, m = self.n, times.size
         columns = np.zeros((1 + len(self.design), n + m))
@@ -158,9 +162,10 @@ class StampedSeries:
         return regressed.log_likelihood, mean, variances[n:] + more
 
     def last_slope(self, noise: StampedNoise, slopes: Array) -> tuple[float, float]:
-        """Pair: slope at the last sample and its variance: that of the known functions plus the sum of the integrated lags.
+        """Pair: predicted slope of the series at its last sample, and the variance of this prediction.
 
-        White noise and a random walk have no slope and are left out.
+        It is the slope of the known functions plus the sum of the processes whose integral the samples contain. White
+        noise and a random walk have no slope and are left out.
 
         Parameters
         ----------
@@ -169,8 +174,10 @@ class StampedSeries:
             Slopes of the known functions at the last sample.
         """
         first, last = self.times[0], self.times[-1]
-        summed = [(variance, rate) for variance, rate, integrated in noise.lags if integrated]
-        # Covariance of each sample with the sum of the lags at the last sample.
+        summed = [
+            (variance, rate) for variance, rate, integrated in noise.gauss_markov if integrated
+        ]
+        # Covariance of each sample with the sum of the Gauss–Markov processes at the last sample.
         common = np.zeros(self.n)
         for variance, rate in summed:
             grown = -np.expm1(-rate * (self.times - first)) / rate
@@ -187,9 +194,10 @@ class StampedSeries:
 
 
 def _factor_of_products(functions: Array) -> Array:
-    """Array: lower triangular factor of the products of unit vectors, shape (k, k); its diagonal may be negative.
+    """Array: lower triangular L with L·Lᵀ = the scalar products of unit vectors (rows), shape (k, k).
 
-    A Cholesky factorization takes a tenth of the time of an orthogonalization, which nearly dependent vectors need.
+    Diagonal elements may be negative. A Cholesky factorization takes a tenth of the time of an orthogonalization, which
+    nearly dependent vectors need.
     """
     with suppress(np.linalg.LinAlgError):
         lower = np.asarray(np.linalg.cholesky(functions @ functions.T), dtype=np.float64)

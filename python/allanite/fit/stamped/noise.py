@@ -1,7 +1,7 @@
-"""Noise at arbitrary times as a sum of white noise, a random walk and lags (exponentially correlated processes).
+"""Noise at arbitrary times: white noise, a random walk and Gauss–Markov processes (exponentially correlated).
 
-A term is defined per sample. Its lags (`power_law_bank`) decay continuously between samples. At equal intervals the
-process equals the term; at other times it is the continuous process through the same points.
+A term is defined per sample. Its Gauss–Markov processes (`power_law_bank`) decay continuously between samples. At equal
+intervals the process equals the term; at other times it is the continuous process through the same points.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
 
 Array = NDArray[np.float64]
-#: Decay rate of the lag that represents a random walk, times the duration of the record. Its variance at the end of the
+#: Decay rate of the process that represents a random walk, times the duration of the record. Its variance at the end of the
 #: record then differs by 0.01 %.
 RANDOM_WALK_DECAY = 1e-4
 #: Exponents of the spectra of terms with a variance; the variance is the level.
@@ -28,61 +28,61 @@ POWER_LAW_EXPONENTS = {"blue": 2.0, "white": 0.0, "flicker": -1.0, "random_walk"
 
 @dataclass(frozen=True)
 class StampedNoise:
-    """Sum of white noise, a random walk and lags.
+    """Sum of white noise, a random walk and Gauss–Markov processes (exponentially correlated noise).
 
     Attributes
     ----------
-    lags : tuple of (float, float, bool)
-        For each lag: stationary variance, decay rate λ in 1/s, and True if the samples contain its integral.
+    gauss_markov : tuple of (float, float, bool)
+        For each process: stationary variance, decay rate λ in 1/s, and True if the samples contain its integral.
     walk : float
         Variance of the random walk after 1 s.
     white : float
         Variance of the white noise of each sample.
     """
 
-    lags: tuple[tuple[float, float, bool], ...] = ()
+    gauss_markov: tuple[tuple[float, float, bool], ...] = ()
     walk: float = 0.0
     white: float = 0.0
 
     def scaled(self, factor: float) -> StampedNoise:
         """Copy of the noise with its variance multiplied by `factor`."""
-        lags = tuple((factor * v, rate, summed) for v, rate, summed in self.lags)
-        return StampedNoise(lags, factor * self.walk, factor * self.white)
+        gauss_markov = tuple((factor * v, rate, summed) for v, rate, summed in self.gauss_markov)
+        return StampedNoise(gauss_markov, factor * self.walk, factor * self.white)
 
 
 def added(parts: list[StampedNoise]) -> StampedNoise:
-    """`StampedNoise`: sum of independent noises; lags of the same rate are merged."""
-    lags: dict[tuple[float, bool], float] = {}
+    """`StampedNoise`: sum of independent noises; Gauss–Markov processes of the same rate are merged."""
+    gauss_markov: dict[tuple[float, bool], float] = {}
     for part in parts:
-        for variance, rate, summed in part.lags:
-            lags[rate, summed] = lags.get((rate, summed), 0.0) + variance
+        for variance, rate, summed in part.gauss_markov:
+            gauss_markov[rate, summed] = gauss_markov.get((rate, summed), 0.0) + variance
     return StampedNoise(
-        tuple((variance, rate, summed) for (rate, summed), variance in lags.items()),
+        tuple((variance, rate, summed) for (rate, summed), variance in gauss_markov.items()),
         sum(part.walk for part in parts),
         sum(part.white for part in parts),
     )
 
 
 def sampled_noise(term: Term, rate: float, n: int) -> StampedNoise:
-    """`StampedNoise` of samples that are the values of a term.
+    """`StampedNoise` of samples that are the values of a spectral term.
 
     Parameters
     ----------
     term : Term
-        White, flicker, random walk, a real lag, or a power law of exponent −2 to 0.
+        White, flicker, random walk, Gauss–Markov, or a power law of exponent −2 to 0.
     rate : float
         Sampling rate to which the term refers, Hz.
     n : int
-        Number of samples of the record at that rate; determines the slowest lag.
+        Number of samples of the record at that rate; determines the slowest process of a power law.
 
     Raises
     ------
     InputError
         A term of another kind.
     """
-    lag = _lag_of(term)
-    if lag is not None:
-        return _noise_of_lags([lag], 1.0, rate)
+    process = _gauss_markov_of(term)
+    if process is not None:
+        return _noise_of_bank([process], 1.0, rate)
     return _sampled_power_law(*_power_law_of(term), rate, n)
 
 
@@ -94,19 +94,19 @@ def _sampled_power_law(exponent: float, level: float, rate: float, n: int) -> St
         return StampedNoise(walk=level * rate)
     if not -2.0 < exponent < 0.0:
         raise _unsupported(exponent)
-    return _noise_of_lags(_kernels.power_law_bank(exponent, max(n, 16)), level, rate)
+    return _noise_of_bank(_kernels.power_law_bank(exponent, max(n, 16)), level, rate)
 
 
 def integrated_noise(term: Term, rate: float, n: int) -> StampedNoise:
-    """`StampedNoise` of samples that are the integral of a term, e.g. the phase (s) of a clock.
+    """`StampedNoise` of samples that are the integral of a spectral term, e.g. the phase (s) of a clock.
 
-    Each lag keeps its density at frequencies far below the sampling rate. The parameters are those of `sampled_noise`.
-    Quantization and power laws with exponents above 0 up to 2 become noise of the phase itself. Raises `InputError` for
-    exponents below −2 and terms without a power law.
+    Each Gauss–Markov process keeps its density at frequencies far below the sampling rate. The parameters are those of
+    `sampled_noise`. Quantization and power laws with exponents above 0 up to 2 become noise of the phase itself. Raises
+    `InputError` for exponents below −2 and terms without a power law.
     """
-    lag = _lag_of(term)
-    if lag is not None:
-        return _integrated_lags([lag], 1.0, rate)
+    process = _gauss_markov_of(term)
+    if process is not None:
+        return _integral_of_bank([process], 1.0, rate)
     exponent, level = _power_law_of(term)
     step = 1.0 / rate
     if exponent > 0.0:
@@ -115,14 +115,14 @@ def integrated_noise(term: Term, rate: float, n: int) -> StampedNoise:
         return StampedNoise(walk=level * step)
     if exponent == -2.0:
         slow = RANDOM_WALK_DECAY * rate / n
-        return StampedNoise(lags=((0.5 * level * rate / slow, slow, True),))
+        return StampedNoise(gauss_markov=((0.5 * level * rate / slow, slow, True),))
     if exponent < -2.0:
         raise _unsupported(exponent)
-    return _integrated_lags(_kernels.power_law_bank(exponent, max(n, 16)), level, rate)
+    return _integral_of_bank(_kernels.power_law_bank(exponent, max(n, 16)), level, rate)
 
 
-def _lag_of(term: Term) -> tuple[float, float] | None:
-    """Pair: decay per sample and variance of a term with exponential covariance; None for any other term."""
+def _gauss_markov_of(term: Term) -> tuple[float, float] | None:
+    """Pair: decay factor per sample and variance of a term with exponential covariance; None for any other term."""
     name, numbers = term.kernel
     if name != "exponential" or numbers[3] != 0.0:
         return None
@@ -144,22 +144,28 @@ def _unsupported(process: object) -> InputError:
     return InputError(f"process {process} is not supported for samples at arbitrary times")
 
 
-def _noise_of_lags(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
-    """`StampedNoise` from a bank of lags (decay per sample, variance); a decay of 0 is white noise."""
-    lags = tuple((level * v, -float(np.log(phi)) * rate, False) for phi, v in bank if phi > 0.0)
-    return StampedNoise(lags, white=level * sum(v for phi, v in bank if phi <= 0.0))
+def _noise_of_bank(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
+    """`StampedNoise`: sum of first-order autoregressive processes, each (decay factor per sample, variance).
 
-
-def _integrated_lags(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
-    """`StampedNoise` of the integral of lags, each (decay per sample, variance); `level` multiplies all variances.
-
-    A lag that decays within one sample is white, and its integral is a random walk.
+    `level` multiplies all variances. A decay factor of 0 is white noise.
     """
-    lags, walk = [], 0.0
+    gauss_markov = tuple(
+        (level * v, -float(np.log(phi)) * rate, False) for phi, v in bank if phi > 0.0
+    )
+    return StampedNoise(gauss_markov, white=level * sum(v for phi, v in bank if phi <= 0.0))
+
+
+def _integral_of_bank(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
+    """`StampedNoise` of the integral of first-order autoregressive processes, each (decay factor per sample, variance).
+
+    `level` multiplies all variances. A process that decays within one sample is white, and its integral is a random
+    walk.
+    """
+    gauss_markov, walk = [], 0.0
     for phi, v in bank:
         if phi <= 0.0:
             walk += level * v / rate
             continue
         half = -0.5 * float(np.log(phi))
-        lags.append((level * v * half / float(np.tanh(half)), 2.0 * half * rate, True))
-    return StampedNoise(tuple(lags), walk)
+        gauss_markov.append((level * v * half / float(np.tanh(half)), 2.0 * half * rate, True))
+    return StampedNoise(tuple(gauss_markov), walk)

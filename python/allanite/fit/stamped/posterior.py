@@ -45,7 +45,9 @@ MAX_WIDTH_STEPS = 14
 def posterior_points(
     best: FittedNoise, evaluate: Callable[[StampedNoise], tuple[float, T]]
 ) -> tuple[Array, list[T]]:
-    """Pair: weights of the points, shape (p,), with sum 1, and list of the value of each point.
+    """Pair: weights of sampled posterior points, shape (p,), with sum 1, and list of the value at each point.
+
+    A point is a set of noise coefficients.
 
     Parameters
     ----------
@@ -91,9 +93,9 @@ def posterior_points(
 
 
 def _widths(best: Array, log_likelihood: Callable[[Array], float]) -> Array:
-    """Array of the step from `best` in each coefficient alone that lowers logL by a quarter to one nat, shape (k,).
+    """Array of the step in each coefficient alone, from `best`, that lowers logL by a quarter to one nat, shape (k,).
 
-    The search of each ends after 14 steps, with the last step tried.
+    A search ends after 14 steps, with the last step tried.
     """
     top = log_likelihood(best)
     low_loss, high_loss = WIDTH_LOSS
@@ -131,10 +133,9 @@ def _students(dimensions: int, count: int) -> Array:
 
 
 def _log_density(places: Array, mean: Array, root: Array) -> Array:
-    """Array of the log-density at points `places`, shape (p, k), of the absolute values of a draw, up to a constant.
+    """Array of the log-density of the absolute values of a Student t vector at `places`, up to a constant, shape (p,).
 
-    The draw follows a Student t with the center `mean` and the matrix root `root` of its scale. The result has shape
-    (p,).
+    `places` has the shape (p, k). The vector has the center `mean` and the matrix root `root` of its scale.
     """
     k = mean.size
     parts = []

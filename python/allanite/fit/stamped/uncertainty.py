@@ -20,7 +20,10 @@ Array = NDArray[np.float64]
 
 
 def amplitude_errors(best: FittedNoise) -> tuple[Array, Array]:
-    """Pair of arrays, shape (k,): standard errors of amplitudes with the noise's uncertainty, and degrees of freedom."""
+    """Pair of arrays, shape (k,): standard errors of amplitudes, and their degrees of freedom.
+
+    The errors include the uncertainty of the noise parameters.
+    """
     neighbors = [
         (low.amplitudes, low.covariance.diagonal()) for pair in best.neighbors for low in pair
     ]
@@ -30,10 +33,10 @@ def amplitude_errors(best: FittedNoise) -> tuple[Array, Array]:
 def combined_errors(
     best: FittedNoise, neighbors: list[tuple[Array, Array]], variance: Array
 ) -> tuple[Array, Array]:
-    """Pair of arrays, shape (k,): standard errors with the uncertainty of the noise, and degrees of freedom (at least 1).
+    """Pair of arrays, shape (k,): standard errors of k values, and their degrees of freedom (at least 1).
 
-    `neighbors` holds (value, variance) one step below and above the fit for each noise parameter in turn. `variance` is
-    that under the fitted noise.
+    The errors include the uncertainty of the noise parameters. `variance` is that of the values under the fitted noise.
+    `neighbors` holds (values, variances) one step below and above the fit, for each noise parameter in turn.
     """
     moved = np.array([b[0] - a[0] for a, b in zip(neighbors[::2], neighbors[1::2], strict=True)])
     changed = np.array([b[1] - a[1] for a, b in zip(neighbors[::2], neighbors[1::2], strict=True)])

@@ -37,7 +37,10 @@ class SummaryBins(Bins):
     __repr__ = brief
 
     def power(self, ordinates: Array) -> Array:
-        """Array of the mean power of each bin, shape (bins,): from squared ordinates below, from segments above."""
+        """Array of the mean power of each bin, shape (bins,).
+
+        Low frequencies take it from the squared `ordinates`, higher ones from segments.
+        """
         edges = self.edges[: self.known]
         low = np.add.reduceat(ordinates**2, edges) / self.count[: self.known]
         return np.concatenate([low, self.folds[0, 1]])
@@ -53,7 +56,7 @@ class SummaryBins(Bins):
 
 
 def _low_bins(bins: SummaryBins) -> Bins:
-    """`Bins` that have single ordinates, without the bins above them."""
+    """`Bins` of the low frequencies that have single ordinates."""
     return Bins(
         bins.n,
         bins.edges[: bins.known + 1],
@@ -65,7 +68,10 @@ def _low_bins(bins: SummaryBins) -> Bins:
 
 
 def folds_of(reading: Reading, bins: Bins, known: int, folds: int = 5) -> Array:
-    """Array of the number of ordinates and mean power of the bins without single ordinates, see `SummaryBins.folds`."""
+    """Array of number of ordinates and mean power of the bins without single ordinates, shape (folds + 1, 2, bins − known).
+
+    The first entry has all coefficients, the others those of each fold.
+    """
     edges, power, place = [], [], []
     for level in reversed(range(len(reading.octaves))):
         found, _ = without_lines(reading, level, 1.0)

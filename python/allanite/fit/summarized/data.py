@@ -79,7 +79,7 @@ class SummaryData(Data):
 
     @property
     def time(self) -> Array:
-        """Array of the time at the middle of each kept sample, s since the first sample of the recording."""
+        """Array of the middle time of each kept sample, s since the first sample of the recording."""
         time = np.arange(self.samples.size, dtype=np.float64)
         time *= self.factor / self.rate
         time += self.start + 0.5 * (self.factor - 1) / self.rate
@@ -93,7 +93,7 @@ class SummaryData(Data):
     def factors(self) -> NDArray[np.int64]:
         """Array of the averaging factors of the accumulated Allan curve, up to a third of the record.
 
-        Factors with mostly missing terms are excluded unless 16 kept samples resolve them.
+        Factors at which most differences are missing are excluded, unless 16 kept samples resolve them.
         """
         curve: Deviation = self.summary.oadev()
         m = curve.factors
@@ -101,10 +101,10 @@ class SummaryData(Data):
         return np.asarray(m[shown & (m <= max(1, self.n // 3))])
 
     def deviation(self, factors: NDArray[np.int64], less: Array | None = None) -> Array:
-        """Array of the overlapping Allan deviation of the record, minus a signal `less` if given, shape of `factors`.
+        """Array of the overlapping Allan deviation of the record at `factors`, U; the signal `less` is subtracted before.
 
-        The accumulated curve is used. Where terms are missing, or with a signal, the kept samples are used if 16 of
-        them resolve τ. Variances are at least 1e-6 of the accumulated ones.
+        The accumulated curve is used. Where differences are missing, or with a signal, the kept samples are used if 16
+        of them resolve τ. Variances are at least 1e-6 of the accumulated ones.
         """
         curve: Deviation = self.summary.oadev()
         at = np.searchsorted(curve.factors, factors)
@@ -120,7 +120,7 @@ class SummaryData(Data):
         return np.asarray(np.sqrt(np.maximum(taken, 1e-6 * found**2)))
 
     def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
-        """Array of the overlapping Allan deviation of a slow signal sampled at `time`, shape of `factors`.
+        """Array of the overlapping Allan deviation of a slow signal sampled at `time`, at `factors`.
 
         Below the interval of the kept samples the deviation is extrapolated in proportion to τ.
         """
@@ -130,7 +130,7 @@ class SummaryData(Data):
 
     @property
     def maps(self) -> Maps:
-        """`Maps`: power over time of the octaves."""
+        """`Maps`: power over time of the octaves of the summary."""
         return Maps(self.reading, self.rate, self.summary.start, self.summary.n)
 
     def octaves(self, expected: Any, louder: Any) -> list[tuple[int, int, Array, float]]:
@@ -172,13 +172,13 @@ class SummaryData(Data):
         return out
 
     def _first_of(self, level: int) -> int:
-        """First ordinate of the octave with this level."""
+        """First ordinate of the octave `level`; each level halves the frequency."""
         return round(LOW * self.n / (SEGMENT << level))
 
     def at_octave_resolution(self, power: Array, first: int) -> Array:
-        """Array of power in time cells at the resolution of the octave from ordinate `first`.
+        """Array of power over time, averaged to the time resolution of the octave that starts at ordinate `first`.
 
-        Unchanged for other ordinates.
+        Unchanged if no octave starts there.
         """
         levels = range(len(self.reading.octaves))
         level = next((level for level in levels if self._first_of(level) == first), None)
@@ -208,17 +208,18 @@ class SummaryData(Data):
         return number
 
     def sections(self, model: Model, number: int) -> Sections:
-        """`SectionsOfSummary` with `number` equal sections.
+        """`SectionsOfSummary`: power over time in `number` equal sections.
 
-        Known functions of time lie below their frequencies and need not be removed.
+        Known functions of time of the model lie below the stored frequencies and need not be removed.
         """
         return SectionsOfSummary(self.maps, number)
 
 
 def _interpolated(samples: Array, factors: NDArray[np.int64], factor: int, rate: float) -> Array:
-    """Array of the overlapping Allan deviation of kept samples, interpolated to averaging factors of the record.
+    """Array of the overlapping Allan deviation of kept samples, at the averaging factors of the record.
 
-    The deviation at up to 160 factors is interpolated linearly in ln; beyond their ends it is constant.
+    `factor` is the number of samples of the record per kept sample. The deviation at up to 160 factors is interpolated
+    linearly in ln; beyond their ends it is constant.
     """
     top = samples.size // 3
     m = np.unique(np.round(np.geomspace(1, top, 160)).astype(np.int64))
@@ -254,7 +255,7 @@ def require_summary_supports(summary: Summary, model: Model, method: str) -> Non
 
 
 def phase_limit(reading: Reading, rate: float) -> float:
-    """Highest frequency with single ordinates, Hz."""
+    """Highest frequency, Hz, at which a summary keeps single ordinates."""
     return LOW / SEGMENT * rate / reading.factor
 
 

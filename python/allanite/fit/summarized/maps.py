@@ -56,13 +56,13 @@ class Maps:
         return np.linspace(0.0, self.n, TIME_CELLS + 1)
 
     def edges(self, blocks: Blocks, level: int) -> Array:
-        """Array of the edges of the time blocks of an octave, in samples of the record, shape (blocks + 1,)."""
+        """Array of the edges of the time blocks of octave `level`, in samples of the record, shape (blocks + 1,)."""
         size = float((TILE << blocks.size) << level)
         edges = (blocks.first + np.arange(blocks.frames.size + 1)) * size - self.start
         return np.asarray(edges.clip(0.0, self.n))
 
     def at_octave_resolution(self, power: Array, level: int) -> Array:
-        """Array of power in time cells averaged to the resolution of an octave's blocks, shape (TIME_CELLS,)."""
+        """Array of power in `TIME_CELLS` time cells, averaged to the blocks of octave `level`, shape (TIME_CELLS,)."""
         edges = np.unique(self.edges(self.reading.octaves[level].blocks, level))
         # Incomplete blocks at the ends are joined with their neighbor.
         edges[0], edges[-1] = 0.0, self.n
@@ -82,7 +82,10 @@ class SectionsOfSummary:
         self.maps, self.number, self.limits = maps, number, maps.limits
 
     def cells(self, within: tuple[float, float], _step: float) -> Cells:
-        """`Cells` of power in the stored frequency cells between the frequencies `within`, Hz; their width is fixed."""
+        """`Cells`: power of each section in the stored frequency cells between the frequencies `within`, Hz.
+
+        The width of the cells is fixed.
+        """
         maps, power, count, at = self.maps, [], [], []
         ends = np.linspace(0.0, maps.n, self.number + 1)
         for level, octave in enumerate(maps.reading.octaves):
@@ -104,14 +107,14 @@ class SectionsOfSummary:
 
 
 def redistributed(values: Array, edges: Array, others: Array) -> Array:
-    """Array of the sums of `values` redistributed from cells with `edges` to cells with the edges `others`, by overlap."""
+    """Array of the sums of `values` redistributed by overlap, from cells with `edges` to cells with the edges `others`."""
     return np.diff(np.interp(others, edges, np.concatenate([[0.0], np.cumsum(values)])))
 
 
 def fine_bands(level: int) -> tuple[NDArray[np.int64], Array, Array]:
-    """Tuple of arrays: edges, middles and power gains of the fine bands of an octave after `level` halvings of the rate.
+    """Tuple (edges, middles, gains) of the fine frequency bands of an octave after `level` halvings of the rate.
 
-    Edges and middles are indices of transform coefficients.
+    Edges and middles are indices of transform coefficients; gains are the remaining fractions of the power.
     """
     edges = LOW + np.arange(FINE + 1, dtype=np.int64) * LOW // FINE
     middle = np.asarray(0.5 * (edges[1:] + edges[:-1]), dtype=np.float64)

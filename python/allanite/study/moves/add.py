@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.effects import Effect, Model
-from allanite.fit import refitted, removes
+from allanite.fit import excludes_samples, refitted
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.study.judgement import (
     allan_error_rises,
@@ -42,7 +42,7 @@ def with_addition(
         lost = places_lost(fit.model, addition.found.model)
         return None if any(map(before.is_given, lost)) else before.after(fit.add(addition), lost)
     effects = fit.model.effects
-    if removes(effect) and effect.when is not None:
+    if excludes_samples(effect) and effect.when is not None:
         lost = tuple(p for p in before.added if lies_mostly_within(effects[p], effect.when, fit))
         if not lost:
             return before.after(fit.add(addition))

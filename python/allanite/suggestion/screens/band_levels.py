@@ -11,7 +11,12 @@ from allanite import _kernels
 from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Modifier
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.bands_in_time import band_ordinates, band_series, cell_shares, share_of
+from allanite.fit.likelihood.bands_in_time import (
+    band_ordinates,
+    band_series,
+    cell_shares,
+    density_share,
+)
 from allanite.fit.likelihood.whitened import MIN_WHITE_SHARE
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.suggestion.constants import (
@@ -220,7 +225,7 @@ def _dominated_bands(solution: Solution, data: Data) -> Iterator[tuple[Process, 
         for sign in (-1.0, 1.0):
             steps = middle + sign * width * 0.2 * DISTANCE_RATIO ** np.arange(DISTANCES)
             seen = [
-                0 < at < data.n and share_of(own, solution, data, round(at)) >= MIN_WHITE_SHARE
+                0 < at < data.n and density_share(own, solution, data, round(at)) >= MIN_WHITE_SHARE
                 for at in steps
             ]
             reach = seen.index(False) if False in seen else DISTANCES

@@ -172,7 +172,7 @@ def _without(model: Model, replaced: tuple[Effect, ...]) -> tuple[Effect, ...]:
 def _relative_half_width(moving: Effect) -> float:
     """Half-width of a moving band in its first segment, relative to its center frequency."""
     assert isinstance(moving, Stochastic)
-    low, high = moving.stretches[0].occupies or (0.0, 0.0)
+    low, high = moving.segments[0].occupies or (0.0, 0.0)
     return (high - low) / (high + low)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Modifier
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.crowding import crowding_ratio, peak_level
+from allanite.fit.likelihood.crowding import mean_squared_level, peak_level
 from allanite.fit.likelihood.whitened import end_samples, white_power, whiten
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.recording.tails import coarse_step
@@ -123,7 +123,7 @@ def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series |
 
     None with fewer than 64 values, or if the samples rarely change code, so that the level depends on the bias.
     """
-    calm = whitened.without_single
+    calm = whitened.without_outliers
     power, share, freedom = white_power(solution, data, calm)
     if power is None or power.size < MIN_POWER_VALUES or _rarely_changes_code(data):
         return None
@@ -249,7 +249,7 @@ def _with_refined_gate(
     if inside.all() or not inside.any():
         return candidate
     # Octaves ring beyond an edge and would attenuate the change, so the samples themselves are compared.
-    power = whitened.without_single.samples**2
+    power = whitened.without_outliers.samples**2
     ratio = float(power[inside].mean() / power[~inside].mean())
     factor = float(np.sqrt(max(1e-6, 1.0 + (ratio - 1.0) / _white_fraction(solution))))
     start = data.start + first / data.rate
@@ -298,7 +298,7 @@ def overdispersion_without(
     if not sure:
         return 1.0, 1.0
     model = base.model + max(sure, key=lambda c: c.gain).effect
-    return crowding_ratio(model, data), peak_level(model, data)
+    return mean_squared_level(model, data), peak_level(model, data)
 
 
 def _one_interval(series: Series, discrepancy: float) -> Candidate | None:

@@ -14,7 +14,7 @@ from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.stop_band import is_empty
-from allanite.fit.shapes.deterministic import comb_window, line_ordinates, regress, window
+from allanite.fit.shapes.deterministic import comb_window, line_ordinates, ordinates_near, regress
 from allanite.fit.shapes.shape import ORDINATES_BESIDE_LINE, polish_line
 from allanite.suggestion.constants import (
     MAX_FUNDAMENTAL_DIVISOR,
@@ -135,7 +135,7 @@ def _refitted(
     noise = refitted.noise(data)
     gains = []
     for m in multiples:
-        j = window(m * frequency, data, ORDINATES_BESIDE_LINE)
+        j = ordinates_near(m * frequency, data, ORDINATES_BESIDE_LINE)
         line = line_ordinates(m * frequency, j, data)
         gains.append(regress(line, solution.ordinates[j], noise.variance(j)).gain)
     # With missing samples the bins share degrees of freedom, and logL of the spectrum understates a line.

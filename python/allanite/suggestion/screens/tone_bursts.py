@@ -7,7 +7,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.fit.likelihood.discrepancy import MIN_DISCREPANCY_DELTA_LOGL, best_scale, judge
+from allanite.fit.likelihood.discrepancy import (
+    MIN_DISCREPANCY_DELTA_LOGL,
+    best_scale,
+    marginal_likelihood,
+)
 from allanite.fit.shapes.drifting import MAX_EXHAUSTIVE_FREQUENCIES, Band
 from allanite.fit.shapes.tones import (
     effective_trials,
@@ -113,7 +117,10 @@ def _needs_discrepancy_elsewhere(
     if solution.best.scale is None or not far.any():
         return False
     part = solution.power[far], solution.count[far], solution.spectrum[far]
-    return best_scale(*part)[1] > judge(*part, None).log_likelihood + MIN_DISCREPANCY_DELTA_LOGL
+    return (
+        best_scale(*part)[1]
+        > marginal_likelihood(*part, None).log_likelihood + MIN_DISCREPANCY_DELTA_LOGL
+    )
 
 
 def _is_same_line(one: Deterministic, other: Deterministic) -> bool:
