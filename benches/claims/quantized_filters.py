@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
 
 import allanite as al
 import generators as g
-from allanite.fit.rivals import together
+from allanite.fit.rivals import score
 
 RATE, LENGTH, N = 10.0, 20_000, 0.01
 #: Cutoff in Hz, order, and Q of each filter.
@@ -42,9 +42,9 @@ def main() -> None:
     """Print how many filters and how many resonances were named."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--records", type=int, default=2, help="records of each case")
-    parser.add_argument("--mode-damping", type=float, default=together.MAX_MODE_DAMPING)
+    parser.add_argument("--mode-damping", type=float, default=score.MAX_MODE_DAMPING)
     given = parser.parse_args()
-    together.MAX_MODE_DAMPING = given.mode_damping
+    score.MAX_MODE_DAMPING = given.mode_damping
     right = kept = 0
     for seed in range(given.records):
         for cutoff, order, q in FILTERS:

@@ -13,12 +13,11 @@ import numpy as np
 from allanite.effects import Deterministic
 from allanite.fit import excludes_samples
 from allanite.fit.prediction import compare, predicts_worse
-from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
+from allanite.fit.rivals.score import score_gain
 from allanite.suggestion.constants import (
     MAX_ALLAN_ERROR_SCATTERS,
     MAX_EVENT_LOG10_P,
 )
-from allanite.suggestion.ranking import prior
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,14 +28,8 @@ if TYPE_CHECKING:
 
 
 def gain(before: Fit, after: Fit) -> float:
-    """Score of the model `after` minus that of `before`, nats: change of log evidence plus that of the priors.
-
-    The change of the effects' priors is limited to ±3 nats, as of one effect, so that priors do not favor the model
-    with more effects.
-    """
-    change = sum(map(prior, after.model)) - sum(map(prior, before.model))
-    change = min(max(change, -MAX_RIVAL_LOG_EVIDENCE), MAX_RIVAL_LOG_EVIDENCE)
-    return evidence_gain(after.solution, before.solution, before.data) + change
+    """Score of the model `after` minus that of `before`, nats."""
+    return score_gain(after.solution, before.solution, before.data)
 
 
 def allan_error_rises(before: Fit, after: Fit) -> bool:

@@ -11,9 +11,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from allanite.effects import Deterministic, Modifier
+from allanite.effects import Modifier
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
-from allanite.fit.rivals.together import is_broad
 from allanite.suggestion.constants import MIN_OVERDISPERSION_LEVEL_FIRST
 from allanite.suggestion.exclusions_first import (
     acts_in_time,
@@ -26,22 +25,8 @@ from allanite.suggestion.exclusions_first import (
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from allanite.effects import Effect
     from allanite.fit.result import Fit
     from allanite.suggestion.suggest import Suggestion
-
-
-def prior(effect: Effect) -> float:
-    """Prior score of an effect, nats: +3 for a common cause, 0 for others, −3 per coefficient if it names no cause.
-
-    Common causes are the standard coefficients (Q, N, B, K, R) and functions of a logged column. Power laws, bands too
-    wide for a mode of a structure, and refined functions name no cause. ±3 nats are odds of 20 : 1.
-    """
-    slow = effect if isinstance(effect, Deterministic) and effect.screened == "slow" else None
-    if effect.last_resort or is_broad(effect) or (slow and slow.refined):
-        return -MAX_RIVAL_LOG_EVIDENCE * sum(p.role == "coefficient" for p in effect.parameters)
-    usual = effect.standard is not None or (slow and slow.follows is not None)
-    return MAX_RIVAL_LOG_EVIDENCE if usual else 0.0
 
 
 def in_order(

@@ -24,6 +24,7 @@ from allanite.fit.rivals.evidence import (
     evidence_gain,
     parameter_cost,
 )
+from allanite.fit.rivals.score import is_broad
 from allanite.fit.shapes.matched import filter_ordinates
 
 if TYPE_CHECKING:
@@ -40,10 +41,6 @@ MAX_FITTED_PAIRS = 6
 #: Two slow functions count as equal if this fraction or less of the energy of one is orthogonal to the other.
 #: Chosen by judgment; not measured.
 MIN_ORTHOGONAL_ENERGY = 1e-3
-#: Largest damping ratio of a mode of a structure or mount; a broader resonance may be the edge of a filter.
-#: Basis: measured with benches/claims/quantized_filters.py --records 4: of 24 filters with quantization, 18, 17 and 15 are
-#: named with 0.1, 0.2 and 0.4, and 9 without this rule; 12 of 12 resonances of damping 0.15 to 0.5 keep their name.
-MAX_MODE_DAMPING = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,17 +72,6 @@ def can_be_split(effect: Effect) -> bool:
     if isinstance(effect, Stochastic):
         return effect.wanders or effect.last_resort or is_broad(effect)
     return effect.screened == "slow"
-
-
-def is_broad(effect: Effect) -> bool:
-    """True for a band that is wider than a structural mode: damping above 0.2.
-
-    The edge of a filter and quantization can imitate such a band. False for other effects.
-    """
-    if not isinstance(effect, Stochastic) or effect.occupies is None:
-        return False
-    low, high = effect.occupies
-    return high - low > 2.0 * MAX_MODE_DAMPING * 0.5 * (low + high)
 
 
 def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:

@@ -14,6 +14,7 @@ from allanite.fit.engine import solve
 from allanite.fit.estimates import estimates, has_interval
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
+from allanite.fit.rivals.score import prior_change
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -89,13 +90,16 @@ def undecided(fit: Fit) -> Undecided | None:
     """`Undecided`: other models whose ln evidence is at most 3 nats lower, and intervals averaged over all of them.
 
     The models replace effects by their declared alternatives. The probability of a model is proportional to its
-    evidence (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit not by
-    likelihood.
+    evidence times its prior (Hoeting et al. 1999, Statist. Sci. 14, eq. 2), the exponential of its score. None if there
+    is no other model, or for a fit not by likelihood.
     """
     if fit.method != "whittle":
         return None
     found = {_kinds(fit.model): (0.0, fit.solution)}
-    for score, solution in _models_within_evidence(fit):
+    for lead, solution in _other_models(fit):
+        if lead <= -MAX_RIVAL_LOG_EVIDENCE:
+            continue
+        score = lead + prior_change(fit.model, solution.model)
         name = _kinds(solution.model)
         if name not in found or found[name][0] < score:
             found[name] = score, solution
@@ -155,11 +159,11 @@ def _kinds(model: Model) -> tuple[str, ...]:
     return tuple(sorted(effect.kind for effect in model))
 
 
-def _models_within_evidence(fit: Fit) -> Iterator[tuple[float, Solution]]:
-    """Iterator over (ln evidence over the fit, solution) of other models at most 3 nats below the fit.
+def _other_models(fit: Fit) -> Iterator[tuple[float, Solution]]:
+    """Iterator over (ln evidence over the fit, solution) of models with other effects instead of one or two.
 
-    One or two detected effects are replaced. One-time events are excluded, because their evidence does not pay for the
-    many times that were tried. A model may come twice.
+    The replaced effects are detected. One-time events are excluded, since their evidence does not pay for the many
+    times that were tried. A model may come twice.
     """
     for lead, places, solution in fit.instead_of_two:
         if all(is_detected(fit, place) for place in places):
@@ -168,14 +172,12 @@ def _models_within_evidence(fit: Fit) -> Iterator[tuple[float, Solution]]:
         if not is_detected(fit, place):
             continue
         for other in fit.alternatives(place):
-            if other.evidence > -MAX_RIVAL_LOG_EVIDENCE and not _is_one_time(other.effect):
+            if not _is_one_time(other.effect):
                 yield other.evidence, other.solution
         for pair in fit.together(place):
             if not any(map(_is_one_time, pair.model.effects[-2:])):
                 solution = solve(fit.data, pair.model, like=fit.solution)
-                more = evidence_gain(solution, fit.solution, fit.data)
-                if more > -MAX_RIVAL_LOG_EVIDENCE:
-                    yield more, solution
+                yield evidence_gain(solution, fit.solution, fit.data), solution
 
 
 def _is_one_time(effect: Effect) -> bool:

@@ -13,10 +13,10 @@ from allanite.fit.rivals.alternatives import (
     is_removable,
 )
 from allanite.fit.rivals.evidence import evidence_gain
+from allanite.fit.rivals.score import prior
 from allanite.study.judgement import is_as_good, no_error_rises
 from allanite.study.relations import is_line
 from allanite.suggestion.constants import MIN_SCORE_GAIN
-from allanite.suggestion.ranking import prior
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator

@@ -14,7 +14,7 @@ from allanite.fit import refitted
 from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, discrepancy_gain, evidence
-from allanite.fit.rivals.together import is_broad
+from allanite.fit.rivals.score import is_broad
 from allanite.study.judgement import gain, no_error_rises, predicts_as_well
 from allanite.study.relations import is_line, line_distance
 from allanite.suggestion.constants import MAX_WANDERING_LINE_DISTANCE, MIN_DELTA_LOGL_OVER_SIMPLER

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 from allanite.effects import Deterministic, Modifier
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
-from allanite.fit.rivals.together import is_broad
+from allanite.fit.rivals.score import is_broad, prior_change
 from allanite.suggestion.constants import MIN_SCORE_GAIN
-from allanite.suggestion.ranking import prior
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -25,26 +24,23 @@ def replacements(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
     replaced. The new effects are the last of the model. A lead of more than 3 nats of evidence suffices whatever the
     priors are.
     """
-    effects = fit.model.effects
     for lead, places, solution in fit.instead_of_two:
         if all(is_detected(fit, place) for place in places):
-            new = solution.model.effects[len(effects) - 2 :]
-            priors = sum(map(prior, new)) - sum(prior(effects[place]) for place in places)
-            yield _expected_gain(lead, priors), places, solution.model
+            yield _expected_gain(fit, lead, solution.model), places, solution.model
     for place, out in enumerate(fit.model.effects):
         if is_detected(fit, place):
             for other in fit.alternatives(place):
                 if may_take_the_place(other.effect, out):
-                    priors = prior(other.effect) - prior(out)
-                    yield _expected_gain(other.evidence, priors), (place,), other.solution.model
+                    model = other.solution.model
+                    yield _expected_gain(fit, other.evidence, model), (place,), model
 
 
-def _expected_gain(lead: float, priors: float) -> float:
-    """Expected gain, nats, of a model whose log evidence leads by `lead`; `priors` is the change of the log priors.
+def _expected_gain(fit: Fit, lead: float, model: Model) -> float:
+    """Expected gain of score, nats, of another model whose log evidence leads that of the fit by `lead`.
 
     If the lead exceeds 3 nats, the gain is above 0.5 nats whatever the priors are.
     """
-    return lead + max(priors, MIN_SCORE_GAIN - MAX_RIVAL_LOG_EVIDENCE)
+    return lead + max(prior_change(fit.model, model), MIN_SCORE_GAIN - MAX_RIVAL_LOG_EVIDENCE)
 
 
 def may_take_the_place(effect: Effect, out: Effect) -> bool:

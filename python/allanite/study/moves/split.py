@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Modifier
 from allanite.fit.rivals.alternatives import is_detected, is_removable
-from allanite.fit.rivals.together import is_broad, together
+from allanite.fit.rivals.score import is_broad, prior
+from allanite.fit.rivals.together import together
 from allanite.study.moves.replace import may_take_the_place
-from allanite.suggestion.ranking import prior
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
