@@ -328,6 +328,11 @@ def _settled(ladder: Sequence[Rung], before: State, added: State, check: Check) 
 
 
 def _is_unchanged(before: Fit, after: Fit) -> bool:
-    """True if the model has the same kinds of effects as before and gains less than 3 nats."""
+    """True if the model has the same kinds of effects and times of level changes as before and gains less than 3 nats.
+
+    The score does not know the evidence of level changes; `with_merged_levels` has judged new times of them.
+    """
     old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
-    return old == new and gain(before, after) < MAX_RIVAL_LOG_EVIDENCE
+    old_times, new_times = ({e.switches for e in fit.model.modifiers} for fit in (before, after))
+    same = old == new and old_times == new_times
+    return same and gain(before, after) < MAX_RIVAL_LOG_EVIDENCE

@@ -8,7 +8,7 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Model, Modifier
 from allanite.fit import refitted
-from allanite.fit.likelihood.whitened import expected_level, whiten
+from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.suggestion.constants import MAX_SEPARATE_LEVEL_INTERVALS
 from allanite.suggestion.screens.level_changes import level_series, screen_levels
@@ -34,14 +34,18 @@ def with_merged_levels(before: State) -> State | None:
     series = level_series(base.solution, base.data, whitened)
     if series is None:
         return None
-    price = 0.5 * np.log(max(series.freedom * series.judged.size, 2.0))
+    power = np.maximum(series.judged, 1e-12)
+    price = 0.5 * np.log(max(series.freedom * power.size, 2.0))
 
     def explained(level: Modifier) -> float:
-        """ΔlogL of the white-noise power over time with a `level`, against a constant level."""
-        expected = expected_level(base.model + level, base.data, series.judged.size)
-        model = 1.0 + series.share * (expected - 1.0)
-        fits = np.log(model).sum() + model.size * np.log(np.mean(series.judged / model))
-        return float(-0.5 * series.freedom * fits)
+        """ΔlogL of the white-noise power over time with the intervals of `level`, against a constant level.
+
+        Intervals with one factor share one level, the mean of the power with normal tails.
+        """
+        _, which = np.unique(level.gain(series.times), return_inverse=True)
+        count = np.bincount(which)
+        means = np.bincount(which, weights=power) / count
+        return float(-0.5 * series.freedom * (count @ np.log(means / power.mean())))
 
     def worth(level: Modifier) -> float:
         """ΔlogL of a `level` less the BIC cost of its parameters."""

@@ -73,6 +73,12 @@ class Series:
         """Time of the edge before the value at index `place`, s; `place` may be fractional."""
         return float(self.start + place * (self.end - self.start) / self.power.size)
 
+    @property
+    def times(self) -> Array:
+        """Array of the times of the middles of all values, s, shape (k,)."""
+        edges = np.linspace(self.start, self.end, self.power.size + 1)
+        return np.asarray(0.5 * (edges[1:] + edges[:-1]))
+
     def place(self, time: float) -> float:
         """Fractional index of the edge between values at a `time`, s."""
         return float((time - self.start) / (self.end - self.start) * self.power.size)
