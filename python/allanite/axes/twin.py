@@ -188,8 +188,8 @@ def _simulatable(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Mod
 def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Model, float | None]:
     """Tuple (model whose white noise is smaller by the variance step²/12 that rounding will add, `step`).
 
-    The tuple is (`model`, None) if there is no step or no white noise, if the step is too coarse (`MAX_ROUNDING_SHARE`),
-    or if the model has a filter, so that a smaller N would change the spectrum.
+    The tuple is (`model`, None) if there is no step or no white noise, or if the step is too coarse
+    (`MAX_ROUNDING_SHARE`). The same holds for a model with a filter, where a smaller N would change the spectrum.
     """
     white = model.white
     filtered = any(not (e.passing or e.removes) for e in model.modifiers)

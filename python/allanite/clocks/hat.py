@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 #: Chains of the sampler, discarded first steps, and used steps. Errors of the quantiles are then 1 % of the interval.
 CHAINS, WARMUP_STEPS, STEPS = 64, 200, 400
-#: Fewest degrees of freedom. With fewer, three clocks cannot be separated.
+#: Minimum number of degrees of freedom. With fewer, three clocks cannot be separated.
 MIN_EDF = 2.0
 #: Scatter of the sum of three columns, relative to the scatter of the quietest column. Below this ratio the columns are
 #: differences of pairs: the sum contains only rounding. Chosen by judgment; not measured.

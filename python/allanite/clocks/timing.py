@@ -36,9 +36,10 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
 
 Array = NDArray[np.float64]
-#: Fewest samples for a fit of noise and frequency. Chosen by judgment; not measured.
+#: Minimum number of samples for a fit of noise and frequency. Chosen by judgment; not measured.
 MIN_SAMPLES = 32
-#: Most steps that are fitted. If a record has more, the others count as noise. Chosen by judgment; not measured.
+#: Maximum number of steps that are fitted. If a record has more, the others count as noise. Chosen by judgment; not
+#: measured.
 MAX_JUMPS = 32
 #: Times after the last sample for which holdover is predicted, s.
 AFTER = (3600.0, 86400.0)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from allanite.deviation import Deviation
 
 Array = NDArray[np.float64]
-#: Smallest ratio of the length of a record to τ: for a time deviation (ITU-T O.172), and for a time interval error.
+#: Minimum ratio of the length of a record to τ: for a time deviation (ITU-T O.172), and for a time interval error.
 MIN_LENGTH_OVER_TAU = {"tdev": 12.0, "mtie": 1.0}
 #: Time over which a constant time error is averaged, s (G.8273.2 clause 7.1.2).
 AVERAGING_TIME = 1000.0

@@ -32,7 +32,7 @@ class Hysteresis(Follower):
     coefficient: float | None = None
     width: float | None = None
 
-    #: Smallest and largest half play that a search tries; None if the column is unknown.
+    #: Minimum and maximum half-width of the hysteresis that a search tries; None if the column is unknown.
     reach: tuple[float, float] | None = field(default=None, compare=False, repr=False, kw_only=True)
 
     kind = "hysteresis"

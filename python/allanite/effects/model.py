@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.statespace import StateSpace
 
-#: Maximum number of effects of a model that is fitted or predicted. The time of a fit grows with the square of the number:
-#: for 10⁵ samples, 60 lines take 12 s of processor time, 100 take 23 s and 300 several minutes. `improve` adds at most 40.
+#: Maximum number of effects of a model that is fitted or predicted. The time of a fit grows with the square of the number.
+#: For 10⁵ samples, 60 lines take 12 s of processor time, 100 take 23 s and 300 several minutes. `improve` adds at most 40.
 MAX_EFFECTS = 64
 
 

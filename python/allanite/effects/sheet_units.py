@@ -53,8 +53,8 @@ def in_figure_unit(deviation: Deviation) -> Deviation:
 def units_of_sheets(parameter: Parameter) -> Mapping[str, str]:
     """Mapping from kind of sensor to the unit in which data sheets state a coefficient; empty without such a unit.
 
-    A coefficient without declared units has those of the standard coefficient with the same power of seconds: an
-    amplitude or σ is in °/h like B, the driving noise of a Gauss-Markov process in °/h/√h like K.
+    A coefficient without declared units has those of the standard coefficient with the same power of seconds. So an
+    amplitude or σ is in °/h like B, and the driving noise of a Gauss-Markov process in °/h/√h like K.
     """
     if not isinstance(parameter.unit, float):
         return {}

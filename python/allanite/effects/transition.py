@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
 from allanite.effects._event import HEIGHT, Event, cosines, sines
 
-#: Minimum duration of a transition, in samples, in the closed form of its ordinates; shorter transitions are computed with
+#: Minimum duration of a transition, in samples, in the closed form of its ordinates. Shorter transitions are computed with
 #: this duration, which acts as a step.
 MIN_TRANSITION_SAMPLES = 1e-6
 

@@ -34,13 +34,13 @@ SLOW_WINDOW = 30.0
 FAST_LIMITS = {ANGULAR_RATE: (math.radians(1.0), "rad/s"), ACCELERATION: (0.3, "m/s^2")}
 #: Changes between averages of 1 s that no sensor at rest shows, for slow motion such as driving or a boat.
 SLOW_LIMITS = {ANGULAR_RATE: (math.radians(0.6), "rad/s"), ACCELERATION: (0.12, "m/s^2")}
-#: Factor on SLOW_LIMITS if shorter averages measure the white noise, which the limits then need not include: ten times the
-#: bias instability of the worst gyroscopes (100 °/h → 0.3 deg/s) and accelerometers (0.6 mg → 6 mg).
+#: Factor on SLOW_LIMITS if shorter averages measure the white noise, which the limits then need not include. The limits
+#: are ten times the bias instability of the worst gyroscopes (100 °/h → 0.3 deg/s) and accelerometers (0.6 mg → 6 mg).
 FACTOR_WITHOUT_WHITE = 0.5
 #: Averaging time from which the noise is measured by three neighbors, s: motion changes little within it, and most filters
 #: of a sensor are faster.
 NOISE_AVERAGING_TIME = 0.05
-#: Largest ratio of the usual change between longer averages to that of white noise, up to which the noise is white. A road
+#: Maximum ratio of the usual change between longer averages to that of white noise, up to which the noise is white. A road
 #: and rotors cause more.
 MAX_WHITE_RATIO = 1.5
 #: Standard errors by which an activity must exceed that of white noise. With five changes in a window, one window in 10 000
@@ -49,19 +49,19 @@ MAX_WHITE_RATIO = 1.5
 MIN_STANDARD_ERRORS = 6.0
 #: Change of the direction of gravity that exceeds a drift of three accelerometers, degrees.
 MAX_TILT = 10.0
-#: Largest sway of a building, degrees: ten times the 0.01° of a tall one in wind.
+#: Maximum sway of a building, degrees: ten times the 0.01° of a tall one in wind.
 MAX_SWAY = 0.1
-#: Fewest turns that are motion; two could be burst noise of a faulty sensor.
+#: Minimum number of turns that are motion; two could be burst noise of a faulty sensor.
 MIN_TURNS = 3
-#: Activity over that of the quietest quarter of the record, above which a window is not quiet; and the smallest activity
-#: over the limit of motion from which this rule applies.
+#: Maximum activity of a quiet window, relative to the quietest quarter of the record. This rule applies from the second
+#: value on: the minimum ratio of the activity to the limit of motion.
 MAX_QUIET_RATIO, MIN_LIMIT_SHARE = 6.0, 0.2
-#: Relative standard error of an activity from k changes, times √k: the median of k normal magnitudes has a standard error
+#: Relative standard error of an activity from k changes, times √k. The median of k normal magnitudes has a standard error
 #: of 0.787/√k of their standard deviation, and lies at 0.6745 of it.
 ACTIVITY_SCATTER = 1.17
-#: Fewest samples of an average that is the median of three thirds.
+#: Minimum number of samples of an average that is the median of three thirds.
 MIN_SAMPLES_FOR_THIRDS = 9
-#: Most consecutive averages that a tap changes.
+#: Maximum number of consecutive averages that a tap changes.
 MAX_TAP_AVERAGES = 4
 #: Share of the windows in motion above which the record moves.
 MAX_MOVING_SHARE = 0.2
@@ -125,10 +125,10 @@ class Motion:
 def motion_of(recording: Recording) -> Motion | None:
     """`Motion` of a recording of gyroscopes or accelerometers: signs of motion and the longest quiet segment.
 
-    None for other sensors, for angles, and for fewer than 100 samples or 0.4 s. Four things show motion: changes
-    between averages of 0.2 s and of 1 s beyond those of a sensor at rest; turns of a gyroscope; sway, in which gravity
-    follows the gyroscopes; and a change of the direction of gravity. Changes are medians over windows, which outliers
-    do not affect.
+    None for other sensors, for angles, and for fewer than 100 samples or 0.4 s. Four things show motion. The first are
+    changes between averages of 0.2 s and of 1 s beyond those of a sensor at rest. They are medians over windows, which
+    outliers do not affect. The others are turns of a gyroscope, sway (gravity follows the gyroscopes), and a change of
+    the direction of gravity.
     """
     if recording.quantity == "angle" or recording.n < 4 * WINDOW_AVERAGES:
         return None

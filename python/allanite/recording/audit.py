@@ -31,18 +31,18 @@ if TYPE_CHECKING:
     from allanite.common.arrays import Array
     from allanite.recording import Recording
 
-#: Share of LSB²/12 in the white variance above which rounding adds something else: LSB > 1.9 σ of the samples. In
-#: simulations N² is the sum to 3 % at LSB = 2 σ of the noise before rounding, wherever its mean lies between two codes; to
-#: 13 % at 2.5 σ, 31 % at 3 σ and 72 % at 4 σ. The standard deviation of the samples distinguishes 2 σ (at most 1.76) from
-#: 2.5 σ (at least 1.90, and 2 if they flip between two codes).
+#: Maximum share of LSB²/12 in the white variance for which noise and rounding add: LSB = 1.9 σ of the samples. In
+#: simulations, N² differs from the sum by up to 3 % at LSB = 2 σ of the noise before rounding, whatever its mean. The
+#: difference is 13 % at 2.5 σ, 31 % at 3 σ and 72 % at 4 σ. The standard deviation of the samples distinguishes 2 σ (LSB at
+#: most 1.76 times it) from 2.5 σ (at least 1.90 times, and 2 times if they flip between two codes).
 MAX_ROUNDING_SHARE = 0.3
-#: Fewest averages from which decimation is advised for a curve. Chosen by judgment; not measured.
+#: Minimum number of averages from which decimation is advised for a curve. Chosen by judgment; not measured.
 MIN_AVERAGES = 100
-#: Largest power near half of the rate over that of lower octaves for values that were smoothed: the mean of two samples
+#: Maximum power near half of the rate over that of lower octaves for values that were smoothed: the mean of two samples
 #: leaves 0.045, that of three 0.1. And the number of octaves below the rate that are compared.
 MAX_SMOOTHED_RATIO, OCTAVES = 0.25, 8
-#: Fewest changes of averages for the check on one dominating event: two of 32 normal changes make more than half of the
-#: sum of squares once in 100 000 records.
+#: Minimum number of changes of averages for the check on one dominating event: two of 32 normal changes make more than half
+#: of the sum of squares once in 100 000 records.
 MIN_CHANGES = 32
 #: Samples processed at a time, so that they stay in the cache.
 CHUNK = 1 << 18

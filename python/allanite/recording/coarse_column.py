@@ -7,16 +7,16 @@ from numpy.typing import NDArray
 
 from allanite.common.arrays import Array, runs_of
 
-#: Smallest mean number of samples between changes of a coarse column. A thermometer that changes more often resolves its
+#: Minimum mean number of samples between changes of a coarse column. A thermometer that changes more often resolves its
 #: quantity by its own noise.
 MIN_RUN = 20
-#: Smallest share of changes by exactly one step. Changes by several steps come from slow sampling, not rounding.
+#: Minimum share of changes by exactly one step. Changes by several steps come from slow sampling, not rounding.
 MIN_ONE_STEP_SHARE = 0.9
-#: Fewest changes from which a curve can be found.
+#: Minimum number of changes from which a curve can be found.
 MIN_CHANGES = 3
 #: Points of the curve.
 CURVE_POINTS = 1500
-#: Largest distance of the curve from the half steps around the codes, in steps: a thermometer's own noise.
+#: Maximum distance of the curve from the half steps around the codes, in steps: a thermometer's own noise.
 TOLERANCE = 0.05
 #: Standard error of a threshold between two codes, in steps.
 THRESHOLD = 0.02
@@ -47,10 +47,10 @@ def without_steps(values: Array) -> Array:
     """Smoothest curve that rounds to a coarsely logged column, shape (n,); other columns are returned unchanged.
 
     The quantity was at the threshold of two codes when the column changed, and within half a step of the code
-    otherwise. A ramp with one exponential relaxation is preferred if it rounds to the column: a warming body relaxes,
-    and nothing else determines the curve before the first and after the last change. Otherwise the curve has the
-    smallest squared third differences. Without this curve, rounding errors of up to half a step, correlated for as long
-    as a code lasts, would look like noise of the sensor.
+    otherwise. A ramp with one exponential relaxation is preferred if it rounds to the column, because a warming body
+    relaxes. Nothing else determines the curve before the first and after the last change. Otherwise the curve has the
+    smallest squared third differences. Without this curve, rounding errors of up to half a step would look like noise of
+    the sensor, because they last as long as a code.
     """
     step = coarse_step_of(values)
     if step == 0.0:

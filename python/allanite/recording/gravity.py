@@ -11,14 +11,14 @@ from allanite.common.units import conversion
 
 #: Standard gravity, m/s²; local gravity differs by at most 0.3 %.
 GRAVITY = 9.80665
-#: Largest relative difference of a mean acceleration from gravity in the unit that is stated: poor accelerometers have
-#: scale errors and biases of 6 % (measured on ten recordings); twice that is allowed.
+#: Maximum relative difference of a mean acceleration from gravity in the unit that is stated: poor accelerometers have
+#: scale errors and biases of 6 % (measured on ten recordings). Twice that is allowed.
 MAX_STATED_DIFFERENCE = 0.15
-#: Largest relative difference of a mean acceleration from gravity in a unit that is inferred: a scale error of 6 %.
+#: Maximum relative difference of a mean acceleration from gravity in a unit that is inferred: a scale error of 6 %.
 MAX_INFERRED_DIFFERENCE = 0.06
 #: Units of acceleration that loggers use.
 UNITS = ("m/s^2", "g", "mg", "mm/s^2", "ug")
-#: Most samples of which the median is computed.
+#: Maximum number of samples of which the median is computed.
 MEDIAN_SAMPLES = 100_000
 
 

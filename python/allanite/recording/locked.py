@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from allanite.recording.resolution import MIN_FLIPS, is_fill
 
-#: Smallest share of samples with one code of a locked column. Normal noise in the middle of a code then has a standard
+#: Minimum share of samples with one code of a locked column. Normal noise in the middle of a code then has a standard
 #: deviation below a quarter of the step, and N of the rounded samples is at least 13 % too low, depending on the mean.
 MIN_SHARE = 0.95
 #: One-sided probability of the limits of the two shares that leave the code: together 95 %.
 LIMIT_PROBABILITY = 0.975
-#: Most different values of a locked column, and samples in which they are counted first, since few columns are locked.
+#: Maximum number of different values of a locked column, and samples in which they are counted first, since few columns are
+#: locked.
 MAX_CODES, FIRST_SAMPLES = 16, 4096
 
 

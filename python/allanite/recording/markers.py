@@ -20,18 +20,18 @@ TYPE_ENDS = frozenset(
 FILL_VALUES = frozenset(
     {float(np.finfo(np.float32).max), 1e20, 999.0, 9999.0, 99999.0, 32767.0, 32768.0}
 )
-#: Least distance of a marker from the median, in standard deviations of the other samples. Student noise with three
+#: Minimum distance of a marker from the median, in standard deviations of the other samples. Student noise with three
 #: degrees of freedom exceeds 30 σ once in 300 000 samples; the gap and the repetition below make this rarer still.
 MIN_DISTANCE = 30.0
-#: Least ratio of the distance of a marker to that of the most distant other sample on its side. Samples that exceed the
+#: Minimum ratio of the distance of a marker to that of the most distant other sample on its side. Samples that exceed the
 #: range pass through the values between; markers do not.
 MIN_GAP = 2.0
-#: Fewest samples with the same value that are a marker if the value is no end of a type. Three independent outliers have
-#: the same value by chance in less than 1e-4 of the records where 30 σ hold a hundred steps or more.
+#: Minimum number of samples with the same value that are a marker if the value is no end of a type. Three independent
+#: outliers have the same value by chance in less than 1e-4 of the records where 30 σ hold a hundred steps or more.
 MIN_COUNT = 3
-#: Largest share of markers: where more samples have one value, the value is a state of the sensor.
+#: Maximum share of markers: where more samples have one value, the value is a state of the sensor.
 MAX_SHARE = 0.2
-#: Fewest different values among the other samples; fewer are a status, not a measurement.
+#: Minimum number of different values among the other samples; fewer are a status, not a measurement.
 MIN_VALUES = 3
 #: Samples from which the step is computed.
 STEP_SAMPLES = 1 << 16

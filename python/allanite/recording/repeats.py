@@ -12,23 +12,23 @@ from allanite.common.arrays import Array
 
 #: Samples compared at a time, to limit memory.
 PART_SAMPLES = 1 << 20
-#: Smallest share of repeats, beyond those by chance, that is polling. A sensor of 98 Hz read at 100 Hz changes N by 1 %.
+#: Minimum share of repeats, beyond those by chance, that is polling. A sensor of 98 Hz read at 100 Hz changes N by 1 %.
 MIN_SHARE = 0.02
-#: Largest share of samples that equal an earlier one by chance, up to which all equal neighbors are taken as repeats.
-#: 0.5 % of chance repeats change the rate and the white variance by 0.5 % at most.
+#: Maximum share of samples that equal an earlier one by chance, for taking all equal neighbors as repeats. Then the rate
+#: and the white variance change by 0.5 % at most.
 MAX_CHANCE = 0.005
 #: Lags, in samples, at which samples are equal by chance alone: longer than any hold that is recognized.
 CHANCE_LAGS = (53, 101, 211)
 #: Windows in which repeats are counted. A sensor that is polled repeats in all of them, a lost link in few.
 WINDOWS = 64
-#: Largest ratio of the count of repeats in a window to the mean of all windows, and of the mean to the smallest count.
-#: 64 windows of 50 repeats or more stay within it with probability 1 − 1e-4 even if repeats come at random.
+#: Maximum ratio of the count of repeats in a window to the mean of all windows, and of the mean to the minimum count. Even
+#: random repeats, 50 or more in each of 64 windows, exceed it with a probability of only 1e-4.
 MAX_RATIO = 2.0
-#: Fewest repeats: 50 in each window distinguish a steady share from bursts.
+#: Minimum number of repeats: 50 in each window distinguish a steady share from bursts.
 MIN_COUNT = 50
 #: Samples in which the rate of the sensor is searched, and samples of a block in which its phase is measured.
 SEARCH_SAMPLES, PHASE_BLOCK = 1 << 18, 1 << 10
-#: Smallest share of the expected repeats that equal the previous sample. Chance alone makes the share of CHANCE_LAGS,
+#: Minimum share of the expected repeats that equal the previous sample. Chance alone makes the share of CHANCE_LAGS,
 #: which is below one half for any sensor that is not locked to one code.
 MIN_MATCH = 0.95
 

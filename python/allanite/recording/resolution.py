@@ -6,7 +6,8 @@ import numpy as np
 
 from allanite.common.arrays import Array
 
-#: Fewest visits to the rarer of two values that are noise rather than an accident. Chosen by judgment; not measured.
+#: Minimum number of visits to the rarer of two values that are noise rather than an accident. Chosen by judgment; not
+#: measured.
 MIN_FLIPS = 5
 
 

@@ -16,8 +16,8 @@ TIME_UNITS = {
     "week": 604800.0, "y": 31557600.0, "100us": 1e-4
 }  # fmt: skip
 
-# Spacing in the column's own numbers above which the next smaller unit is the likelier one: below
-# 2 it is seconds (faster than 0.5 Hz), 2…500 milliseconds (2…500 Hz), 500…2e5 microseconds.
+# Spacing in the column's own numbers above which the next smaller unit is likelier. Spacings below 2 are seconds (faster
+# than 0.5 Hz), 2…500 are milliseconds (2…500 Hz), 500…2e5 are microseconds.
 _SPACING_LIMITS = ((2.0, "s"), (500.0, "ms"), (2e5, "us"), (math.inf, "ns"))
 # Seconds since 1970 of the years 2000 to 2100: numbers in this range show their unit. Nanoseconds since a telephone was
 # switched on a week ago would be microseconds of 1991.
@@ -31,8 +31,8 @@ _CALENDARS = (
     ("days, as Modified Julian Dates are", "d", (15_020.0, 88_069.0)),
     ("decimal years", "y", (1_900.0, 2_100.0)),
 )
-# Intervals, s, at which clocks, satellites, stations and tide gauges are logged, up to a week, a month and a year; few
-# rates of a sensor are such fractions of a day or a year.
+# Intervals, s, at which clocks, satellites, stations and tide gauges are logged, up to a week, a month and a year. Few
+# sensors have such an interval.
 _CADENCES = (
     *(1, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, TIME_UNITS["d"], TIME_UNITS["week"]),
     *(TIME_UNITS["y"] / 12, TIME_UNITS["y"]),

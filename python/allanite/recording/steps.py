@@ -15,15 +15,15 @@ from allanite.recording.stamp_units import unusable_stamps
 _BINARY = tuple(2.0**bits * scale for bits in (16, 32) for scale in (1.0, 1e-3, 1e-6))
 #: A day, a GPS week, and a second, in each unit: counters with these spans restart at 0.
 _DECIMAL = (1e6, 1e9, *(s * u for s in (86400.0, 604800.0) for u in (1.0, 1e3, 1e6, 1e9)))
-#: Most rows of stamps that are out of order or damaged, after which time continues as usual.
+#: Maximum number of rows of stamps that are out of order or damaged, after which time continues as usual.
 MAX_DISORDER_ROWS = 16
-#: Most events of disorder; with more the column is not a time.
+#: Maximum number of events of disorder; with more the column is not a time.
 MAX_EVENTS = 20_000
-#: Largest number of missing samples of one gap.
+#: Maximum number of missing samples of one gap.
 MAX_MISSING = 1e18
 #: Samples before and after a late stamp whose earliest arrivals show whether samples are missing.
 COMPARED_SAMPLES = 1024
-#: Most missing samples of a gap that is used in the estimate of the rate.
+#: Maximum number of missing samples of a gap that is used in the estimate of the rate.
 MAX_SHORT_GAP = 32
 
 

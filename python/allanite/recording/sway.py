@@ -8,10 +8,10 @@ from allanite.common.arrays import Array
 
 #: Averaging time, s, and averages in a window of 20 s: swell and hands are slower than an average, faster than a window.
 AVERAGING_TIME, WINDOW_AVERAGES = 0.2, 100
-#: Smallest correlation of both directions over the whole record. Independent noise of ten windows or more stays below 0.5
+#: Minimum correlation of both directions over the whole record. Independent noise of ten windows or more stays below 0.5
 #: with probability 1 − 1e-6.
 MIN_CORRELATION = 0.5
-#: Fewest windows.
+#: Minimum number of windows.
 MIN_WINDOWS = 10
 #: Range of the ratio of the angles from accelerometers and gyroscopes. It is 1 for pure rotation; outside of the range
 #: accelerations dominate.

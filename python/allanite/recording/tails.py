@@ -22,9 +22,9 @@ CENSORED_SHARES = (0.003, 0.01, 0.03, 0.1, 0.2)
 MIN_DELTA_LOGL = 4.5
 #: Number of scales that are tried for each law, around the scale that the median gives.
 SCALE_COUNT = 13
-#: Largest distance of a tried scale from the scale of the median, in standard errors of the median.
+#: Maximum distance of a tried scale from the scale of the median, in standard errors of the median.
 SCALE_RANGE = 4.0
-#: Fewest uncensored magnitudes for a fit. Chosen by judgment; not measured.
+#: Minimum number of uncensored magnitudes for a fit. Chosen by judgment; not measured.
 MIN_MAGNITUDES = 50
 #: Power laws are fitted to the values between two ranks, counted from the largest value. First ranks that are tried.
 FIRST_RANKS = (20, 100, 500, 2000)

@@ -20,14 +20,14 @@ from allanite.recording.stamp_units import (
 )
 from allanite.recording.steps import STALLED, Steps
 
-#: Most missing samples per present sample of one segment.
+#: Maximum number of missing samples per present sample of one segment.
 MAX_MISSING_RATIO = 4
-#: Smallest gap that splits a record, samples: a record with every tenth sample is sparse, not split.
+#: Minimum gap that splits a record, samples: a record with every tenth sample is sparse, not split.
 MIN_SPLITTING_GAP = 64
-#: Standard deviation of the spacing over the interval above which samples keep their own times: a random walk, whose step
-#: grows with the spacing, then differs by 1 % from one on a grid.
+#: Minimum ratio of the standard deviation of the spacing to the interval for which samples keep their own times. There a
+#: random walk, whose step grows with the spacing, differs by 1 % from one on a grid.
 MIN_UNEVENNESS = 0.01
-#: Most samples of a recording that keeps their times.
+#: Maximum number of samples of a recording that keeps their times.
 MAX_KEPT_TIMES = 1 << 20
 
 

@@ -9,11 +9,12 @@ from allanite.common.arrays import Array, runs_of
 
 #: Averaging time of the search for turns, s.
 AVERAGING_TIME = 1.0
-#: Smallest rate within a turn, deg/s. The bias instability of the worst MEMS gyroscopes is 0.05 deg/s.
+#: Minimum rate within a turn, deg/s. The bias instability of the worst MEMS gyroscopes is 0.05 deg/s.
 MIN_RATE = 1.0
-#: Smallest rate in standard errors of the averages, and fewest averages in a row: three of 6 σ do not occur by chance.
+#: Minimum rate in standard errors of the averages, and minimum number of averages in a row: three of 6 σ do not occur by
+#: chance.
 MIN_ERRORS, MIN_AVERAGES = 6.0, 3
-#: Smallest angle of a turn, degrees.
+#: Minimum angle of a turn, degrees.
 MIN_ANGLE = 10.0
 #: Longest turn, s. A rate that stays longer is a step or a warm-up of the bias.
 MAX_SECONDS = 60.0

@@ -11,8 +11,8 @@ from allanite.common.arrays import Array, runs_of
 from allanite.common.errors import TooShortError
 
 Places = NDArray[np.int64]
-#: Maximum length of a missing run that is filled by random draws, number of neighbors on each side that a draw uses, and
-#: number of sweeps over all runs.
+#: Maximum length, in samples, of a missing run that is filled by random draws. A draw uses this number of neighbors on
+#: each side. The sweeps over all runs are repeated this number of times.
 MAX_DRAWN_RUN, NEIGHBORS, SWEEPS = 16, 24, 2
 
 

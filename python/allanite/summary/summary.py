@@ -40,8 +40,8 @@ class Summary(Record):
     """Summary of a record of any length, made in one pass: a few megabytes for each column.
 
     Fits, checks and studies accept a summary instead of a recording. Up to 2^18 samples it keeps all of them and acts as
-    the recording. For longer records it keeps the low frequencies as samples at a lower rate, the power of all higher
-    frequencies in segments of 8192 samples of each octave, and the Allan curve.
+    the recording. For longer records it keeps the low frequencies as samples at a lower rate, and the Allan curve. Of the
+    higher frequencies it keeps the power in segments of 8192 samples of each octave.
 
     Attributes
     ----------

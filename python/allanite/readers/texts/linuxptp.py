@@ -38,7 +38,7 @@ _SAMPLE = re.compile(
 _SECONDS = re.compile(r"\[(\d+\.\d+)\]")
 # A line with a summary of several offsets.
 _SUMMARY = re.compile(r"\brms\s+\d+\s+max\s+\d+\s+freq\b")
-#: Smallest state of a locked servo. 0: unlocked, 1: the clock is stepped, 2: locked, 3: locked and stable.
+#: Lowest state of a locked servo. 0: unlocked, 1: the clock is stepped, 2: locked, 3: locked and stable.
 LOCKED = 2
 
 
