@@ -112,7 +112,7 @@ impl Likelihood {
         self.cells.windows(2).map(|pair| pair[0]..pair[1])
     }
 
-    /// Means over each cell of the values of its bins, weighted by the degrees of freedom.
+    /// Writes the mean over each cell of the values of its bins, weighted by the degrees of freedom, to `out`.
     #[inline(always)]
     fn cell_means(&self, values: &[f64], out: &mut [f64]) {
         for ((range, total), mean) in self.ranges().zip(&self.total).zip(out) {
@@ -121,7 +121,7 @@ impl Likelihood {
         }
     }
 
-    /// Computes all quantities of `Ratio`.
+    /// Writes all quantities of `Ratio`, the power relative to the spectrum, to `out`.
     fn fill(&self, power: &[f64], spectrum: &[f64], out: &mut Ratio) {
         #[cfg(target_arch = "x86_64")]
         if Width::best().is_wide() {
@@ -131,6 +131,8 @@ impl Likelihood {
         self.fill_body::<false>(power, spectrum, out);
     }
 
+    /// Like [`Self::fill`], compiled for AVX2 and FMA.
+    ///
     /// # Safety
     /// The processor has AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
@@ -139,6 +141,7 @@ impl Likelihood {
         self.fill_body::<true>(power, spectrum, out);
     }
 
+    /// Body of [`Self::fill`]; `FUSED` allows fused multiply-add.
     #[inline(always)]
     fn fill_body<const FUSED: bool>(&self, power: &[f64], spectrum: &[f64], out: &mut Ratio) {
         let (bins, cells) = (self.bins(), self.total.len());
@@ -164,7 +167,7 @@ impl Likelihood {
         out.extra = -0.5 * extra;
     }
 
-    /// logL and weights of the cells, from the result of [`Self::fill`].
+    /// Writes logL and the weights of the cells to `out`, from the result of [`Self::fill`].
     fn evaluate_at(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Evaluation) {
         #[cfg(target_arch = "x86_64")]
         match Width::best().unit() {
@@ -177,6 +180,8 @@ impl Likelihood {
         self.evaluate_body::<false>(ratio, scale, out);
     }
 
+    /// Like [`Self::evaluate_at`], compiled for AVX2 and FMA.
+    ///
     /// # Safety
     /// The processor has AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
@@ -185,6 +190,8 @@ impl Likelihood {
         self.evaluate_body::<true>(ratio, scale, out);
     }
 
+    /// Like [`Self::evaluate_at`], compiled for AVX-512.
+    ///
     /// # Safety
     /// The processor has AVX-512F and VL, AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
@@ -193,6 +200,7 @@ impl Likelihood {
         self.evaluate_body::<true>(ratio, scale, out);
     }
 
+    /// Body of [`Self::evaluate_at`]; `FUSED` allows fused multiply-add.
     #[inline(always)]
     fn evaluate_body<const FUSED: bool>(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Evaluation) {
         out.weight.resize(ratio.y.len(), 0.0);

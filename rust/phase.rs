@@ -132,6 +132,8 @@ impl<'a, T: Sample> Record<'a, T> {
         self.local_by(start, phase, scan::plain)
     }
 
+    /// Like [`Self::local`], compiled for AVX2 and FMA.
+    ///
     /// # Safety
     /// The processor has AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
@@ -190,6 +192,8 @@ impl<'a, T: Sample> Record<'a, T> {
     }
 }
 
+/// Like [`local_to_global`] from the first point on, compiled for AVX2 and FMA.
+///
 /// # Safety
 /// The processor has AVX2 and FMA.
 #[cfg(target_arch = "x86_64")]
@@ -216,7 +220,7 @@ unsafe fn local_to_global_avx2(base: [f64; 2], local: &[f64], slope: f64, out: &
     _mm_sfence();
 }
 
-/// Adds slope and base to the local phase from point `at` of its block on.
+/// Writes the local phase plus slope and base, from point `at` of its block on, to `out`.
 #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
 fn local_to_global(at: usize, [high, low]: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {

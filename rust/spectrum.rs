@@ -97,6 +97,7 @@ struct HalfTurns {
 }
 
 impl HalfTurns {
+    /// Rotation factors for records of `n` samples.
     fn new(n: usize) -> Self {
         let step = PI / (2.0 * n as f64);
         let within = (0..TURNS.min(n)).map(|k| Self::at(step * k as f64)).collect();
@@ -109,7 +110,7 @@ impl HalfTurns {
         (cos, -sin)
     }
 
-    /// Factors of one block of ordinates from `first` on.
+    /// Rotation factors (real and imaginary part) of one block of ordinates from `first` on.
     fn from(&self, first: usize) -> impl Iterator<Item = (f64, f64)> {
         let (re, im) = Self::at(self.step * first as f64);
         self.within.iter().map(move |&(c, s)| (re * c - im * s, re * s + im * c))
@@ -124,7 +125,7 @@ fn complex(doubles: &mut [f64]) -> &mut [Complex<f64>] {
     unsafe { std::slice::from_raw_parts_mut(doubles.as_mut_ptr().cast(), len) }
 }
 
-/// Output, `len` doubles long, of a Fourier transform with a work array of `scratch` complex numbers.
+/// Output of a Fourier transform, `len` doubles, computed with a work array of `scratch` complex numbers.
 fn transformed<T, E: std::fmt::Display>(
     len: usize,
     scratch: usize,

@@ -141,7 +141,7 @@ impl Reader {
     }
 
     /// Reads and parses the next chunk of whole lines; false at the end of the log.
-    fn more(&mut self, stop: &AtomicBool) -> Result<bool> {
+    fn read_more(&mut self, stop: &AtomicBool) -> Result<bool> {
         let chunk = match self.first.take() {
             Some(head) => head,
             None => match self.source.chunk(stop)? {
@@ -171,7 +171,7 @@ impl Reader {
         let mut available = self.ready.iter().map(|block| block[0].len()).sum::<usize>() - self.used;
         while available < count {
             let before = self.meta.rows;
-            if !self.more(stop)? {
+            if !self.read_more(stop)? {
                 break;
             }
             available += self.meta.rows - before;
@@ -204,7 +204,7 @@ impl Reader {
     pub(crate) fn rest(mut self, stop: &AtomicBool) -> Result<Table> {
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); self.width()];
         loop {
-            let more = self.more(stop)?;
+            let more = self.read_more(stop)?;
             for block in self.ready.drain(..) {
                 for (column, piece) in columns.iter_mut().zip(block) {
                     let piece = &piece[self.used..];

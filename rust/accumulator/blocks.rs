@@ -2,7 +2,7 @@
 
 use crate::machine::processor::compiled_for_each_width;
 
-/// Half-open index ranges of finite blocks. NaN blocks are set to zero.
+/// Replaces NaN blocks by zero, and returns the half-open index ranges of all other blocks.
 pub(super) fn runs_between_gaps(blocks: &mut [f64]) -> Vec<(usize, usize)> {
     let mut runs = Vec::new();
     let mut open = 0;
@@ -18,10 +18,11 @@ pub(super) fn runs_between_gaps(blocks: &mut [f64]) -> Vec<(usize, usize)> {
 }
 
 compiled_for_each_width! {
-    /// Samples minus an origin.
+    /// Writes `samples` − `origin` to `out`.
     pub(super) fn minus_origin(samples: &[f64], origin: f64, out: &mut [f64]) = minus_origin_inline
 }
 
+/// Body of [`minus_origin`].
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn minus_origin_inline(samples: &[f64], origin: f64, out: &mut [f64]) {
@@ -31,10 +32,11 @@ fn minus_origin_inline(samples: &[f64], origin: f64, out: &mut [f64]) {
 }
 
 compiled_for_each_width! {
-    /// Sums of adjacent pairs; a last block without a partner is ignored.
+    /// Writes the sums of adjacent pairs of `blocks` to `out`; a last block without a partner is ignored.
     pub(super) fn pair_sums(blocks: &[f64], out: &mut [f64]) = pair_sums_inline
 }
 
+/// Body of [`pair_sums`].
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn pair_sums_inline(blocks: &[f64], out: &mut [f64]) {

@@ -18,7 +18,7 @@ struct Series {
 }
 
 impl Series {
-    /// Value at x > 0.
+    /// Value of the series at x > 0.
     fn at(&self, x: f64) -> f64 {
         if self.is_zero {
             return 0.0;
@@ -104,7 +104,7 @@ impl<'a> Spaced<'a> {
         Self { kernel, i, order, far, g, series: Series::of(kernel, order, &g) }
     }
 
-    /// Δ_i^o of the kernel, centered at `x`.
+    /// Difference (of the order and spacing of `self`) of the kernel, centered at `x`.
     pub(super) fn at(&self, x: f64) -> f64 {
         let sign = if x < 0.0 && self.order == 3 { -1.0 } else { 1.0 };
         let x = x.abs();

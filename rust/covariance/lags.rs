@@ -47,39 +47,40 @@ pub(super) struct Nodes {
 }
 
 impl Nodes {
+    /// No nodes.
     fn empty() -> Self {
         Self { at: Vec::new(), weights: Vec::new(), panels: Vec::new(), segments: Vec::new() }
     }
 
     /// Adds a segment of panels, as narrow as the waves require. The segment starts `offset` lags from a break;
     /// `forth` tells whether the distance from the break grows with the lag.
-    fn segment(&mut self, start: usize, width: usize, offset: usize, waves: &[Wave], forth: bool) {
+    fn add_segment(&mut self, start: usize, width: usize, offset: usize, waves: &[Wave], forth: bool) {
         let before = self.panels.len();
         let mut done = 0;
         while done < width {
             let cap = waves.iter().map(|wave| wave.widest(offset + done)).min().unwrap_or(usize::MAX);
             let own = cap.max(1).min(width - done);
-            self.panel(start + if forth { done } else { width - done - own }, own);
+            self.add_panel(start + if forth { done } else { width - done - own }, own);
             done += own;
         }
         self.segments.push((self.panels.len() - before, start, width));
     }
 
     /// Adds a panel whose nodes are all its lags.
-    fn every(&mut self, start: usize, width: usize) {
+    fn add_every_lag(&mut self, start: usize, width: usize) {
         self.at.extend((start..start + width).map(|u| u as f64));
         self.weights.extend(std::iter::repeat_n(1.0, width));
         self.panels.push((width, width));
     }
 
     /// Adds a panel: with eight nodes, or with all its lags if the panel is narrow.
-    fn panel(&mut self, start: usize, width: usize) {
+    fn add_panel(&mut self, start: usize, width: usize) {
         if width < NARROW {
-            self.every(start, width);
+            self.add_every_lag(start, width);
             return;
         }
         let half = width as f64 / 2.0;
-        let (center, at) = places(start, width);
+        let (center, at) = center_and_offsets(start, width);
         let weights = weights(at.map(|y| y / half), half);
         self.at.extend(at.iter().rev().map(|y| center - y));
         self.at.extend(at.iter().map(|y| center + y));
@@ -88,8 +89,8 @@ impl Nodes {
     }
 }
 
-/// Center of a panel, and the distances of its nodes from the center on either side.
-fn places(start: usize, width: usize) -> (f64, [f64; 4]) {
+/// Center of a panel, and the distances of its four pairs of nodes from the center.
+fn center_and_offsets(start: usize, width: usize) -> (f64, [f64; 4]) {
     let center = start as f64 + (width as f64 - 1.0) / 2.0;
     let parity = if width % 2 == 0 { 0.5 } else { 0.0 };
     (center, GAUSS.map(|z| (z * width as f64 / 2.0 - parity).round() + parity))
@@ -109,7 +110,7 @@ pub(super) struct Smooth {
 impl Smooth {
     /// Interpolation of `f` on the lags `start` to `start + width − 1`.
     pub(super) fn of(start: usize, width: usize, f: impl Fn(f64) -> f64) -> Self {
-        let (center, apart) = places(start, width);
+        let (center, apart) = center_and_offsets(start, width);
         let half = width as f64 / 2.0;
         let mut z = [0.0; 8];
         for (k, y) in apart.iter().enumerate() {
@@ -139,17 +140,17 @@ pub(super) fn nodes(breaks: &[usize], end: usize, waves: &[Wave]) -> Nodes {
     inside.dedup();
     let mut out = Nodes::empty();
     for (k, &start) in inside.iter().enumerate() {
-        out.segment(start, 1, 0, &[], true);
+        out.add_segment(start, 1, 0, &[], true);
         let next = inside.get(k + 1).copied();
         let (first, stop) = (start + 1, next.unwrap_or(end));
         let length = stop.saturating_sub(first);
         // Panels grow from the left break up to the middle, and from the right break beyond it.
         let left = if next.is_some() { length.div_ceil(2) } else { length };
         for (offset, width) in graded(left) {
-            out.segment(first + offset, width, offset, waves, true);
+            out.add_segment(first + offset, width, offset, waves, true);
         }
         for (offset, width) in graded(length - left) {
-            out.segment(stop - offset - width, width, offset, waves, false);
+            out.add_segment(stop - offset - width, width, offset, waves, false);
         }
     }
     out
@@ -257,7 +258,7 @@ mod tests {
     fn weights_of_wide_panels_are_positive() {
         for width in NARROW..200 {
             let mut out = Nodes::empty();
-            out.panel(0, width);
+            out.add_panel(0, width);
             let inside = |u: &f64| u.fract() == 0.0 && *u >= 0.0 && *u < width as f64;
             assert!(out.at.is_sorted() && out.at.iter().all(inside), "{width}: {:?}", out.at);
             assert!(out.weights.iter().all(|w| *w > 0.0), "{width}: {:?}", out.weights);

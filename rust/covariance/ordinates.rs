@@ -78,15 +78,16 @@ impl Ordinates {
         Ok(owner.chunk_by(|a, b| a == b).map(mean).collect())
     }
 
-    /// Adds a spectrum, given as a function of s.
+    /// Adds a spectrum to `total`. `spectrum` is a function of s = 4 sin²(w/2).
     fn add(&self, total: &mut [f64], spectrum: impl Fn(f64) -> f64) {
         for (sum, s) in total.iter_mut().zip(&self.s) {
             *sum += spectrum(*s);
         }
     }
 
-    /// Adds a power law times the ratios for its ends. Beyond the tabulated ordinates, the excess of the ratio falls
-    /// as 1/j.
+    /// Adds the expectation of a power law to `total`: its spectrum times the leakage ratios `ends`.
+    ///
+    /// Beyond the tabulated ordinates, the excess of the ratio over 1 falls as 1/j.
     fn power_law(&self, total: &mut [f64], exponent: f64, level: f64, ends: &[f64]) {
         let (known, last) = (ends.len() as f64, ends[ends.len() - 1]);
         for ((sum, s), j) in total.iter_mut().zip(&self.s).zip(&self.j) {
@@ -96,7 +97,7 @@ impl Ordinates {
         }
     }
 
-    /// Adds the expectation of r(h) = Re(a φ^h).
+    /// Adds the expectation for the autocovariance r(h) = Re(a φ^h) to `total`.
     fn exponential(&self, total: &mut [f64], a: c64, phi: c64) {
         let rest = 1.0 - phi;
         let last = if phi.norm() > 0.0 { (phi.ln() * self.n).exp() } else { c64::new(0.0, 0.0) };
@@ -110,8 +111,10 @@ impl Ordinates {
         }
     }
 
-    /// Adds the expectation of an autocovariance with finitely many lags. Its sums over cos hw and sin(hw)/sin(w) use
-    /// Clenshaw's recurrence in Reinsch's form, whose differences keep the digits at small w.
+    /// Adds the expectation for an autocovariance with finitely many lags to `total`.
+    ///
+    /// Its sums over cos hw and sin(hw)/sin(w) use Clenshaw's recurrence in Reinsch's form, whose differences keep the
+    /// digits at small w.
     fn lags(&self, total: &mut [f64], lags: &[f64]) {
         let lags = &lags[..lags.len().min(self.n as usize)];
         add_finite_lags(Width::best(), total, &self.s, lags, self.n);
@@ -134,7 +137,7 @@ compiled_for_each_width! {
     fn add_finite_lags(total: &mut [f64], s: &[f64], lags: &[f64], n: f64) = finite_lags
 }
 
-/// Adds the ordinates of a kernel λ^|h| with real λ.
+/// Body of [`add_real_exponential`].
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn real_exponential(total: &mut [f64], s: &[f64], sign: &[f64], &[square, phi, main, ends, odd]: &[f64; 5]) {
@@ -144,7 +147,7 @@ fn real_exponential(total: &mut [f64], s: &[f64], sign: &[f64], &[square, phi, m
     }
 }
 
-/// Adds the ordinates of a kernel λ^|h| with complex λ.
+/// Body of [`add_complex_exponential`].
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn complex_exponential(
@@ -164,7 +167,7 @@ fn complex_exponential(
     }
 }
 
-/// Adds the ordinates of a kernel given at `lags`.
+/// Body of [`add_finite_lags`].
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn finite_lags(total: &mut [f64], s: &[f64], lags: &[f64], n: f64) {

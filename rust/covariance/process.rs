@@ -25,7 +25,7 @@ pub(crate) enum Kind {
 
 impl Kind {
     /// Estimator with this name in the Python package.
-    pub(crate) fn named(name: &str) -> Result<Self> {
+    pub(crate) fn from_name(name: &str) -> Result<Self> {
         match name {
             "oadev" => Ok(Self::Allan),
             "mdev" => Ok(Self::Modified),
@@ -42,7 +42,7 @@ impl Kind {
         if matches!(self, Self::Allan | Self::Total) { 2 } else { 3 }
     }
 
-    /// How many times the samples are summed before the difference is taken.
+    /// Number of summations of the samples before the difference is taken: 1 or 2.
     pub(crate) fn level(self) -> usize {
         if self == Self::Modified { 2 } else { 1 }
     }
@@ -134,7 +134,7 @@ impl Process {
         Ok(())
     }
 
-    /// Decay and phase of every exponential.
+    /// Decay rate and angular frequency (per sample) of every exponential.
     pub(super) fn waves(&self) -> Vec<Wave> {
         self.exponentials.iter().map(|e| Wave { decay: -e.lambda().re, angle: e.lambda().im.abs() }).collect()
     }

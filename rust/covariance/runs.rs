@@ -24,15 +24,15 @@ pub(super) struct Runs<'a> {
 }
 
 impl<'a> Runs<'a> {
-    /// For exponentials whose differences have the same two spacings.
+    /// Sum of exponentials whose differences have the same two spacings.
     pub(super) fn of(crossed: &'a [Crossed<'a>]) -> Self {
         let line =
             |one: &Crossed<'_>| if one.inner.reduced { 0.0 } else { one.inner.kernel.polynomial[0].re };
         Self { runs: crossed.iter().map(Run::of).collect(), linear: crossed.iter().map(line).sum() }
     }
 
-    /// Adds the values at the nodes of a panel, which lies between two breaks. The nodes ascend and are symmetric
-    /// about the middle.
+    /// Adds the sum at the nodes `at` of a panel to `out`. The panel lies between two breaks; its nodes ascend and are
+    /// symmetric about the middle.
     pub(super) fn add(&mut self, at: &[f64], width: usize, out: &mut [f64]) {
         let Some(Crossed { inner, j, reach, .. }) = self.runs.first().map(|run| run.crossed) else { return };
         let (first, last, m) = (at[0], at[at.len() - 1], inner.i);
@@ -83,6 +83,7 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
+    /// Exponential before its first panel.
     fn of(crossed: &'a Crossed<'a>) -> Self {
         let Exponential { lambda, c, .. } = *crossed.inner.kernel;
         let by = (lambda * crossed.inner.i).exp();
@@ -95,8 +96,8 @@ impl<'a> Run<'a> {
         Self { crossed, amounts, width: 0, turns, step: c64::new(1.0, 0.0), before: None }
     }
 
-    /// Updates the powers of φ for panels of another width.
-    fn turn(&mut self, at: &[f64], width: usize) {
+    /// Computes the powers of φ at the nodes of a panel, unless the panel has the width of the previous one.
+    fn update_powers(&mut self, at: &[f64], width: usize) {
         if width == self.width {
             return;
         }
@@ -112,14 +113,14 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Adds the exponentials from the breaks on either side, unless they have decayed over these distances.
+    /// Adds the exponentials that begin at the breaks on either side to `out`, unless they decay over these distances.
     fn add(&mut self, zone: Zone, at: &[f64], width: usize, distances: [f64; 2], out: &mut [f64]) {
         let lambda = self.crossed.inner.kernel.lambda;
         let has_not_decayed = |distance: f64| -lambda.re * distance < MAX_DECAY;
         if !distances.iter().any(|distance| has_not_decayed(*distance)) {
             return;
         }
-        self.turn(at, width);
+        self.update_powers(at, width);
         // The panel is one step farther from a break than the previous panel, or one step closer.
         let known = self.before.filter(|(own, ..)| *own == zone && has_not_decayed(width as f64));
         let mut found = [None; 2];

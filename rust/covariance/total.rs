@@ -59,7 +59,7 @@ impl Process {
         plain + waves.sum::<f64>()
     }
 
-    /// Covariance of two differences.
+    /// Covariance of the two differences `a` and `b` of a record of `n` samples.
     fn between(&self, a: &Points, b: &Points, n: usize) -> f64 {
         a.iter().flat_map(|(p, u)| b.iter().map(move |(q, v)| u * v * self.phase(p - q, n))).sum()
     }

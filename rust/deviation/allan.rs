@@ -95,6 +95,7 @@ pub fn adjacent<T: Sample>(
     terms(record, factors, execution, true)
 }
 
+/// Sums for ascending factors, overlapping or `adjacent`, and the global phase (empty if it was not needed).
 fn terms<T: Sample>(
     record: &Record<'_, T>,
     factors: &[usize],
@@ -106,8 +107,9 @@ fn terms<T: Sample>(
     let (near, far) = placed.split_at(split);
     let points = record.points();
     let pass = Pass { record, factors, execution, adjacent, blocks: points.div_ceil(BLOCK) };
-    let (theta, mut terms) =
-        Buffer::written(if far.is_empty() { 0 } else { points }, |theta| pass.near(near, theta))?;
+    let (theta, mut terms) = Buffer::written(if far.is_empty() { 0 } else { points }, |theta| {
+        pass.sum_small_factors(near, theta)
+    })?;
     let (runs, rest) = if pass.is_complete() { sums::doubling(far) } else { (Vec::new(), far.to_vec()) };
     for run in tiles::parts(execution.width, &theta, &runs) {
         pass.doubling(&run, &mut terms)?;
@@ -117,7 +119,7 @@ fn terms<T: Sample>(
         let (tier, beyond) = rest.split_at(rest.partition_point(|factor| factor.1 <= most));
         rest = beyond;
         if !tier.is_empty() {
-            pass.far(tier, span, &theta, &mut terms)?;
+            pass.add_large_factors(tier, span, &theta, &mut terms)?;
         }
     }
     pass.count(&mut terms);
@@ -191,7 +193,7 @@ impl<T: Sample> Pass<'_, '_, T> {
 
     /// Sums of the factors up to [`phase::LOCAL`], from the local phase of each block; fills the global phase `theta`
     /// unless it is empty.
-    fn near(&self, factors: &[(usize, usize)], theta: Unwritten<'_>) -> Result<Terms> {
+    fn sum_small_factors(&self, factors: &[(usize, usize)], theta: Unwritten<'_>) -> Result<Terms> {
         let points = self.record.points();
         let groups = sums::groups(self.execution.width, factors);
         let halo = factors.last().map_or(0, |(_, m)| 2 * m);
@@ -211,7 +213,13 @@ impl<T: Sample> Pass<'_, '_, T> {
     }
 
     /// Adds the sums of larger factors, from the global phase, in work items of `span` terms.
-    fn far(&self, factors: &[(usize, usize)], span: usize, theta: &[f64], terms: &mut Terms) -> Result<()> {
+    fn add_large_factors(
+        &self,
+        factors: &[(usize, usize)],
+        span: usize,
+        theta: &[f64],
+        terms: &mut Terms,
+    ) -> Result<()> {
         let points = self.record.points();
         let groups: Vec<Group> = sums::groups(self.execution.width, factors);
         let batches: Vec<(&[(usize, usize)], &[Group])> = if self.adjacent || self.has_phase_gaps() {

@@ -43,7 +43,8 @@ pub fn variances<T: Sample>(
     let parts = for_each(threads, plan.batches(), execution.stop, make, |(near, work), batch| {
         let Some(from) = batch.first().map(|item: &Item| item.from) else { return Vec::new() };
         let (theta, origin) = if local && batch[0].m <= LOCAL {
-            let end = batch.iter().map(|i| i.to + at(statistic, i.m).reach(i.m)).max().unwrap_or(from);
+            let end =
+                batch.iter().map(|i| i.to + statistic_at(statistic, i.m).reach(i.m)).max().unwrap_or(from);
             near.resize(end.min(points) - from, 0.0);
             record.local(from, near);
             (near.as_slice(), from)
@@ -58,7 +59,7 @@ pub fn variances<T: Sample>(
             }
             let &Item { place, m, from, to } = item;
             let part = Part { theta, origin, runs: &runs, from, to, m, width, stop };
-            let (sum, count) = at(statistic, m).sum(&part, work);
+            let (sum, count) = statistic_at(statistic, m).sum(&part, work);
             found.push((place, sum, count));
         }
         found
@@ -73,8 +74,9 @@ pub fn variances<T: Sample>(
         }
         terms.count[place] += count;
     }
-    let scaled = (0..factors.len())
-        .map(|i| scaled(at(statistic, factors[i]), sums[i][0] + sums[i][1], terms.count[i], factors[i]));
+    let scaled = (0..factors.len()).map(|i| {
+        scaled(statistic_at(statistic, factors[i]), sums[i][0] + sums[i][1], terms.count[i], factors[i])
+    });
     Ok((small.sum.into_iter().chain(scaled).collect(), [small.count, terms.count].concat(), theta))
 }
 
@@ -118,14 +120,14 @@ fn beyond_allan<T: Sample>(
     Ok(terms)
 }
 
-/// The statistic to compute at factor m.
-fn at(statistic: &dyn Statistic, m: usize) -> &dyn Statistic {
+/// The statistic that is computed at factor m: `statistic`, or a simpler one that equals it at m = 1.
+fn statistic_at(statistic: &dyn Statistic, m: usize) -> &dyn Statistic {
     if m == 1 { statistic.at_factor_one().unwrap_or(statistic) } else { statistic }
 }
 
 /// Number of terms of factor m in a record of `points` points.
 fn term_count(statistic: &dyn Statistic, m: usize, points: usize) -> usize {
-    points.saturating_sub(at(statistic, m).reach(m))
+    points.saturating_sub(statistic_at(statistic, m).reach(m))
 }
 
 /// Work item: the terms `from..to` of one factor.
@@ -149,14 +151,15 @@ struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
+    /// Work items for these factors in a record of `points` points; `local` allows the local phase.
     fn new(statistic: &'a dyn Statistic, factors: &'a [usize], points: usize, local: bool) -> Self {
         let mut plan = Self { statistic, factors, points, local, near: 0, before: vec![0] };
         let mut all = 0;
         for &m in factors {
-            if plan.shared(m) {
+            if plan.shares_block(m) {
                 plan.near = points.div_ceil(BLOCK);
             } else {
-                all += plan.term_count(m).div_ceil(at(statistic, m).block(m));
+                all += plan.term_count(m).div_ceil(statistic_at(statistic, m).block(m));
             }
             plan.before.push(all);
         }
@@ -164,8 +167,8 @@ impl<'a> Plan<'a> {
     }
 
     /// True if a factor shares each block of the local phase with other factors.
-    fn shared(&self, m: usize) -> bool {
-        self.local && m <= LOCAL && at(self.statistic, m).block(m) == BLOCK
+    fn shares_block(&self, m: usize) -> bool {
+        self.local && m <= LOCAL && statistic_at(self.statistic, m).block(m) == BLOCK
     }
 
     /// Number of terms of a factor.
@@ -177,7 +180,7 @@ impl<'a> Plan<'a> {
     fn batches(&self) -> impl ExactSizeIterator<Item = Vec<Item>> + Send {
         (0..self.near + self.before[self.factors.len()]).map(|number| {
             if let Some(number) = number.checked_sub(self.near) {
-                vec![self.alone(number)]
+                vec![self.item_alone(number)]
             } else {
                 self.block(number * BLOCK)
             }
@@ -186,16 +189,16 @@ impl<'a> Plan<'a> {
 
     /// Items of all factors that share the block of local phase from point `from` on.
     fn block(&self, from: usize) -> Vec<Item> {
-        let placed = self.factors.iter().copied().enumerate().filter(|(_, m)| self.shared(*m));
+        let placed = self.factors.iter().copied().enumerate().filter(|(_, m)| self.shares_block(*m));
         let item = |(place, m)| Item { place, m, from, to: self.term_count(m).min(from + BLOCK) };
         placed.map(item).filter(|item| item.to > from).collect()
     }
 
     /// Item `number` of the factors that do not share blocks.
-    fn alone(&self, number: usize) -> Item {
+    fn item_alone(&self, number: usize) -> Item {
         let place = self.before.partition_point(|before| *before <= number) - 1;
         let m = self.factors[place];
-        let block = at(self.statistic, m).block(m);
+        let block = statistic_at(self.statistic, m).block(m);
         let from = (number - self.before[place]) * block;
         Item { place, m, from, to: self.term_count(m).min(from + block) }
     }

@@ -51,7 +51,7 @@ pub fn laws<T: Sample>(record: &Record<'_, T>, theta: &[f64], factors: &[usize])
     for &m in factors {
         if 2 * m >= 3 * last {
             last = m;
-            thin(phase, m, &mut thinned);
+            copy_every_mth(phase, m, &mut thinned);
             let law = exponent(Width::best(), &mut thinned);
             if !law.is_nan() {
                 known = BORDERS.iter().filter(|border| **border <= law).count() as f64 - 2.0;
@@ -67,8 +67,8 @@ pub fn laws<T: Sample>(record: &Record<'_, T>, theta: &[f64], factors: &[usize])
     found
 }
 
-/// Copies every m-th point of the phase to `to`, at most `MAX_POINTS` from the middle.
-fn thin(phase: &[f64], m: usize, to: &mut Vec<f64>) {
+/// Replaces `to` by every m-th point of the phase, at most `MAX_POINTS` from the middle.
+fn copy_every_mth(phase: &[f64], m: usize, to: &mut Vec<f64>) {
     let all = phase.len().div_ceil(m);
     let count = all.min(MAX_POINTS);
     to.clear();
@@ -80,6 +80,7 @@ compiled_for_each_width! {
     fn exponent(z: &mut [f64]) -> f64 = exponent_inline
 }
 
+/// Body of [`exponent`].
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn exponent_inline(mut z: &mut [f64]) -> f64 {

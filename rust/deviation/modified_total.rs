@@ -93,8 +93,9 @@ fn operations(m: usize) -> usize {
     9 * m.min(64)
 }
 
-/// Mean of the 6m squared second differences of m-point means of a segment of 3m points, detrended and reflected: the
-/// definition of a term.
+/// Mean of the 6m squared second differences D of one segment of 3m points: a term from its definition.
+///
+/// D are differences of m-point means of the segment, which is detrended and reflected before.
 fn mean_around(segment: &[f64], m: usize) -> f64 {
     let length = segment.len();
     let (half, other) = (length / 2, length.div_ceil(2));
@@ -144,6 +145,7 @@ compiled_for_each_width! {
     fn around(c: &[f64], m: usize, work: &mut [f64]) -> f64 = around_inline
 }
 
+/// Body of [`around`].
 #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
 fn around_inline(c: &[f64], m: usize, work: &mut [f64]) -> f64 {

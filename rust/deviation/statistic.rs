@@ -85,16 +85,17 @@ pub trait Statistic: Sync {
     /// Name in the Python table of estimators.
     fn name(&self) -> &'static str;
 
-    /// A record needs one point more than this after the start of a term of factor m.
+    /// Number of points of a record minus its number of terms of factor m: the points that a term needs after its
+    /// first point.
     fn reach(&self, m: usize) -> usize;
 
-    /// Mean square term over the variance, in units of one sample.
+    /// Ratio of the mean square term to the variance, in units of one sample.
     fn scale(&self, m: f64) -> f64;
 
     /// Sum (or maximum) and number of the terms of a work item that use no missing sample.
     fn sum(&self, part: &Part<'_>, work: &mut Vec<f64>) -> (f64, u64);
 
-    /// Terms of a phase in units of the variance, computed from the definition; NaN where a term uses a NaN.
+    /// Terms of a phase, each divided by [`Self::scale`], computed from the definition; NaN where a term uses a NaN.
     fn definition(&self, theta: &[f64], m: usize) -> Vec<f64>;
 
     /// First and last point that term i of the definition uses, in a record whose last point is `last`.

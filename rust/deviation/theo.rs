@@ -73,6 +73,7 @@ compiled_for_each_width! {
     fn squares(ends: &[f64], near: &[f64], far: &[f64]) -> f64 = squares_inline
 }
 
+/// Body of [`squares`].
 #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
 fn squares_inline(ends: &[f64], near: &[f64], far: &[f64]) -> f64 {

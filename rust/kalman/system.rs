@@ -67,7 +67,7 @@ impl System {
         self.h.iter().zip(state).map(|(h, s)| h * s).sum()
     }
 
-    /// P H'.
+    /// Writes P H' to `out`; P is the `covariance`.
     pub(crate) fn spread(&self, covariance: &[f64], out: &mut [f64]) {
         for (value, row) in out.iter_mut().zip(covariance.chunks(self.states)) {
             *value = self.observe(row);

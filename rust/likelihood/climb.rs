@@ -101,6 +101,8 @@ impl Problem<'_> {
         Ok(self.climb_body::<false>(start, scale, rounds))
     }
 
+    /// Like [`Self::climb`], compiled for AVX2 and FMA.
+    ///
     /// # Safety
     /// The processor has AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
@@ -109,6 +111,8 @@ impl Problem<'_> {
         self.climb_body::<true>(start, scale, rounds)
     }
 
+    /// Like [`Self::climb`], compiled for AVX-512.
+    ///
     /// # Safety
     /// The processor has AVX-512F and VL, AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
@@ -117,6 +121,7 @@ impl Problem<'_> {
         self.climb_body::<true>(start, scale, rounds)
     }
 
+    /// Body of [`Self::climb`]; `FUSED` allows fused multiply-add.
     #[inline(always)]
     fn climb_body<const FUSED: bool>(&self, start: &[f64], scale: Option<usize>, rounds: usize) -> Maximum {
         let p = start.len();
@@ -225,7 +230,7 @@ impl Problem<'_> {
         1e-24 * self.power.iter().copied().fold(f64::NEG_INFINITY, f64::max) + 1e-300
     }
 
-    /// The spectrum S at coefficients `theta`, not below `floor`.
+    /// Writes the spectrum S at coefficients `theta`, not below `floor`, to `out`.
     #[inline(always)]
     fn fill(&self, columns: &[f64], theta: &[f64], floor: f64, out: &mut [f64]) {
         match self.offset {

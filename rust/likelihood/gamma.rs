@@ -13,7 +13,7 @@ const LOG_ZERO: f64 = -1e300;
 /// From this k on Stirling's series is exact to 1e-14.
 const MIN_STIRLING_K: f64 = 8.0;
 
-/// Value of w and its probability at each node.
+/// Value of the discrepancy's random factor w, and its probability, at each node of the quadrature.
 pub(super) fn nodes() -> [(f64, f64); NODES] {
     let edge = |i: usize| (ENDS.0 + (ENDS.1 - ENDS.0) * i as f64 / NODES as f64).exp();
     let below = |i: usize| match i {

@@ -67,7 +67,7 @@ impl Nonnegative {
         if !(self.try_active() && self.trial[..self.active.len()].iter().all(|v| *v > 0.0)) {
             self.active.clear();
         }
-        self.take(x, 1.0);
+        self.step_towards_solution(x, 1.0);
         self.search(x, goal);
     }
 
@@ -114,10 +114,10 @@ impl Nonnegative {
                 .map(|i| (i, x[self.active[i]] / (x[self.active[i]] - self.trial[i])))
                 .min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((first, step)) = blocking else {
-                self.take(x, 1.0);
+                self.step_towards_solution(x, 1.0);
                 return;
             };
-            self.take(x, step);
+            self.step_towards_solution(x, step);
             x[self.active[first]] = 0.0;
             self.active.retain(|c| {
                 let stays = x[*c] > 0.0;
@@ -133,7 +133,7 @@ impl Nonnegative {
 
     /// Moves `x` by the fraction `step` towards the solution of the active columns.
     #[inline(always)]
-    fn take(&mut self, x: &mut [f64], step: f64) {
+    fn step_towards_solution(&mut self, x: &mut [f64], step: f64) {
         for (c, trial) in self.active.iter().zip(&self.trial) {
             x[*c] = if step < 1.0 { x[*c] + step * (trial - x[*c]) } else { *trial };
         }

@@ -54,6 +54,7 @@ pub(crate) fn end_with(line: &str, code: i32) {
 #[cfg(not(unix))]
 pub(crate) fn end_with(_line: &str, _code: i32) {}
 
+/// Handler of SIGBUS: prints the line of [`end_with`] and ends the process with its exit code.
 #[cfg(unix)]
 extern "C" fn print_and_exit(_: libc::c_int) {
     if let Some((line, code)) = FINAL_MESSAGE.get() {

@@ -1,6 +1,6 @@
 //! Detection of the vector units of the processor. No other module asks the processor.
 //!
-//! Code for a wider unit is `unsafe` to call. A [`Width`] is the proof that the processor has the unit. [`keep_to`]
+//! Code for a wider unit is `unsafe` to call. A [`Width`] is the proof that the processor has the unit. [`limit_unit_to`]
 //! restricts the process to narrower units, so that each code path can be tested on any machine.
 //!
 //! The crate `pulp` could replace only one of the three traits of registers (`deviation/loops/lanes.rs`, about 150
@@ -61,7 +61,7 @@ impl Unit {
 static BEST: AtomicUsize = AtomicUsize::new(0);
 
 /// Restricts this process, from this call on, to the named unit and narrower ones.
-pub(crate) fn keep_to(name: &str) -> Result<()> {
+pub(crate) fn limit_unit_to(name: &str) -> Result<()> {
     let Some(width) = Width::available().find(|width| width.name() == name) else {
         let names: Vec<_> = Width::available().map(Width::name).collect();
         return Err(Error::Input(format!(
@@ -78,7 +78,7 @@ pub(crate) fn keep_to(name: &str) -> Result<()> {
 pub struct Width(Unit);
 
 impl Width {
-    /// The widest unit of this processor, or the one set by [`keep_to`].
+    /// The widest unit of this processor, or the one set by [`limit_unit_to`].
     pub fn best() -> Self {
         match BEST.load(Ordering::Relaxed) {
             0 => {

@@ -44,7 +44,7 @@ fn log_spaced(low: f64, high: f64, per_decade: f64, beyond: (f64, f64)) -> Vec<f
 
 /// Approximation of (1 − z⁻¹)^−d by `direct` + Σ `weight`/(1 − φ z⁻¹), φ = 1 − `gap`.
 #[derive(Debug, Clone)]
-pub(super) struct Ladder {
+pub(super) struct PoleBank {
     /// 1 − φ of each section, in ascending order.
     pub gaps: Vec<f64>,
     /// Weight of each section.
@@ -53,7 +53,7 @@ pub(super) struct Ladder {
     pub direct: f64,
 }
 
-impl Ladder {
+impl PoleBank {
     /// Approximation for 0 < d < 1, fitted for records of `n` samples.
     pub(super) fn new(d: f64, n: usize) -> Self {
         let band = band(n);
@@ -129,11 +129,11 @@ mod tests {
     }
 
     /// Power gain |H|² at `f` cycles per sample.
-    fn gain(ladder: &Ladder, f: f64) -> f64 {
+    fn gain(bank: &PoleBank, f: f64) -> f64 {
         let sin = (2.0 * PI * f).sin();
         let versine = 2.0 * (PI * f).sin().powi(2);
-        let mut sum = (ladder.direct, 0.0);
-        for (gap, weight) in ladder.gaps.iter().zip(&ladder.weights) {
+        let mut sum = (bank.direct, 0.0);
+        for (gap, weight) in bank.gaps.iter().zip(&bank.weights) {
             let phi = 1.0 - gap;
             // 1 − φ(cos w − i sin w), with 1 − φ cos w written without cancellation.
             let (re, im) = (gap + phi * versine, phi * sin);
@@ -148,9 +148,9 @@ mod tests {
     fn ladder_has_the_declared_gain() {
         for n in [16, 1000, 100_000, 100_000_000] {
             for d in [0.01, 0.25, 0.5, 0.75, 0.99] {
-                let ladder = Ladder::new(d, n);
+                let bank = PoleBank::new(d, n);
                 for f in frequencies(n) {
-                    let ratio = gain(&ladder, f) * (2.0 * (PI * f).sin()).powf(2.0 * d);
+                    let ratio = gain(&bank, f) * (2.0 * (PI * f).sin()).powf(2.0 * d);
                     assert!((ratio - 1.0).abs() < 1.5e-3, "n {n} d {d} f {f}: {ratio}");
                 }
             }

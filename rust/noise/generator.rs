@@ -48,6 +48,7 @@ struct Recursion {
 }
 
 impl Component {
+    /// Component at its first block; `key` selects its random numbers.
     fn new(process: Box<dyn Process>, key: StreamKey) -> Self {
         Self {
             deviates: process.deviates(),

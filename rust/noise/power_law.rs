@@ -1,6 +1,6 @@
 //! Noise whose spectrum is a power of frequency: white noise through a bank of first-order sections.
 
-use super::bank::Ladder;
+use super::bank::PoleBank;
 use super::section::Lag;
 use super::sections::Sections;
 use super::simple::White;
@@ -14,7 +14,7 @@ pub(super) fn new(exponent: f64, level: f64, n: usize, start: &mut Stream) -> Re
         return Err(Error::Input(format!("noise process power_law: exponent {exponent} is outside (-3, 1]")));
     }
     let d = -0.5 * exponent;
-    #[expect(clippy::float_cmp, reason = "only the exact whole orders have no ladder")]
+    #[expect(clippy::float_cmp, reason = "only the exact whole orders have no bank")]
     if d == 1.0 {
         return Ok(Box::new(Lag::random_walk(level)));
     }
@@ -24,7 +24,7 @@ pub(super) fn new(exponent: f64, level: f64, n: usize, start: &mut Stream) -> Re
     let fraction = d - d.floor();
     // Integrated noise has much more power below the band, so its bank must reach lower frequencies.
     let design = if d > 1.0 { n.saturating_mul(1000) } else { n };
-    let sections = Sections::new(&Ladder::new(fraction, design), level, start);
+    let sections = Sections::new(&PoleBank::new(fraction, design), level, start);
     Ok(match d.floor() {
         0.0 => Box::new(sections),
         1.0 => Box::new(Summed { inner: sections, sum: 0.0 }),
@@ -56,6 +56,7 @@ struct Differenced {
 }
 
 impl Differenced {
+    /// First difference of the process `inner`, whose previous sample is drawn from `start`.
     fn new(mut inner: Sections, start: &mut Stream) -> Self {
         let mut before = [0.0; WINDOW];
         start.normals(&mut before);

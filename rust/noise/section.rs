@@ -21,6 +21,7 @@ pub(super) struct Lag {
 }
 
 impl Lag {
+    /// Process with the recursion x ← φx + `drive`·deviate, from the initial `state` on.
     fn new(phi: f64, drive: f64, state: f64) -> Self {
         let mut powers = [1.0; STEP];
         for i in 1..STEP {
@@ -46,6 +47,8 @@ impl Lag {
         Self::new(1.0, step, 0.0)
     }
 
+    /// Replaces deviates by samples of the process.
+    ///
     /// Computes eight samples at a time. The response from a zero state is computed by doubling, without waiting for
     /// the previous step; then the contribution of the state is added.
     ///
@@ -83,6 +86,8 @@ impl Lag {
         }
     }
 
+    /// Like [`Self::advance`], compiled for AVX2 and FMA.
+    ///
     /// # Safety
     /// The processor has AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
@@ -92,6 +97,7 @@ impl Lag {
         unsafe { self.advance::<quad::Avx2>(samples) };
     }
 
+    /// Like [`Self::advance`], on the given vector unit.
     fn advance_by(&mut self, width: Width, samples: &mut [f64]) {
         #[cfg(target_arch = "x86_64")]
         if width.is_wide() {

@@ -18,7 +18,7 @@
 
 use std::f64::consts::PI;
 
-use super::bank::Ladder;
+use super::bank::PoleBank;
 use super::quad::{self, LANES, Quad};
 use super::{Process, WINDOW};
 use crate::machine::processor::{Unit, Width};
@@ -61,17 +61,17 @@ struct Slow {
 
 impl Sections {
     /// Sections in their stationary state.
-    pub(super) fn new(ladder: &Ladder, level: f64, start: &mut Stream) -> Self {
-        let state = stationary(&ladder.gaps, start);
-        let weight = &ladder.weights;
-        let phi: Vec<_> = ladder.gaps.iter().map(|gap| 1.0 - gap).collect();
-        let direct = ladder.direct;
+    pub(super) fn new(bank: &PoleBank, level: f64, start: &mut Stream) -> Self {
+        let state = stationary(&bank.gaps, start);
+        let weight = &bank.weights;
+        let phi: Vec<_> = bank.gaps.iter().map(|gap| 1.0 - gap).collect();
+        let direct = bank.direct;
         if phi.len() <= FAST + LANES {
             return Self::grouped(groups(&phi), &groups(weight), groups(&state), direct, level);
         }
         // The gaps are ascending, so the slow sections come first.
         let split = phi.len() - FAST;
-        let (slow, psi, together) = Slow::new(&ladder.gaps[..split], &weight[..split], &state[..split]);
+        let (slow, psi, together) = Slow::new(&bank.gaps[..split], &weight[..split], &state[..split]);
         let with = |fast: &[f64], last: [f64; LANES]| {
             let mut all = groups(fast);
             all.push(last);
@@ -82,6 +82,7 @@ impl Sections {
         Self { slow: Some(slow), ..Self::grouped(with(&phi[split..], psi), &weight, state, direct, level) }
     }
 
+    /// Sections from the constants and states of their groups of four.
     fn grouped(
         phi: Vec<[f64; LANES]>,
         weight: &[[f64; LANES]],
@@ -116,6 +117,8 @@ impl Sections {
         }
     }
 
+    /// Like [`Self::advance`], compiled for AVX2 and FMA.
+    ///
     /// # Safety
     /// The processor has AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
@@ -137,6 +140,7 @@ impl Sections {
         unsafe { self.advance::<quad::Avx2>(samples) };
     }
 
+    /// Like [`Self::advance`], on the given vector unit.
     fn advance_by(&mut self, width: Width, samples: &mut [f64]) {
         // SAFETY: a `Width` is only made of units that the processor has.
         unsafe {
@@ -293,11 +297,11 @@ fn stationary(gaps: &[f64], start: &mut Stream) -> Vec<f64> {
         let a = gaps[j];
         // 1 − φ_j φ_i without cancellation.
         let one_minus = |b: f64| a + b - a * b;
-        let mut ladder = 1.0;
+        let mut product = 1.0;
         let mut sum = 0.0;
         for (k, &b) in gaps.iter().enumerate().take(j + 1) {
-            sum += normals[k] * ladder * (b * (2.0 - b)).sqrt() / one_minus(b);
-            ladder *= (b - a) / one_minus(b);
+            sum += normals[k] * product * (b * (2.0 - b)).sqrt() / one_minus(b);
+            product *= (b - a) / one_minus(b);
         }
         sum
     };
@@ -321,7 +325,7 @@ mod tests {
     #[test]
     fn wide_equals_narrow() {
         for n in LENGTHS {
-            let sections = || Sections::new(&Ladder::new(0.5, n), 1.0, &mut Stream::new(KEY, 0));
+            let sections = || Sections::new(&PoleBank::new(0.5, n), 1.0, &mut Stream::new(KEY, 0));
             for width in Width::available() {
                 let (mut wide, mut narrow) = (sections(), sections());
                 for windows in 0..8 {
@@ -340,9 +344,9 @@ mod tests {
     fn four_exponentials_stand_for_all_slow_sections() {
         for n in LENGTHS {
             for d in [0.05, 0.25, 0.5, 0.75, 0.95] {
-                let ladder = Ladder::new(d, n);
-                let mut sections = Sections::new(&ladder, 1.0, &mut Stream::new(KEY, 0));
-                let mut state = stationary(&ladder.gaps, &mut Stream::new(KEY, 0));
+                let bank = PoleBank::new(d, n);
+                let mut sections = Sections::new(&bank, 1.0, &mut Stream::new(KEY, 0));
+                let mut state = stationary(&bank.gaps, &mut Stream::new(KEY, 0));
                 let (mut worst, mut square) = (0.0_f64, 0.0);
                 let blocks = 50_u64;
                 for block in 1..=blocks {
@@ -351,9 +355,8 @@ mod tests {
                     let normals = x.clone();
                     sections.run(&mut x);
                     for (x, e) in x.iter().zip(normals) {
-                        let mut y = ladder.direct * e;
-                        for ((state, gap), weight) in state.iter_mut().zip(&ladder.gaps).zip(&ladder.weights)
-                        {
+                        let mut y = bank.direct * e;
+                        for ((state, gap), weight) in state.iter_mut().zip(&bank.gaps).zip(&bank.weights) {
                             *state += e - gap * *state;
                             y += weight * *state;
                         }

@@ -28,6 +28,7 @@ compiled_for_each_width! {
     fn scale(samples: &mut [f64], factor: f64) = scale_inline
 }
 
+/// Body of [`scale`].
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn scale_inline(samples: &mut [f64], factor: f64) {
@@ -41,6 +42,7 @@ compiled_for_each_width! {
     pub(super) fn add(total: &mut [f64], samples: &[f64]) = add_inline
 }
 
+/// Body of [`add`].
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn add_inline(total: &mut [f64], samples: &[f64]) {

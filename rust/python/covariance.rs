@@ -34,7 +34,7 @@ pub(super) fn allan_covariance<'py>(
 ) -> PyResult<Curve<'py>> {
     let factors = averaging_factors(&factors)?;
     let k = factors.len();
-    let (expected, matrix) = run_short(py, || covariance(&terms, n, &factors, Kind::named(kind)?))?;
+    let (expected, matrix) = run_short(py, || covariance(&terms, n, &factors, Kind::from_name(kind)?))?;
     Ok((expected.into_pyarray(py), matrix.into_pyarray(py).reshape([k, k])?))
 }
 
@@ -50,7 +50,7 @@ pub(super) fn allan_variances<'py>(
     kind: &str,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
     let factors = averaging_factors(&factors)?;
-    let (expected, own) = run_short(py, || variances(&terms, n, &factors, Kind::named(kind)?))?;
+    let (expected, own) = run_short(py, || variances(&terms, n, &factors, Kind::from_name(kind)?))?;
     Ok((expected.into_pyarray(py), own.into_pyarray(py)))
 }
 
@@ -66,7 +66,7 @@ pub(super) fn allan_law<'py>(
     probabilities: Vec<f64>,
     kind: &str,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let found = run_short(py, || quantiles(&terms, n, factor, &probabilities, Kind::named(kind)?))?;
+    let found = run_short(py, || quantiles(&terms, n, factor, &probabilities, Kind::from_name(kind)?))?;
     Ok(found.into_pyarray(py))
 }
 
@@ -76,6 +76,7 @@ pub struct Ordinates(ordinates::Ordinates);
 
 #[pymethods]
 impl Ordinates {
+    /// Ordinates j in 1 … n−1 of `n` samples.
     #[new]
     fn new(j: PyReadonlyArray1<'_, i64>, n: usize) -> Self {
         Self(ordinates::Ordinates::new(j.as_array().iter().copied(), n))

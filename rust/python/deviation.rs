@@ -23,6 +23,7 @@ use crate::phase::{Quantity, Record, Sample, Series};
 
 type Vector<T> = Py<PyArray1<T>>;
 
+/// Meaning of the samples: angles or rates.
 fn quantity(angle: bool) -> Quantity {
     if angle { Quantity::Angle } else { Quantity::Rate }
 }
@@ -90,6 +91,7 @@ pub(super) fn family_variance(
     })
 }
 
+/// Allan variance of overlapping averages, or of adjacent ones, in units of the samples.
 fn allan(
     py: Python<'_>,
     samples: &Bound<'_, PyAny>,
@@ -141,44 +143,53 @@ pub struct PyAccumulator(Accumulator, usize);
 
 #[pymethods]
 impl PyAccumulator {
+    /// Empty segment that starts at sample `start` of its stream, with `per_octave` averaging factors per octave.
     #[new]
     fn new(per_octave: usize, start: u64) -> PyResult<Self> {
         let grid = run_at_once(|| accumulator::Grid::per_octave(per_octave))?;
         Ok(Self(Accumulator::new(grid, start), per_octave))
     }
 
+    /// Adds the next samples; NaN marks a missing sample.
     fn update(&mut self, py: Python<'_>, samples: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         let samples = samples.as_slice()?;
         let inner = &mut self.0;
         run_short(py, || inner.update(samples))
     }
 
+    /// Appends the segment that follows this one; its samples were counted from a base that is `higher` by this amount.
     fn merge(&mut self, py: Python<'_>, other: PyRef<'_, Self>, higher: f64) -> PyResult<()> {
         let (inner, other) = (&mut self.0, &other.0);
         run_short(py, || inner.merge(other, higher))
     }
 
+    /// Independent copy.
     fn copy(&self) -> Self {
         self.clone()
     }
 
+    /// Arguments of `new`, for pickle.
     fn __getnewargs__(&self) -> (usize, u64) {
         (self.1, 0)
     }
 
+    /// Complete state as plain numbers, for pickle.
     fn __getstate__(&self) -> State {
         self.0.state()
     }
 
+    /// Restores the state from `__getstate__`.
     fn __setstate__(&mut self, state: State) -> PyResult<()> {
         self.0 = run_at_once(|| Accumulator::restored(accumulator::Grid::per_octave(self.1)?, state))?;
         Ok(())
     }
 
+    /// Number of samples so far, missing ones included.
     fn samples(&self) -> u64 {
         self.0.len()
     }
 
+    /// Number of missing samples so far.
     fn gaps(&self) -> u64 {
         self.0.gaps()
     }

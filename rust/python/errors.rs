@@ -9,7 +9,7 @@ pyo3::import_exception!(allanite, InputError);
 pyo3::import_exception!(allanite, TooShortError);
 pyo3::import_exception!(allanite.common.errors, InternalError);
 
-/// Each variant raises the class that `error.rs` names for it.
+/// Python exception for an error: each variant raises the class that `error.rs` names for it.
 pub(super) fn to_python(error: Error) -> PyErr {
     match error {
         Error::Input(message) => InputError::new_err(message),

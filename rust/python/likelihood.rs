@@ -27,6 +27,7 @@ pub struct Likelihood(likelihood::Likelihood);
 
 #[pymethods]
 impl Likelihood {
+    /// Likelihood for bins with `count` degrees of freedom, for the discrepancies δ `scales`; `cells` are first bins.
     #[new]
     fn new(
         count: PyReadonlyArray1<'_, f64>,

@@ -7,20 +7,20 @@ use crate::machine;
 use crate::machine::process;
 use crate::machine::processor::{self, Width};
 
-/// `spectrum::release` and `machine::release`: size in bytes of the freed buffers.
+/// Frees cached plans and buffers (`spectrum::release`, `machine::release`); returns the size of the buffers in bytes.
 #[pyfunction]
 pub(super) fn release() -> usize {
     crate::spectrum::release();
     machine::release()
 }
 
-/// `machine::process::own_process`.
+/// Declares that this process belongs to a program of the package; see `machine::process::own_process`.
 #[pyfunction]
 pub(super) fn own_process() {
     process::own_process();
 }
 
-/// `machine::process::trim`.
+/// Returns cached memory to the system; true if it did. See `machine::process::trim`.
 #[pyfunction]
 pub(super) fn trim(py: Python<'_>) -> bool {
     py.detach(process::trim)
@@ -36,6 +36,6 @@ pub(super) fn end_with_line(line: &str, code: i32) {
 #[pyfunction]
 #[pyo3(signature = (most = None))]
 pub(super) fn vector_unit(most: Option<&str>) -> PyResult<&'static str> {
-    most.map_or(Ok(()), processor::keep_to).map_err(to_python)?;
+    most.map_or(Ok(()), processor::limit_unit_to).map_err(to_python)?;
     Ok(Width::best().name())
 }

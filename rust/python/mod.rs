@@ -24,6 +24,7 @@ use pyo3::prelude::*;
 mod _core {
     use pyo3::prelude::*;
 
+    /// Called when the module is imported: lets panics store their message instead of printing it.
     #[pymodule_init]
     #[allow(clippy::unnecessary_wraps)] // the signature that pymodule_init asks for
     fn begin(_module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -67,6 +67,7 @@ pub struct Simulator {
 
 #[pymethods]
 impl Simulator {
+    /// Generator of a sum of processes, designed for records of `total` samples.
     #[new]
     #[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
     #[pyo3(signature = (processes, seed, replicate, axis, total))]

@@ -15,7 +15,7 @@ fn transform(n: usize) -> usize {
     n.saturating_mul(20 * (1 + n.max(1).ilog2() as usize))
 }
 
-/// `spectrum::cosine_transform`.
+/// Orthonormal cosine transform of samples with c_0 set to zero; see `spectrum::cosine_transform`.
 #[pyfunction]
 pub(super) fn cosine_transform<'py>(
     py: Python<'py>,
@@ -25,7 +25,7 @@ pub(super) fn cosine_transform<'py>(
     Ok(run(py, transform(view.len()), |stop| spectrum::cosine_transform(view, stop))?.into_pyarray(py))
 }
 
-/// `spectrum::inverse_cosine_transform`.
+/// Samples with mean zero that have these ordinates; see `spectrum::inverse_cosine_transform`.
 #[pyfunction]
 pub(super) fn inverse_cosine_transform<'py>(
     py: Python<'py>,
@@ -36,7 +36,7 @@ pub(super) fn inverse_cosine_transform<'py>(
         .into_pyarray(py))
 }
 
-/// `spectrum::padded_periodogram`.
+/// Periodogram at the frequencies j/2n, j = 0…n; see `spectrum::padded_periodogram`.
 #[pyfunction]
 pub(super) fn padded_periodogram<'py>(
     py: Python<'py>,
@@ -46,7 +46,7 @@ pub(super) fn padded_periodogram<'py>(
     Ok(run(py, transform(view.len()), |stop| spectrum::padded_periodogram(view, stop))?.into_pyarray(py))
 }
 
-/// `spectrum::squares`.
+/// Sum of squares of the ordinates of each bin; see `spectrum::squares`.
 #[pyfunction]
 pub(super) fn squares<'py>(
     py: Python<'py>,
@@ -113,6 +113,7 @@ type Tiles<'py> = (Bound<'py, PyArray1<f64>>, usize);
 
 #[pymethods]
 impl PyLapped {
+    /// Transform with the window `after` and `before` a border and the low-pass filter `taps` for halving the rate.
     #[new]
     fn new(
         after: PyReadonlyArray1<'_, f64>,
@@ -123,6 +124,7 @@ impl PyLapped {
         run_at_once(|| Lapped::new(after, before, taps, Width::best())).map(Self)
     }
 
+    /// Samples at half the rate.
     fn halved<'py>(
         &self,
         py: Python<'py>,
@@ -132,6 +134,7 @@ impl PyLapped {
         Ok(run_short(py, || Ok(self.0.halved(x)))?.into_pyarray(py))
     }
 
+    /// Coefficients of consecutive segments, one after the other.
     fn segments<'py>(
         &self,
         py: Python<'py>,
@@ -141,6 +144,7 @@ impl PyLapped {
         Ok(run_short(py, || self.0.segments(x))?.into_pyarray(py))
     }
 
+    /// Halves the rate of consecutive tiles and adds their power to `sums`, up to the first tile with a missing sample.
     fn tiles<'py>(
         &self,
         py: Python<'py>,

@@ -13,6 +13,7 @@ use crate::parallel::locked;
 use crate::text::{Meta, Options, Reader};
 use crate::{Error, Result};
 
+/// Options of the reader; the error says which of them is invalid.
 fn options(
     delimiter: Option<&str>,
     decimal_comma: Option<bool>,
@@ -74,6 +75,7 @@ pub struct TextReader {
 }
 
 impl TextReader {
+    /// Result of `work` with the locked reader.
     fn with<T>(&self, work: impl FnOnce(&mut Reader) -> T) -> T {
         work(&mut locked(&self.reader))
     }
@@ -81,6 +83,7 @@ impl TextReader {
 
 #[pymethods]
 impl TextReader {
+    /// Opens a log and determines its format from the first lines.
     #[new]
     #[pyo3(signature = (path, delimiter = None, decimal_comma = None, columns = None, finite = false))]
     fn new(

@@ -111,6 +111,8 @@ pub(super) fn fill(width: Width, state: &mut [Lanes; 4], out: &mut [f64]) {
     }
 }
 
+/// Like [`fill`], compiled for AVX2 and FMA.
+///
 /// # Safety
 /// The processor has AVX2 and FMA.
 #[cfg(target_arch = "x86_64")]
@@ -120,6 +122,8 @@ unsafe fn fill_avx2(state: &mut [Lanes; 4], out: &mut [f64]) {
     unsafe { fill_by::<registers::Avx2>(state, out) };
 }
 
+/// Like [`fill`], compiled for AVX-512.
+///
 /// # Safety
 /// The processor has AVX-512F.
 #[cfg(target_arch = "x86_64")]
@@ -129,6 +133,8 @@ unsafe fn fill_avx512(state: &mut [Lanes; 4], out: &mut [f64]) {
     unsafe { fill_by::<registers::Avx512>(state, out) };
 }
 
+/// Fills `out` with normals, on the registers `R`.
+///
 /// # Safety
 /// The processor has the instructions of `R`, here and below.
 #[inline(always)]

@@ -21,27 +21,39 @@ pub(super) unsafe trait Registers {
     const WIDTH: usize;
     type Words: Copy;
     type Numbers: Copy;
+    /// The words of the slice, one for each lane.
     unsafe fn load(words: &[u64]) -> Self::Words;
+    /// Writes the words to the slice `to`.
     unsafe fn store_words(words: Self::Words, to: &mut [u64]);
+    /// Writes the numbers to the slice `to`.
     unsafe fn store(numbers: Self::Numbers, to: &mut [f64]);
     /// The same word in every lane.
     unsafe fn word(value: u64) -> Self::Words;
+    /// The same number in every lane.
     unsafe fn splat(value: f64) -> Self::Numbers;
     /// a + b, modulo 2^64.
     unsafe fn plus(a: Self::Words, b: Self::Words) -> Self::Words;
+    /// Bitwise a & b.
     unsafe fn and(a: Self::Words, b: Self::Words) -> Self::Words;
+    /// Bitwise a | b.
     unsafe fn or(a: Self::Words, b: Self::Words) -> Self::Words;
+    /// Bitwise a ^ b.
     unsafe fn xor(a: Self::Words, b: Self::Words) -> Self::Words;
     /// Left shift by less than 64 bits, a constant known to the compiler.
     unsafe fn left(a: Self::Words, by: u32) -> Self::Words;
+    /// Logical right shift by less than 64 bits, a constant known to the compiler.
     unsafe fn right(a: Self::Words, by: u32) -> Self::Words;
+    /// The bits of the numbers.
     unsafe fn bits(a: Self::Numbers) -> Self::Words;
     /// The numbers with these bits.
     unsafe fn number(a: Self::Words) -> Self::Numbers;
+    /// a − b.
     unsafe fn minus(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// a·b.
     unsafe fn times(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     /// a·b + c, rounded once.
     unsafe fn fused(a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
+    /// Square root.
     unsafe fn root(a: Self::Numbers) -> Self::Numbers;
     /// The table entries at the last four bits of each word.
     unsafe fn look_up(table: &[f64; 16], at: Self::Words) -> Self::Numbers;

@@ -14,13 +14,14 @@ pub(super) fn threefry(key: [u64; 4], counter: [Lanes; 4]) -> [Lanes; 4] {
     threefry_body(key, counter)
 }
 
+/// Like [`threefry`], compiled for AVX-512.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f")]
 fn threefry_wide(key: [u64; 4], counter: [Lanes; 4]) -> [Lanes; 4] {
     threefry_body(key, counter)
 }
 
-/// Inlined, so that it is compiled again inside `threefry_wide` with its registers.
+/// Body of [`threefry`]; inlined, so that it is compiled again inside `threefry_wide`.
 #[inline(always)]
 fn threefry_body(key: [u64; 4], counter: [Lanes; 4]) -> [Lanes; 4] {
     const ROTATIONS: [[u32; 2]; 8] =

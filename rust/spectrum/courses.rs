@@ -72,7 +72,7 @@ impl Courses<'_> {
         Ok((places, heights))
     }
 
-    /// Factor that removes the drift from sample k of a section.
+    /// Rotation factor that removes the drift from sample k of a section.
     fn turn(&self, own: f64, k: usize, length: usize) -> Complex<f32> {
         let u = k as f64 / length as f64 - 0.5;
         let turn = Complex::from_polar(1.0, -PI * self.step * own * u * u);

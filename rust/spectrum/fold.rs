@@ -28,10 +28,10 @@ impl Weights {
         Self { even, odd, turns }
     }
 
-    /// Input of the Fourier transform of a segment: the zones around both borders are folded into the segment, and
-    /// the result is rotated.
+    /// Writes the input of the Fourier transform of a segment to `out`.
     ///
-    /// The first border lies before index `at` of the even and odd samples.
+    /// The zones around both borders are folded into the segment, and the result is rotated. The first border lies
+    /// before index `at` of the even and odd samples.
     #[inline(always)]
     pub(super) fn fold(&self, even: &[f64], odd: &[f64], at: usize, mean: f64, out: &mut [Complex<f64>]) {
         let (half, quarter) = (out.len(), out.len() / 2);
@@ -61,8 +61,9 @@ impl Weights {
         }
     }
 
-    /// Power of the coefficients 0, 2, 4, … and n − 1, n − 3, … of a transformed segment, from index `from` on. `put`
-    /// combines it with the previous contents of `power`.
+    /// Combines the power of the coefficients 0, 2, 4, … and n − 1, n − 3, … of a transformed segment with `power`.
+    ///
+    /// `put` returns the new value from the previous one and the power. The coefficients start at index `from`.
     #[inline(always)]
     pub(super) fn power(
         &self,
@@ -83,7 +84,7 @@ impl Weights {
         }
     }
 
-    /// Rotates the result of the transform.
+    /// Multiplies the result of the transform by the rotation factors, in place.
     pub(super) fn turn(&self, turned: &mut [Complex<f64>]) {
         for ((value, re), im) in turned.iter_mut().zip(&self.turns[0]).zip(&self.turns[1]) {
             *value *= Complex::new(*re, *im);

@@ -12,14 +12,15 @@ const LANES: usize = 16;
 const STEPS: usize = 8;
 
 compiled_for_each_width! {
-    /// Samples at half the rate. Each lies halfway between two input samples; the first between `x[REACH]` and the
-    /// next one.
+    /// Writes the samples at half the rate to `out`. Each lies halfway between two input samples; the first between
+    /// `x[REACH]` and the next one.
     ///
     /// Products are summed in a fixed order without fused operations. So a sample has the same bits whatever else is
     /// computed with it, and on every vector unit.
     pub(crate) fn halve(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) = halve_inline
 }
 
+/// Body of [`halve`].
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn halve_inline(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) {
@@ -82,6 +83,7 @@ compiled_for_each_width! {
     pub(crate) fn steps(x: &[f64]) -> [f64; 5] = steps_of
 }
 
+/// Body of [`steps`].
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn steps_of(x: &[f64]) -> [f64; 5] {

@@ -20,6 +20,8 @@ pub(super) unsafe trait Lanes: Copy {
     const WIDTH: usize;
     /// Zeros.
     unsafe fn zero() -> Self;
+    /// The `WIDTH` doubles from `from` on.
+    ///
     /// # Safety
     /// `WIDTH` doubles must be readable from `from`; any alignment.
     unsafe fn load(from: *const f64) -> Self;
@@ -266,9 +268,10 @@ pub(super) unsafe fn several<V: Lanes, const T: usize, const U: usize>(
 /// Number of partial sums of a block of rows; more would not fit into sixteen registers.
 const SUMS: usize = 8;
 
-/// Sum for one factor m over `blocks` blocks of J rows: k = (block·J + row)·m + i, i = 0..row.
+/// Sum of the squared second differences for one factor m over `blocks` blocks of J rows.
 ///
-/// With `row` = m these are the terms k = 0..blocks·J·m. J + 2 loads serve J terms.
+/// The terms start at k = (block·J + row)·m + i, i = 0..row. With `row` = m these are the terms k = 0..blocks·J·m.
+/// J + 2 loads serve J terms.
 ///
 /// # Safety
 /// The processor has the instructions of `V`; `(blocks·J + 1)·m + row` doubles are readable from `theta`.

@@ -62,14 +62,17 @@ const QUARTERS: [Quarter; 4] = [
     },
 ];
 
-/// Sum of the 6m squares D² of each of the `n` segments of 3m points whose running sums start at `running[0..n]`. The
-/// result is unspecified if `stop` is set.
+/// Sum of the 6m squares D² of each of the `n` segments of 3m points, whose running sums start at `running[0..n]`.
+///
+/// D are the second differences of m-point sums of a detrended and reflected segment. The result is unspecified if
+/// `stop` is set.
 pub(crate) fn sum(running: &[f64], n: usize, m: usize, stop: &AtomicBool) -> f64 {
     let block = m.max(64);
     let starts = (0..n).step_by(block).take_while(|_| !stop.load(Ordering::Relaxed));
     starts.map(|from| sum_of_block(&running[from..n.min(from + block) + 3 * m], m, stop)).sum()
 }
 
+/// Sum as of [`sum`] over all segments of one block.
 fn sum_of_block(running: &[f64], m: usize, stop: &AtomicBool) -> f64 {
     let c = flattened(running);
     let n = c.len() - 3 * m;
@@ -172,6 +175,7 @@ fn powers(from: usize, to: usize) -> [f64; 5] {
 struct Moments(Vec<[f64; 4]>);
 
 impl Moments {
+    /// Running sums of the moments of `values`.
     fn new(values: &[f64]) -> Self {
         let mut sums = Vec::with_capacity(values.len() + 1);
         let mut at = [0.0; 4];

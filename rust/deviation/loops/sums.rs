@@ -53,6 +53,7 @@ enum Shape {
 }
 
 impl Group {
+    /// Group of `members`, pairs (place in the result, m), that the loop `shape` sums.
     fn new(members: &[(usize, usize)], shape: Shape) -> Self {
         let mut group = Self { m: [0; GROUP], place: [0; GROUP], len: members.len(), shape };
         for (i, (place, m)) in members.iter().enumerate() {
@@ -236,6 +237,8 @@ fn group_sums(width: Width, theta: &[f64], group: &Group, n: usize) -> [f64; GRO
     }
 }
 
+/// Like [`dispatch`], compiled for AVX2 and FMA.
+///
 /// # Safety
 /// As [`dispatch`]; the processor has AVX2 and FMA.
 #[cfg(target_arch = "x86_64")]
@@ -245,6 +248,8 @@ unsafe fn dispatch_avx2(theta: *const f64, group: &Group, n: usize) -> [f64; GRO
     unsafe { dispatch::<lanes::Avx2>(theta, group, n) }
 }
 
+/// Like [`dispatch`], compiled for AVX-512.
+///
 /// # Safety
 /// As [`dispatch`]; the processor has AVX-512F.
 #[cfg(target_arch = "x86_64")]
@@ -254,6 +259,8 @@ unsafe fn dispatch_avx512(theta: *const f64, group: &Group, n: usize) -> [f64; G
     unsafe { dispatch::<lanes::Avx512>(theta, group, n) }
 }
 
+/// Sums over k = 0..n for each factor of a group, by the loop of its shape.
+///
 /// # Safety
 /// The processor has the instructions of `V`; `n + 2·max(m)` doubles are readable from `theta`.
 #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
@@ -282,6 +289,8 @@ unsafe fn dispatch<V: Lanes>(theta: *const f64, group: &Group, n: usize) -> [f64
     out
 }
 
+/// Sum over k = 0..n for one factor, in rows of m terms.
+///
 /// # Safety
 /// The processor has the instructions of `V`; `n + 2m` doubles are readable from `theta`.
 #[allow(clippy::inline_always)] // as above

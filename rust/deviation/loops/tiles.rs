@@ -149,5 +149,6 @@ fn prefetch(points: &[f64]) {
     }
 }
 
+/// Does nothing: prefetching is implemented on x86-64 only.
 #[cfg(not(all(target_arch = "x86_64", not(miri))))]
 fn prefetch(_: &[f64]) {}
