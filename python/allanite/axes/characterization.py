@@ -212,7 +212,7 @@ class Characterization:
         """
         import allanite as al
 
-        curves = al.comparison.of_studies(self.studies)
+        curves = al.comparison.curves_of_studies(self.studies)
         title = f"All axes of {al.plots.words.recording_text(self.recording)}"
         return al.plots.plot_compare(curves, path, theme, title)
 

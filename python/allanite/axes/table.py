@@ -10,7 +10,7 @@ from allanite.axes.words import common_form_sentences, remarks, shared_effect_se
 from allanite.axes.words import title as heading
 from allanite.common.errors import CALL
 from allanite.common.numbers import with_readable_numbers
-from allanite.common.showing import aligned, html_list, html_table
+from allanite.common.showing import aligned_lines, html_list, html_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -88,7 +88,7 @@ def _block(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str
 
 def _table_lines(block: Sequence[Row]) -> list[str]:
     """List of texts: lines of a table with aligned columns, with a rule below the first row."""
-    texts = aligned([(row.label, *row.cells) for row in block])
+    texts = aligned_lines([(row.label, *row.cells) for row in block])
     return [texts[0], "─" * max(map(len, texts)), *texts[1:]]
 
 

@@ -384,10 +384,9 @@ def _lower_limit(which: int, most: int) -> None:
 
 @contextmanager
 def _cpu_limit(seconds: float) -> Iterator[None]:
-    """Context that ends a child by a signal after `seconds` more of processor time.
+    """Context in which a child process is ended by a signal after `seconds` more of processor time.
 
-    The limit applies neither outside of a child nor on Windows, and not for infinite `seconds`. The previous limit
-    returns afterwards.
+    Without effect outside of a child, on Windows, and for infinite `seconds`. Afterwards the previous limit applies.
     """
     if not _is_child or not math.isfinite(seconds):
         yield

@@ -21,10 +21,10 @@ TIME_UNITS = ((2 * 86400.0, 86400.0, "d"), (2 * 3600.0, 3600.0, "h"), (240.0, 60
 
 
 def number(value: float, figures: int = 3, *, power: bool = False) -> str:
-    """Text of a number with `figures` significant figures: 0.0126, 1.9·10⁻⁵, 12000.
+    """Text of a number with `figures` significant digits: 0.0126, 1.9·10⁻⁵, 12000; a minus sign is −.
 
-    Below 10⁻⁴ (with `power` below 0.1), or from 10⁶ on if `figures` are fewer digits, it is written with a power of
-    ten. A minus sign is −.
+    A power of ten is used for magnitudes below 10⁻⁴ (with `power` below 0.1). It is also used from 10⁶ on, unless
+    `figures` digits show the integer part.
     """
     text = f"{value:.{figures}g}"
     if power and "e" not in text and 0.0 < abs(value) < 0.1:
@@ -58,7 +58,7 @@ def time_scale(span: float) -> tuple[float, str]:
 def duration_text(seconds: float) -> str:
     """Text of a duration with three digits: ``40 s``, ``90 min``, ``2 h``, ``3 d``, ``2 years``.
 
-    A larger unit is used from two of it on, and for exactly one: ``1 h``.
+    The unit is the largest one of which the duration has at least two, or exactly one: ``1 h``.
     """
     for size, name in ((YEAR, "years"), (86400.0, "d"), (3600.0, "h"), (60.0, "min")):
         if seconds >= 2.0 * size or seconds == size:
@@ -100,7 +100,7 @@ def harmonics_text(
     )
 
 
-def chance_text(log10_p: float) -> str:
+def log10_probability_text(log10_p: float) -> str:
     """Text of a probability with one figure from its logarithm to base 10: ``0.003``, ``2·10⁻⁵``, or ``< 10⁻⁶``."""
     return probability_text(10.0 ** max(log10_p, -99.0), 1)
 
@@ -133,9 +133,9 @@ def with_readable_numbers(sentence: str) -> str:
 
 
 def figures_for_interval(interval: tuple[float, float], least: int) -> int:
-    """Number of significant figures, from `least` to 12, with which the ends of an interval differ in print.
+    """Number of significant digits, from `least` to 12, with which the two ends of an interval differ in print.
 
-    `least` for an interval of no width.
+    `least` if both ends are equal.
     """
     low, high = interval
     size, width = max(abs(low), abs(high)), high - low

@@ -27,7 +27,7 @@ def brief(thing: Any) -> str:
 
 
 def heading(recording: Any) -> str:
-    """Line above a table of one column: log, column, number, rate and duration of the samples, and unit if it has one."""
+    """Text of the line above a table of one column: log, column, number of samples, rate, duration, and unit if known."""
     r = recording
     unit = "" if r.unit == "1" else f", {r.unit}"
     what = f"{r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s){unit}"
@@ -66,7 +66,7 @@ def array_text(array: np.ndarray[Any, Any]) -> str:
     return f"<{shape} from {known.min():.4g} to {known.max():.4g}>"
 
 
-def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+def aligned_lines(rows: Sequence[Sequence[str]]) -> list[str]:
     """List of the lines of a table: cells of each row, filled with blanks to the width of their column."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]

@@ -52,7 +52,7 @@ def read_value(file: IO[bytes]) -> Any:
 
 
 def _write_array(file: IO[bytes], array: NDArray[Any]) -> tuple[str, tuple[int, ...], int]:
-    """Write an array to a file in C order; returns the tuple (dtype as text, shape, place in the file in bytes).
+    """Write an array to a file in C order; returns the tuple (dtype as text, shape, offset in the file in bytes).
 
     Raises `TypeError` for a dtype that cannot be transferred.
     """
@@ -69,9 +69,9 @@ def _write_array(file: IO[bytes], array: NDArray[Any]) -> tuple[str, tuple[int, 
 
 
 def _read_array(content: mmap.mmap, place: tuple[str, list[int], int]) -> NDArray[Any]:
-    """Array of the dtype, shape and place that `_write_array` returned, from the content of the file.
+    """Array at a `place` (dtype, shape, offset in bytes), as `_write_array` returned it, from the content of the file.
 
-    Raises `ValueError` for a dtype that cannot be transferred, and for a place outside of the content.
+    Raises `ValueError` for a dtype that cannot be transferred, and for an offset outside of the content.
     """
     dtype, shape, begin = np.dtype(place[0]), place[1], place[2]
     if dtype.kind not in KINDS:
@@ -83,7 +83,7 @@ def _read_array(content: mmap.mmap, place: tuple[str, list[int], int]) -> NDArra
 
 
 def without_arrays(value: Any, put: Callable[[NDArray[Any]], Any]) -> Any:
-    """Copy of a value in which ``{"array": put(array)}`` stands for each array."""
+    """Copy of a value in which each array is replaced by the dict ``{"array": put(array)}``."""
     if isinstance(value, np.ndarray):
         return {"array": put(value)}
     if isinstance(value, dict):

@@ -7,7 +7,13 @@ data sheets, name it in the `figures` of the parameter of an effect.
 from __future__ import annotations
 
 from allanite.comparison.acceptance import Acceptance, accept, accept_study, limit_line
-from allanite.comparison.curves import Curves, Drawn, compare, of_deviations, of_studies
+from allanite.comparison.curves import (
+    Curves,
+    Drawn,
+    compare,
+    curves_of_deviations,
+    curves_of_studies,
+)
 from allanite.comparison.datasheet import compare_datasheet
 from allanite.sources.datasheet import DataSheet, Quoted, read_datasheet
 
@@ -21,8 +27,8 @@ __all__ = [
     "accept_study",
     "compare",
     "compare_datasheet",
+    "curves_of_deviations",
+    "curves_of_studies",
     "limit_line",
-    "of_deviations",
-    "of_studies",
     "read_datasheet",
 ]

@@ -15,7 +15,7 @@ from allanite.common.printing import printed
 from allanite.common.showing import brief
 from allanite.common.units import parse_unit
 from allanite.comparison.curves import Curves, Drawn, compare
-from allanite.comparison.datasheet import measured_text, minimum_of, with_figures
+from allanite.comparison.datasheet import allan_minimum, measured_text, with_figures
 from allanite.effects import as_model, find
 from allanite.sources.datasheet import MINIMUM, known_figures
 
@@ -319,7 +319,7 @@ def _verdict_on_coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVe
     if verdict == UNDECIDED:
         needs = _needed_length(fit.recording.duration, value, low, high, limit, power)
     return FigureVerdict(
-        figure, limit, value, low, high, verdict, needs, _too_close(verdict, needs)
+        figure, limit, value, low, high, verdict, needs, _too_close_remark(verdict, needs)
     )
 
 
@@ -358,7 +358,7 @@ def _needed_length(
     return needed if needed <= MAX_RECORD_S else None
 
 
-def _too_close(verdict: str, needs: float | None) -> str:
+def _too_close_remark(verdict: str, needs: float | None) -> str:
     """Remark on an undecided figure for which even a record of 30 days is too short; else an empty text."""
     if verdict != UNDECIDED or needs is not None:
         return ""
@@ -374,7 +374,7 @@ def _verdict_on_minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdic
     recording = fit.recording
     scale = figure.value / figure.in_unit(recording.unit)
     limit = figure.value * (1.0 + margin)
-    found = minimum_of(fit)
+    found = allan_minimum(fit)
     assert found.interval is not None
     low, high = (scale * end for end in found.interval)
     verdict = _verdict(low, high, limit)
@@ -392,6 +392,6 @@ def _verdict_on_minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdic
             # The deviation of white noise decreases with the square root of the length.
             needed = recording.duration * (high / limit) ** 2
             needs = needed if needed <= MAX_RECORD_S else None
-        remark = remark or _too_close(verdict, needs)
+        remark = remark or _too_close_remark(verdict, needs)
     shown = value if found.detected else None
     return FigureVerdict(figure, limit, shown, low, high, verdict, needs, remark)

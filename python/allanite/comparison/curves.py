@@ -136,8 +136,8 @@ class Curves:
         names = [f"[{i}] {c.kind} {c.name}" for i, c in enumerate(curves, start=1)]
         tables = [
             table
-            for first, others in _groups(curves).items()
-            for table in _tables(curves, first, others)
+            for first, others in _comparison_groups(curves).items()
+            for table in _comparison_tables(curves, first, others)
         ]
         return "\n".join([*names, *("\n" + table for table in tables)])
 
@@ -148,7 +148,7 @@ class Curves:
         return plot_compare(self, path)
 
 
-def _groups(curves: Sequence[Drawn]) -> dict[int, list[int]]:
+def _comparison_groups(curves: Sequence[Drawn]) -> dict[int, list[int]]:
     """Dict from the index of the first curve of each group to the indices of the others, which are compared with it.
 
     If several curves have one column (the last word of their names), those of each column are a group. Otherwise, and
@@ -168,7 +168,7 @@ def _groups(curves: Sequence[Drawn]) -> dict[int, list[int]]:
     return groups
 
 
-def _tables(curves: Sequence[Drawn], first: int, others: Sequence[int]) -> list[str]:
+def _comparison_tables(curves: Sequence[Drawn], first: int, others: Sequence[int]) -> list[str]:
     """List of text tables of curve `first` and `others` with their ratios to it, each at most 100 characters wide."""
     base = curves[first]
     points = [base.near(tau) for tau in base.tau]
@@ -190,19 +190,19 @@ def _tables(curves: Sequence[Drawn], first: int, others: Sequence[int]) -> list[
     tables, rows = [], left
     for i in others:
         wider = [(*row, *own) for row, own in zip(rows, cells(i), strict=True)]
-        if rows is not left and _width(wider) > MAX_TABLE_WIDTH:
+        if rows is not left and _table_width(wider) > MAX_TABLE_WIDTH:
             tables.append(rows)
             wider = [(*row, *own) for row, own in zip(left, cells(i), strict=True)]
         rows = wider
-    return ["\n".join(_aligned(rows)) for rows in (*tables, rows)]
+    return ["\n".join(_right_aligned_lines(rows)) for rows in (*tables, rows)]
 
 
-def _width(rows: Sequence[tuple[str, ...]]) -> int:
+def _table_width(rows: Sequence[tuple[str, ...]]) -> int:
     """Width of a table of texts, characters."""
-    return len(_aligned(rows)[0])
+    return len(_right_aligned_lines(rows)[0])
 
 
-def _aligned(rows: Sequence[tuple[str, ...]]) -> list[str]:
+def _right_aligned_lines(rows: Sequence[tuple[str, ...]]) -> list[str]:
     """List of the lines of a table of texts with right-aligned columns."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.rjust, row, widths)) for row in rows]
@@ -240,7 +240,7 @@ def _ratio_text(one: Drawn | None, other: Drawn | None) -> str:
     ratio = float(one.deviation[0] / other.deviation[0])
     sides = []
     for name, opposite in (("low", "high"), ("high", "low")):
-        far = _log_distance(one, name) ** 2 + _log_distance(other, opposite) ** 2
+        far = _log_half_interval(one, name) ** 2 + _log_half_interval(other, opposite) ** 2
         sides.append(np.sqrt(far))
     if not any(sides) or not np.isfinite(sides).all():
         return number(ratio)
@@ -248,8 +248,11 @@ def _ratio_text(one: Drawn | None, other: Drawn | None) -> str:
     return f"{number(ratio)} ({number(low)} … {number(high)})"
 
 
-def _log_distance(point: Drawn, end: str) -> float:
-    """|ln(interval end / deviation)| of the first point; `end` is ``"low"`` or ``"high"``. It is 0 without an interval."""
+def _log_half_interval(point: Drawn, end: str) -> float:
+    """Absolute difference of logarithms between the first deviation and the `end` (``"low"``, ``"high"``) of its interval.
+
+    0 without an interval.
+    """
     values = getattr(point, end)
     return 0.0 if values is None else abs(float(np.log(values[0] / point.deviation[0])))
 
@@ -334,7 +337,7 @@ def compare(
     return Curves(tuple(curves))
 
 
-def of_deviations(found: Mapping[str, Deviation]) -> Curves:
+def curves_of_deviations(found: Mapping[str, Deviation]) -> Curves:
     """`Curves` with one curve per entry of `found` (name → deviation), with its interval if known."""
     return Curves(
         tuple(
@@ -351,7 +354,7 @@ def of_deviations(found: Mapping[str, Deviation]) -> Curves:
     )
 
 
-def of_studies(studies: Mapping[str, Study]) -> Curves:
+def curves_of_studies(studies: Mapping[str, Study]) -> Curves:
     """`Curves` with two curves per column (name → study): the measured Allan deviation and that of the last model."""
     from allanite.plots.curves import interval
 

@@ -147,7 +147,7 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
         expected = figure.in_unit(unit)
         try:
             minimal = figure.coefficient == MINIMUM
-            measured = minimum_of(fit) if minimal else fit[figure.coefficient]
+            measured = allan_minimum(fit) if minimal else fit[figure.coefficient]
         except KeyError:
             missing.append(figure.name)
             continue
@@ -192,7 +192,7 @@ def _scaled(interval: tuple[float, float] | None, factor: float) -> tuple[float,
     return None if interval is None else (interval[0] * factor, interval[1] * factor)
 
 
-def minimum_of(fit: Any) -> Estimate:
+def allan_minimum(fit: Any) -> Estimate:
     """`Estimate` of the minimum of the Allan deviation over τ with its 95 % interval, in the unit of the recording.
 
     The value is the measured point at which the fitted model is lowest, among points with at least `EDF_OF_MINIMUM`

@@ -27,9 +27,9 @@ ALPHA_BEYOND_WHITE_FM = -0.5
 class Accumulator:
     """Overlapping Allan deviation of samples that arrive in chunks.
 
-    Terms are taken at every sample up to m = 31, and every 2^l samples, m/32 < 2^l ≤ m/16, above. In white, flicker and
-    random-walk rate noise this costs no precision (edf ratio 0.996 to 1.03). In quantization noise full overlap (`oadev`)
-    is more precise. The result is that of the whole record at the same strides, for any chunks and any order of merging;
+    Second differences are taken at every sample up to m = 31, and every 2^l samples, m/32 < 2^l ≤ m/16, above.
+    In white, flicker and random-walk rate noise, this costs no precision (edf ratio 0.996 to 1.03). In quantization
+    noise, full overlap (`oadev`) is more precise. The result is that of the whole record at the same strides, for any chunks and any order of merging;
     for integers exactly.
 
     Parameters
@@ -254,8 +254,8 @@ def _noise_exponents(
     """Noise exponent α = −1 − µ at each averaging factor, shape (k,), rounded to −2 … 1.
 
     Here µ is the log-log slope of the variance from half to twice the factor. At factors with fewer than 90 averages,
-    the slope is too uncertain. There the last reliable exponent is used, or −0.5 (between white and flicker FM) if that
-    exponent is 0. Zeros without two reliable factors.
+    the slope is too uncertain: the last reliable exponent is used, or −0.5 (between white and flicker FM) if that is 0.
+    All exponents are 0 without two reliable factors.
     """
     alpha = np.zeros(m.size)
     sure = (variance > 0) & (m * MIN_POINTS <= samples)

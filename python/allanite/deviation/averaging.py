@@ -35,7 +35,7 @@ class Samples:
 
     @property
     def angle(self) -> bool:
-        """True if the samples are the integral of the rate (angle, or phase of a clock)."""
+        """True if the samples are the integral of the rate from the start: an angle, or the phase of a clock."""
         return self.quantity == "angle"
 
     @property

@@ -51,8 +51,8 @@ def modified_edf(alpha: float, m: int, count: int, points: int) -> float:
 def total_edf(alpha: float, m: int, count: int, points: int) -> float:
     """Equivalent degrees of freedom of the total variance (NIST SP 1065 table 8).
 
-    For phase noise (α > 0) they are those of the Allan variance; else they lie between 1 and those of `points` − 2
-    terms of the Allan variance. α is rounded, at least −2. `count` is not used.
+    For phase noise (α > 0) they are those of the Allan variance. Otherwise they lie between 1 and those of an Allan
+    variance of `points` − 2 differences. α is rounded, at least −2. `count` is not used.
     """
     if round(alpha) > 0:
         return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
@@ -63,17 +63,16 @@ def total_edf(alpha: float, m: int, count: int, points: int) -> float:
 def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
     """Equivalent degrees of freedom of the modified total variance (NIST SP 1065 table 10), at least 1.
 
-    They are at most those of `points` − 2 terms of the modified Allan variance. α is rounded to −2 … 2. `count` is not
-    used.
+    At most those of a modified Allan variance of `points` − 2 differences. α is rounded to −2 … 2. `count` is not used.
     """
     b, c = MODIFIED_TOTAL[min(max(round(alpha), -2), 2)]
     return _published_edf(b, c, alpha, m, points, summed=True)
 
 
 def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, summed: bool) -> float:
-    """Equivalent degrees of freedom b T/τ − c with published b and c; at least 1, at most those of `points` − 2 terms.
+    """Equivalent degrees of freedom b T/τ − c of a total variance, with the published constants b and c.
 
-    `summed` is True for the modified variance.
+    At least 1, and at most those of an Allan variance of `points` − 2 differences; of a modified one if `summed`.
     """
     # The published line is for long τ; at short τ, reflection adds no terms.
     most = degrees_of_freedom(alpha, m, points - 2, summed=summed)
@@ -83,7 +82,7 @@ def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, sum
 def hadamard_total_edf(alpha: float, m: int, count: int, points: int) -> float:
     """Equivalent degrees of freedom of the Hadamard total variance (NIST SP 1065 table 11), at least 1 for m > 1.
 
-    At m = 1 they are those of `count` terms of the Hadamard variance; otherwise `count` is not used. α is rounded to
+    At m = 1 they are those of a Hadamard variance of `count` differences; otherwise `count` is not used. α is rounded to
     −2 … 0.
     """
     if m == 1:

@@ -59,7 +59,7 @@ class Deviations(Several[Deviation]):
         """
         import allanite as al
 
-        curves = al.comparison.of_deviations(self)
+        curves = al.comparison.curves_of_deviations(self)
         return al.plots.plot_compare(curves, path, theme, "Columns")
 
 
@@ -103,10 +103,14 @@ def deviations(
     from allanite import deviation
 
     estimate = getattr(deviation, estimator_named(kind).name)
-    return of_columns(recording, lambda column: estimate(column, taus=taus, factors=factors))
+    return deviations_by_column(
+        recording, lambda column: estimate(column, taus=taus, factors=factors)
+    )
 
 
-def of_columns(recording: Recording, compute: Callable[[Recording], Deviation]) -> Deviations:
+def deviations_by_column(
+    recording: Recording, compute: Callable[[Recording], Deviation]
+) -> Deviations:
     """`Deviations` with the result of `compute(column)` for each column of a recording."""
     return Deviations(recording, results_by_column(recording, compute))
 

@@ -59,9 +59,9 @@ def degrees_of_freedom(
 
 
 def _lag_nodes(m: int, count: int, order: int) -> NDArray[np.float64]:
-    """Ascending lags from 0 to at most `count` − 1 at which a sum over lags is evaluated; dense near multiples of m.
+    """Ascending lags at which a sum over lags is evaluated, from 0 to min(`count` − 1, 40 (order + 1) m).
 
-    The largest lag is at most 40 (order + 1) m.
+    The lags are dense near 0 and near multiples of m.
     """
     farthest = min(count - 1, 40 * (order + 1) * m)
     if farthest <= 64:

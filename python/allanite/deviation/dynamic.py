@@ -42,9 +42,9 @@ class DynamicDeviation:
     factors : ndarray of shape (k,)
         Averaging factors.
     n : ndarray of shape (w, k)
-        Number of terms.
+        Number of averaged squared differences.
     deviation : ndarray of shape (w, k)
-        Deviations, in `unit`; NaN if gaps leave no term.
+        Deviations, in `unit`; NaN if gaps leave no difference.
     window : float
         Length of the windows, s.
     rate : float
@@ -226,9 +226,9 @@ def dynamic_oadev(
 def _gap_remarks(
     src: Samples, n: NDArray[np.int64], m: NDArray[np.int64], size: int
 ) -> tuple[str, ...]:
-    """Tuple of remarks on missing samples and lost terms; empty if no sample is missing.
+    """Tuple of sentences on missing samples and on the averaged differences that they remove; empty if none is missing.
 
-    They state the number of missing samples, the share of lost terms, and the number of windows without terms.
+    They state the number of missing samples, the share of removed differences, and the number of windows without any.
     """
     missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
     whole = n.shape[0] * OADEV.max_terms(m, size + (not src.angle))

@@ -71,7 +71,7 @@ def estimate(
         src.rate,
         src.unit,
         notes,
-        partial(row.freedom, alpha, m, n, points),
+        partial(row.edf_at, alpha, m, n, points),
         lost=lost,
         _of_phase=row.gain is not None,
     )
@@ -80,10 +80,11 @@ def estimate(
 def kernel_results(
     row: Estimator, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], int, float]:
-    """Tuple (variance, terms, α, missing, scale): arrays at every factor m, number of missing samples, and a scale.
+    """Tuple (variance, counts, α, missing, scale) of an estimator at every averaging factor m.
 
-    `terms` are the numbers of terms, α is the noise exponent. The scale is 1 unless squares of floating-point samples
-    overflow or underflow. Then it is a power of two, and the variance is that of the samples divided by it.
+    `counts` are the numbers of averaged squared differences, α the noise exponents, all of shape (k,). `missing` is the
+    number of missing samples. `scale` is 1 unless squares of floating-point samples overflow or underflow. Then it is a
+    power of two, and the variance is that of the samples divided by `scale`.
     """
     variance, n, alpha, gaps = row.kernel(samples, m, angle)
     # The usual case, quickly: a short record costs no more than its sums.

@@ -12,7 +12,7 @@ from allanite import _kernels
 from allanite.common.several import warn_of_several_columns
 from allanite.deviation import bias
 from allanite.deviation.averaging import Taus, samples_of
-from allanite.deviation.columns import has_columns, of_columns
+from allanite.deviation.columns import deviations_by_column, has_columns
 from allanite.deviation.estimation import estimate
 from allanite.deviation.table import ESTIMATORS, Estimator
 
@@ -148,7 +148,7 @@ def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
         """`Deviation` of a record by this estimator; several columns give `Deviations` and a `DeprecationWarning`."""
         if has_columns(x):
             warn_of_several_columns(x.columns, f"al.deviations(recording, {row.name!r})")
-            several: Any = of_columns(
+            several: Any = deviations_by_column(
                 x, lambda column: deviation(column, taus=taus, factors=factors)
             )
             return several
@@ -176,7 +176,7 @@ def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
         """`Deviation` of a record by this estimator; several columns give `Deviations` and a `DeprecationWarning`."""
         if has_columns(x):
             warn_of_several_columns(x.columns, f"al.deviations(recording, {row.name!r})")
-            several: Any = of_columns(
+            several: Any = deviations_by_column(
                 x, lambda column: deviation(column, taus=taus, factors=factors, unbiased=unbiased)
             )
             return several
@@ -189,7 +189,7 @@ def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
 def _allan_of_samples(
     kernel: Any, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
 ) -> tuple[Any, Any, Any, int]:
-    """Tuple that the compiled Allan `kernel` returns: variance, terms, exponent, number of missing samples.
+    """Tuple (variance, number of averaged differences, noise exponent, number of missing samples) of the Allan `kernel`.
 
     For samples of phase (`angle`), the variances are divided by m².
     """

@@ -20,9 +20,10 @@ MAX_ADVICE_TAU = 0.1
 def gap_notes(
     missing: int, samples: int, tau: NDArray[np.float64], lost: NDArray[np.float64]
 ) -> tuple[str, ...]:
-    """Tuple of one to three remarks on missing samples of a deviation curve; empty if no sample is missing.
+    """Tuple of one to three sentences on missing samples of a deviation curve; empty if no sample is missing.
 
-    The third advises to average if over half of the terms are lost below a tenth of the longest averaging time.
+    The third one advises to average samples, if gaps remove over half of the differences at short averaging times (below
+    a tenth of the longest).
 
     Parameters
     ----------
@@ -31,7 +32,7 @@ def gap_notes(
     tau : ndarray of shape (k,)
         Averaging times, s.
     lost : ndarray of shape (k,)
-        Share of the terms lost at each averaging time.
+        Share of the averaged differences that the gaps remove at each averaging time.
     """
     if not missing:
         return ()

@@ -39,7 +39,7 @@ class Deviation:
     factors : ndarray of shape (k,)
         Averaging factors m; τ = m / rate.
     n : ndarray of shape (k,)
-        Number of terms that were averaged.
+        Number of squared differences that were averaged.
     deviation : ndarray of shape (k,)
         The estimates, in `deviation_unit`.
     alpha : ndarray of shape (k,)
@@ -51,7 +51,7 @@ class Deviation:
     diagnostics : tuple of str
         Remarks on the reliability.
     lost : ndarray of shape (k,)
-        Number of terms omitted because they touch missing samples.
+        Number of differences omitted because they contain missing samples.
     level : float
         Confidence of the interval.
 
@@ -222,12 +222,12 @@ class Deviation:
         widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
         rows = ["  ".join(map(str.rjust, row, widths)) for row in table]
         known = f"{self.percent} interval" if self.has_interval else "no interval is known"
-        title = f"{self._titled}, {known}"
+        title = f"{self._title_with_unit}, {known}"
         return "\n".join([title, *rows, *self.diagnostics])
 
     @property
-    def _titled(self) -> str:
-        """Kind with the unit of the deviation in parentheses; the kind alone without a unit."""
+    def _title_with_unit(self) -> str:
+        """Name of the estimator with the unit of the deviation, if any, in parentheses: ``oadev (deg/s)``."""
         unit = self.deviation_unit
         return self.kind if unit == "1" else f"{self.kind} ({printed(unit)})"
 
@@ -240,7 +240,7 @@ class Deviation:
         )
 
     def _repr_html_(self) -> str:
-        own = self._titled
+        own = self._title_with_unit
         head = "".join(f"<th>{name}</th>" for name in ("τ (s)", own, "low", "high", "edf", "n"))
         rows = "".join(
             "<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in self._rows()

@@ -31,13 +31,13 @@ class Estimator:
         Publication that defines it.
     kernel : callable
         ``kernel(samples, factors, angle)`` returns the variance at each factor (the square, for interval errors), number
-        of terms, exponent of the noise, and number of gaps.
+        of averaged differences, noise exponent, and number of missing samples.
     most : callable
         Largest averaging factor for a number of phase points.
     terms : callable
-        Number of terms at each averaging factor for a number of phase points without gaps.
+        Number of averaged differences at each averaging factor for a number of phase points without gaps.
     edf : callable or None
-        Degrees of freedom from exponent, factor, number of terms and of phase points; None if not known.
+        Degrees of freedom from noise exponent, factor, and numbers of differences and phase points; None if not known.
     bias : callable or None
         Ratio of the mean variance to the true one, from exponent, factor and number of phase points; None without bias.
     unbiased : bool
@@ -63,13 +63,13 @@ class Estimator:
         )  # its functions cannot be pickled, and the table has them
 
     def max_terms(self, m: Ints, points: int) -> Ints:
-        """Number of terms at each averaging factor of a record of `points` phase points without gaps, shape (k,)."""
+        """Number of averaged differences at each averaging factor, shape (k,), for `points` phase points without gaps."""
         return np.asarray(np.maximum(self.terms(m, points), 0), np.int64)
 
-    def freedom(self, alpha: Floats, m: Ints, n: Ints, points: int) -> Floats:
-        """Equivalent degrees of freedom at each averaging factor, shape (k,), from exponent, factor and number of terms.
+    def edf_at(self, alpha: Floats, m: Ints, n: Ints, points: int) -> Floats:
+        """Equivalent degrees of freedom at each averaging factor m, shape (k,); `n` counts the averaged differences.
 
-        NaN at a factor without terms, and if the estimator has no formula.
+        `alpha` are the noise exponents. NaN where `n` is 0, and everywhere if the estimator has no formula.
         """
         if self.edf is None:
             return np.full(m.size, np.nan)

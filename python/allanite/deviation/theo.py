@@ -64,27 +64,27 @@ def theo1(
     return _theo1_at_factors(src, m[even], notes)
 
 
-def _freedom(
-    laws: NDArray[np.float64],
-    near: NDArray[np.int64],
-    far: NDArray[np.int64],
+def _theoh_edf(
+    alpha: NDArray[np.float64],
+    allan_factors: NDArray[np.int64],
+    theo1_factors: NDArray[np.int64],
     counts: NDArray[np.int64],
     points: int,
 ) -> NDArray[np.float64]:
-    """Array of degrees of freedom: those of the Allan deviation at the factors `near`, then of Theo1 at the factors `far`.
+    """Equivalent degrees of freedom of TheoH: of the Allan deviation at `allan_factors`, then of Theo1 at `theo1_factors`.
 
-    `laws` are the noise exponents and `counts` the numbers of terms at all factors.
+    `alpha` are the noise exponents and `counts` the numbers of averaged differences at all factors, in this order.
     """
-    split = near.size
-    first = OADEV.freedom(laws[:split], near, counts[:split], points)
-    second = THEOH.freedom(laws[split:], far, counts[split:], points)
+    split = allan_factors.size
+    first = OADEV.edf_at(alpha[:split], allan_factors, counts[:split], points)
+    second = THEOH.edf_at(alpha[split:], theo1_factors, counts[split:], points)
     return np.concatenate([first, second])
 
 
 def _theo1_at_factors(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
-    """`Deviation` of kind theo1 at the even averaging factors m, with the remarks `notes` and those on gaps.
+    """`Deviation` of kind theo1 at the even averaging factors m, with the remarks `notes` and remarks on gaps.
 
-    `n` and `lost` count m/2 terms for each position.
+    `n` and `lost` count m/2 squared differences for each position in the record.
     """
     variance, n, alpha, gaps, step = kernel_results(THEO1, src.samples, m, src.angle)
     lost = THEO1.max_terms(m, src.points) - n
@@ -101,7 +101,7 @@ def _theo1_at_factors(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]
         src.rate,
         src.unit,
         notes,
-        partial(THEO1.freedom, alpha, m, n, src.points),
+        partial(THEO1.edf_at, alpha, m, n, src.points),
         lost=lost * (m // 2),
     )
 
@@ -155,7 +155,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     rows += [(bias * of[m][0], of[m][1], of[m][2]) for m in far.tolist()]
     values, counts, laws = (np.array(column) for column in zip(*rows, strict=True))
     m = np.concatenate([near, far])
-    edf = partial(_freedom, laws, near, far, counts, src.points)  # which can be pickled
+    edf = partial(_theoh_edf, laws, near, far, counts, src.points)  # which can be pickled
     tau = np.concatenate([near, 0.75 * far]) / src.rate
     whole_n = [OADEV.max_terms(near, src.points), THEOH.max_terms(far, src.points)]
     lost = np.concatenate(whole_n) - counts

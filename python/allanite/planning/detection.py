@@ -90,15 +90,15 @@ class Power:
         InputError
             The model has no such parameter.
         """
-        effect, parameter = self._place_of(name)
+        effect, parameter = self._effect_and_parameter(name)
         return float(effect.values[parameter])
 
-    def _place_of(self, name: str) -> tuple[Effect, str]:
+    def _effect_and_parameter(self, name: str) -> tuple[Effect, str]:
         """Pair (effect, name of its parameter) of a key of `standard_errors`; `InputError` for another name."""
-        from allanite.planning.standard_errors import labels
+        from allanite.planning.standard_errors import effect_labels
 
         label, _, parameter = name.partition(".")
-        for found, effect in zip(labels(self.model), self.model, strict=True):
+        for found, effect in zip(effect_labels(self.model), self.model, strict=True):
             if (
                 found == label
                 and (parameter or label) in effect.values
@@ -121,7 +121,7 @@ class Power:
         """Dict for JSON, schema ``allanite/power/1``; an infinite standard error becomes None."""
         from allanite.effects.files import model_to_dict
 
-        def known(value: float, error: float) -> float | None:
+        def finite_value(value: float, error: float) -> float | None:
             """The value, or None if the standard error is not finite."""
             return value if np.isfinite(error) else None
 
@@ -135,8 +135,8 @@ class Power:
             "standard_errors": {
                 name: {
                     "value": self.value(name),
-                    "std_error": known(error, error),
-                    "relative": known(self.relative(name), error),
+                    "std_error": finite_value(error, error),
+                    "relative": finite_value(self.relative(name), error),
                 }
                 for name, error in self.standard_errors.items()
             },
@@ -161,7 +161,7 @@ class Power:
 
     def _unit_and_factor(self, name: str) -> tuple[str, float]:
         """Tuple (printed unit of a parameter, empty for no unit; factor that converts its value to this unit)."""
-        effect, own = self._place_of(name)
+        effect, own = self._effect_and_parameter(name)
         parameter = effect.parameter(own)
         power = parameter.unit
         if not isinstance(power, float):
@@ -228,12 +228,12 @@ def detection_power(
     duration = positive(duration, "duration", "s", "a positive number of seconds")
     whole = base if added is None else base + added
     _expected.require_values(whole)
-    data = _expected.blank(round(duration * rate), rate)
-    grid = _expected.coarse(data, covariates)
+    data = _expected.blank_data(round(duration * rate), rate)
+    grid = _expected.coarse_data(data, covariates)
     errors = MappingProxyType(standard_errors(whole, data, grid))
     if added is None:
         return Power(whole, None, duration, rate, None, None, None, None, errors)
-    found = detection_of(base, added, data, grid)
+    found = predicted_detection(base, added, data, grid)
     return Power(
         whole,
         added,
@@ -287,8 +287,8 @@ class Detection:
         return self.tested.exceedance_probability(self.needed)
 
 
-def detection_of(base: Model, effect: Effect, data: Data, grid: Data) -> Detection:
-    """`Detection`: distribution of ΔlogL when `effect` is added to the model `base`, and the smallest significant ΔlogL.
+def predicted_detection(base: Model, effect: Effect, data: Data, grid: Data) -> Detection:
+    """`Detection`: predicted distribution of ΔlogL when `effect` is added to the model `base`, and the significant ΔlogL.
 
     `base` is fitted to the expected power with the effect. A slow known function is tested against the best random
     process, as in `check`.

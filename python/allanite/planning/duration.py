@@ -13,7 +13,7 @@ from allanite.common.numbers import duration_text
 from allanite.common.validation import positive, positive_rate
 from allanite.effects import as_model
 from allanite.planning import expected as _expected
-from allanite.planning.detection import Power, as_effect, detection_of, detection_power
+from allanite.planning.detection import Power, as_effect, detection_power, predicted_detection
 from allanite.planning.distinguishing import log_odds, models_to_distinguish
 from allanite.planning.standard_errors import standard_errors
 
@@ -166,26 +166,26 @@ def plan(
         question = f"to tell {tell[0]} from {tell[1]} at {MIN_ODDS:g} : 1"
         truth, other = models_to_distinguish(base, tell)
 
-        def enough(data: Data, grid: Data) -> bool:
+        def is_enough(data: Data, grid: Data) -> bool:
             """True if the odds of the model against the other one reach `MIN_ODDS`."""
             return log_odds(truth, other, data, grid) >= np.log(MIN_ODDS)
     elif know is not None:
         question = f"to know {know} to {100 * to:g} %"
         value = detection_power(base, duration=1e4, rate=1.0, covariates=covariates).value(know)
 
-        def enough(data: Data, grid: Data) -> bool:
+        def is_enough(data: Data, grid: Data) -> bool:
             """True if the standard error of the parameter is small enough."""
             return standard_errors(base, data, grid)[know] <= to * abs(value)
     else:
         assert effect is not None
         question = f"to find {effect} with probability {power:g}"
 
-        def enough(data: Data, grid: Data) -> bool:
+        def is_enough(data: Data, grid: Data) -> bool:
             """True if the effect is found with the wanted probability."""
-            return detection_of(base, effect, data, grid).probability >= power
+            return predicted_detection(base, effect, data, grid).probability >= power
 
     rates = RATES if rate is None else (rate,)
-    tried = tuple((r, _shortest_duration(enough, r, covariates)) for r in rates)
+    tried = tuple((r, _shortest_duration(is_enough, r, covariates)) for r in rates)
     possible = [(d, r) for r, d in tried if d is not None]
     if not possible:
         why = "it cannot be distinguished from the rest of the model"
@@ -206,23 +206,23 @@ def plan(
 
 
 def _shortest_duration(
-    enough: Callable[[Data, Data], bool], rate: float, covariates: Columns | None
+    is_enough: Callable[[Data, Data], bool], rate: float, covariates: Columns | None
 ) -> float | None:
-    """Shortest duration, s, at which `enough` is True, to 2 %; None if ten years do not suffice."""
+    """Shortest duration, s, of a record for which `is_enough` is True, to 2 %; None if ten years do not suffice."""
 
-    def suffices(duration: float) -> bool:
+    def is_long_enough(duration: float) -> bool:
         """True if a record of this duration, s, is long enough."""
-        data = _expected.blank(round(duration * rate), rate)
-        return enough(data, _expected.coarse(data, covariates))
+        data = _expected.blank_data(round(duration * rate), rate)
+        return is_enough(data, _expected.coarse_data(data, covariates))
 
     low = high = 64.0 / rate
-    while not suffices(high):
+    while not is_long_enough(high):
         if high >= MAX_DURATION:
             return None
         low, high = high, min(4.0 * high, MAX_DURATION)
     while high > DURATION_RATIO * low:
         middle = float(np.sqrt(low * high))
-        if suffices(middle):
+        if is_long_enough(middle):
             high = middle
         else:
             low = middle

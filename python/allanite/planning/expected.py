@@ -43,8 +43,8 @@ MIN_SINGULAR_VALUE = 1e-3
 MAX_SAMPLES = 2**53
 
 
-def blank(n: int, rate: float) -> Data:
-    """`Data` of a record of n samples at this rate without values; its arrays take no memory.
+def blank_data(n: int, rate: float) -> Data:
+    """`Data` of a planned record of n samples at a rate (Hz), without values; its arrays take no memory.
 
     Raises
     ------
@@ -64,8 +64,8 @@ def blank(n: int, rate: float) -> Data:
     return SampleData(nothing, nothing, rate, bins_of(n))
 
 
-def coarse(data: Data, covariates: Columns | None = None) -> Data:
-    """`Data` of the same time span with at most 32768 samples, and with the expected values of the covariates."""
+def coarse_data(data: Data, covariates: Columns | None = None) -> Data:
+    """`Data` of the same time span at a lower rate (at most 32768 samples), with the expected values of the covariates."""
     n = min(data.n, COARSE_SAMPLES)
     rate = n / data.duration
     # Cells of the coarse grid begin and end where the record's do.
@@ -91,7 +91,7 @@ def require_values(model: Model) -> None:
 
 
 def random_part(model: Model) -> Model:
-    """`Model`: copy without known functions of time; noise processes, filters and other modifiers stay."""
+    """Copy of a model without known functions of time; noise processes, filters and other modifiers stay."""
     return Model(tuple(e for e in model if not isinstance(e, Deterministic)))
 
 
@@ -223,6 +223,6 @@ def _bin_of(j: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
 
 
 def expected_power(model: Model, data: Data) -> Array:
-    """Expected bin power of the random part of a model with values, shape (bins,)."""
+    """Expected power of each bin under the random processes of a model with values, shape (bins,)."""
     noise = random_part(model)
     return column(data.terms(noise), data)

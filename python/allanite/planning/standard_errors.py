@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
 
 
-def labels(model: Model) -> list[str]:
-    """List of texts: unique name of each effect of a model, ``N``, ``GM``, and ``GM2`` for a second one."""
+def effect_labels(model: Model) -> list[str]:
+    """List of the unique label of each effect of a model: ``N``, ``GM``, and ``GM2`` for a second Gauss-Markov process."""
     seen: dict[str, int] = {}
     out = []
     for effect in model:
@@ -50,20 +50,20 @@ def standard_errors(model: Model, data: Data, grid: Data) -> dict[str, float]:
         By ``N``, ``GM.q_c``, ``GM.correlation_time``, in the unit of each parameter; infinite if the record does not
         show it.
     """
-    names = labels(model)
+    names = effect_labels(model)
     out = _errors_of_random_part(model, names, data)
-    for part in _groups(model, names):
+    for part in _groups_sharing_ordinates(model, names):
         out |= _errors_of_known_functions(part, data, grid, random_part(model))
     return {
         key: out[key]
         for label, effect in zip(names, model, strict=True)
         for p in effect.parameters
-        if (key := _key(label, effect, p.name)) in out
+        if (key := _parameter_key(label, effect, p.name)) in out
     }
 
 
-def _key(label: str, effect: Effect, name: str) -> str:
-    """Name of a parameter in the results: ``GM.q_c``, or ``N`` alone if effect and coefficient have the same name."""
+def _parameter_key(label: str, effect: Effect, name: str) -> str:
+    """Key of a parameter in `standard_errors`: ``GM.q_c``, or ``N`` alone if effect and coefficient have the same name."""
     return label if name == effect.short and label == name else f"{label}.{name}"
 
 
@@ -88,7 +88,7 @@ def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[s
     sizes: list[float] = []
     slopes: list[Array] = []
 
-    def moved(place: int, name: str, value: float) -> Array:
+    def power_at(place: int, name: str, value: float) -> Array:
         """Expected bin powers, shape (bins,), if the parameter `name` of the effect with index `place` has this value."""
         effects = list(model.effects)
         effects[place] = effects[place].with_values(**{name: value})
@@ -107,10 +107,10 @@ def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[s
             p = effect.parameter(name)
             step = 1e-3 * abs(value)
             high, low = min(value + step, p.high), max(value - step, p.low)
-            slopes.append((moved(place, name, high) - moved(place, name, low)) / spectrum)
+            slopes.append((power_at(place, name, high) - power_at(place, name, low)) / spectrum)
             # The derivative of ln S with respect to ln p does not depend on the unit of p.
             slopes[-1] *= abs(value) / (high - low)
-            keys.append(_key(names[place], effect, name))
+            keys.append(_parameter_key(names[place], effect, name))
             sizes.append(abs(value))
     if not keys:
         return {}
@@ -120,7 +120,9 @@ def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[s
     return dict(zip(keys, map(float, relative * np.array(sizes)), strict=True))
 
 
-def _groups(model: Model, names: list[str]) -> Iterator[list[tuple[str, Deterministic]]]:
+def _groups_sharing_ordinates(
+    model: Model, names: list[str]
+) -> Iterator[list[tuple[str, Deterministic]]]:
     """Yields lists of (label, effect) of known functions that share ordinates: each line alone, then all slow functions."""
     known = [(n, e) for n, e in zip(names, model, strict=True) if isinstance(e, Deterministic)]
     for one in known:
@@ -151,7 +153,7 @@ def _errors_of_known_functions(
             # An absent parameter has no error; an angle of 0 is present.
             if value is None or (p.optional and value == 0.0 and p.unit != "rad"):
                 continue
-            keys.append(_key(label, effect, p.name))
+            keys.append(_parameter_key(label, effect, p.name))
             # A change point has no Fisher information; the effect gives the law of its error.
             if p.role == "shape" and effect.shape_error(p.name, 1.0, data.duration) is not None:
                 own.append(effect)

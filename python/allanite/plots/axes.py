@@ -17,8 +17,10 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MOST_LABELS = 8
 
 
-def finite(arrays: Iterable[Any], positive: bool = False) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """1-D array of all finite numbers in the arrays; only positive ones if `positive`."""
+def finite_values(
+    arrays: Iterable[Any], positive: bool = False
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """1-D array of all finite numbers in some arrays; with `positive`, only of the positive ones."""
     values = np.concatenate([np.zeros(0), *(np.ravel(np.asarray(a, dtype=float)) for a in arrays)])
     keep = np.isfinite(values) & ((values > 0) | (not positive))
     return np.asarray(values[keep])
@@ -30,7 +32,7 @@ def log_axis(label: str, *arrays: Any, margin: float = 1.15) -> Axis:
     It spans at least a factor of about 2; without positive numbers, it lies around 1. Three or more powers of ten
     inside are the ticks, at most 8 of them labeled. Otherwise multiples such as 1, 2, 5 are ticks, too.
     """
-    values = finite(arrays, positive=True)
+    values = finite_values(arrays, positive=True)
     if values.size == 0:
         values = np.array([1.0])
     low, high = float(values.min()) / margin, float(values.max()) * margin
@@ -85,7 +87,7 @@ def linear_axis(label: str, low: float, high: float, ticks: int = 5, reverse: bo
 
 def score_axis(label: str, *scores: Any) -> Axis:
     """Symmetric linear `Axis` for standard normal scores that covers all scores and at least ±4.6, with three ticks."""
-    values = np.abs(finite(scores))
+    values = np.abs(finite_values(scores))
     top = max(4.6, 1.12 * float(values.max()) if values.size else 0.0)
     sizes = [m * 10.0**k for k in range(7) for m in (1, 2, 4, 5)]
     tick = max(v for v in sizes if v <= 0.9 * top)

@@ -48,7 +48,7 @@ def plot_compare(
     measured = [c.tau for c in items if c.low is not None] or [c.tau for c in items]
     x = log_axis(TAU, *measured)
     panels = tuple(
-        _panel(
+        _sensor_panel(
             [(named.index(c.name), c) for c in items if parse_unit(c.unit).kind == kind],
             x,
             place,
@@ -64,7 +64,9 @@ def plot_compare(
     return in_figure_units(figure).saved(path, theme)
 
 
-def _panel(items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title: str) -> Panel:
+def _sensor_panel(
+    items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title: str
+) -> Panel:
     """`Panel` of the curves of one kind of sensor, in the unit of the first.
 
     `items` are tuples (index of the color, curve). Curves with intervals are points, others lines, dashed for models.

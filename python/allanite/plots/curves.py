@@ -235,7 +235,7 @@ def allan_panels(fit: Fit, column: int = 0, spans: Sequence[Span] = ()) -> tuple
     shown = (curve.measured, curve.model, high[sure], 0.5 * curve.measured)
     y = deviation_axis(fit.recording.unit, log_axis("", *shown))
     panel = Panel(x, y, tuple(marks), 0, column, title="Allan deviation", show_x=False)
-    return panel, _strip(x, curve.tau, curve.z, column, spans)
+    return panel, _residual_panel(x, curve.tau, curve.z, column, spans)
 
 
 def ordinates_between(
@@ -287,13 +287,13 @@ def _ordinate_groups(fit: Fit, low: float, high: float, most: int) -> tuple[Ordi
 
 
 def _group_means(values: NDArray[np.floating[Any]], starts: Ordinates) -> Array:
-    """Array of the means of the groups of values that begin at the indices `starts`; empty without values."""
+    """Mean of each group of `values`; the groups begin at the indices `starts`. Empty without values."""
     if not values.size:
         return np.zeros(0)
     return np.asarray(np.add.reduceat(values, starts) / np.diff(np.append(starts, values.size)))
 
 
-def _around_narrow_bands(fit: Fit) -> list[tuple[float, float]]:
+def _narrow_band_ranges(fit: Fit) -> list[tuple[float, float]]:
     """List of (low, high): frequency ranges in Hz around the bands of the model that are narrower than a bin.
 
     Empty for summaries, and if many samples are missing.
@@ -315,7 +315,7 @@ def _single_ordinates(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -
     """
     out = [
         Line(*ordinates_between(fit, *near), "raw", SINGLE, 1.0)
-        for near in _around_narrow_bands(fit)
+        for near in _narrow_band_ranges(fit)
     ]
     for span in spans:
         aside = MARGIN_WIDTHS * (span.high - span.low)
@@ -330,7 +330,7 @@ def _single_ordinates(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -
 
 
 def missing_lines(check: Check | None) -> tuple[float, ...]:
-    """Tuple of floats: frequencies in Hz of the spectral lines that a check suggests significantly; () for None."""
+    """Tuple of the frequencies in Hz of the spectral lines that a check suggests as significant effects; () for None."""
     found = () if check is None else check.significant
     return tuple(
         frequency
@@ -353,17 +353,17 @@ def spectrum_panels(
     from allanite.fit.likelihood.whittle import normal_scores
 
     solution, bins, rate = fit.solution, fit.data.bins, fit.data.rate
-    first, count = _merged_cells(solution.count)
+    first, count = _merged_bins(solution.count)
     width = np.add.reduceat(bins.count, first)
     bottom, top = bins.limits(rate)
     last = np.append(first[1:], bottom.size) - 1
     frequency = np.sqrt(np.maximum(bottom[first], rate / (2.0 * bins.n)) * top[last])
 
-    def mean(power: Array) -> Array:
-        """Two-sided density, U²/Hz, of each plotted point: mean of the power of its bins, divided by the rate."""
+    def point_density(power: Array) -> Array:
+        """Two-sided density, U²/Hz, at each plotted point: mean of `power` over its bins, divided by the rate."""
         return np.asarray(np.add.reduceat(bins.count * power, first) / width / rate)
 
-    measured, model = mean(solution.power), mean(solution.spectrum)
+    measured, model = point_density(solution.power), point_density(solution.spectrum)
     low, high = count / chdtri(count, 0.025), count / chdtri(count, 0.975)
     marks: list[Mark] = [*spans]
     singles = _single_ordinates(fit, spans, lines)
@@ -380,29 +380,32 @@ def spectrum_panels(
     )
     at, place, near = _line_frequencies(fit, frequency, (bottom[first], top[last]))
 
-    def along(power: Array, terms: tuple[Term, ...], theta: float) -> Array:
-        """Density (U²/Hz) at `at`: means of the bin power; near narrow bands theta times that of `terms` at ordinates."""
+    def density_along_line(power: Array, terms: tuple[Term, ...], theta: float) -> Array:
+        """Density (U²/Hz) at the frequencies `at` of a model line: mean bin power; single ordinates near narrow bands.
+
+        The density at ordinates is `theta` times the spectrum of `terms`.
+        """
         own = theta * density(terms, near, bins.n) / rate if near.size else np.zeros(0)
-        return np.concatenate([mean(power), own])[place]
+        return np.concatenate([point_density(power), own])[place]
 
     for part in component_styles(fit):
         own = solution.effects[part.place]
         if isinstance(own, Process):
             theta = own.theta if part.limit is None else _theta_at_limit(fit, part, own)
             terms = fit.data.unit_terms(fit.model, own.effect)
-            power = along(own.column * theta, terms, theta)
+            power = density_along_line(own.column * theta, terms, theta)
             marks.append(Line(at, power, part.color, part.label, 1.2, part.dash))
         elif part.frequency is not None:
             marks.append(Rule(part.frequency, "x", part.color, "dash", part.label))
     if fit.model.deterministic:
-        raw = mean(bins.power(fit.data.ordinates))
+        raw = point_density(bins.power(fit.data.ordinates))
         changed = np.abs(np.log(raw / measured)) > MIN_LOG_CHANGE
         if changed.any():
             words = "before removing steps, lines and drifts"
             marks.append(
                 Points(frequency[changed], raw[changed], "raw", words, size=4.5, hollow=True)
             )
-    drawn = along(solution.spectrum, fit.data.terms(fit.model), 1.0)
+    drawn = density_along_line(solution.spectrum, fit.data.terms(fit.model), 1.0)
     marks.append(Line(at, drawn, "model", "model", 2.2))
     marks.append(
         Points(
@@ -425,7 +428,7 @@ def spectrum_panels(
         (measured * low)[sure],
         (model / low)[sure],
         0.5 * measured,
-        *_drawn_densities(marks),
+        *_densities_of_points(marks),
         *(np.array([line.y.max()]) for line in singles),
     )
     y = density_axis(fit.recording.unit, y)
@@ -434,11 +437,11 @@ def spectrum_panels(
     )
     ratio = np.add.reduceat(solution.count * solution.power / solution.spectrum, first) / count
     z = normal_scores(ratio, count, np.ones(count.size))
-    return panel, _strip(x, frequency, z, column, spans)
+    return panel, _residual_panel(x, frequency, z, column, spans)
 
 
 def _theta_at_limit(fit: Fit, part: ComponentStyle, own: Process) -> float:
-    """Square of an undetected effect's coefficient at its 95 % limit, in the fit's unit; also for a fitted value of 0."""
+    """Squared coefficient of an effect that was not detected, at its 95 % limit, in the fit's unit."""
     assert part.limit is not None
     if np.isfinite(part.limit):
         return own.theta * part.limit**2
@@ -449,15 +452,15 @@ def _theta_at_limit(fit: Fit, part: ComponentStyle, own: Process) -> float:
 def _line_frequencies(
     fit: Fit, frequency: Array, limits: tuple[Array, Array]
 ) -> tuple[Array, NDArray[np.intp], Ordinates]:
-    """Tuple (frequencies, Hz; order; ordinates) at which the model lines of the spectrum are drawn.
+    """Tuple (frequencies in Hz, order, ordinates) at which the lines of a model are drawn in the spectrum.
 
-    The lines join the points at `frequency`, which are means between `limits`. Near bands that are narrower than these
-    ranges, the lines follow single `ordinates` instead. `order` indexes the points followed by the ordinates: sorted by
-    frequency, without the points that the ordinates replace.
+    A line joins the plotted points at `frequency`, which are means over bins within `limits`. Near bands of the model that
+    are narrower than bins, it follows single ordinates instead. `order` are indices into the points followed by the
+    `ordinates` that sort them by frequency and omit replaced points.
     """
     step = fit.data.rate / (2.0 * fit.data.n)
     near, kept = [np.zeros(0, dtype=np.int64)], np.ones(frequency.size, dtype=bool)
-    for low, high in _around_narrow_bands(fit):
+    for low, high in _narrow_band_ranges(fit):
         f, _ = ordinates_between(fit, low, high)
         near.append(np.round(f / step).astype(np.int64))
         kept &= (limits[1] < low) | (limits[0] > high)
@@ -468,16 +471,15 @@ def _line_frequencies(
     return joined[order], order, ordinates
 
 
-def _drawn_densities(marks: list[Mark]) -> list[Array]:
-    """List of arrays: densities (U²/Hz) of the `Points` before removal of deterministic effects; the axis covers them."""
+def _densities_of_points(marks: list[Mark]) -> list[Array]:
+    """List of the densities (U²/Hz) of the hollow points, from which known functions of time were not removed."""
     return [m.y for m in marks if isinstance(m, Points) and m.color == "raw"]
 
 
-def _merged_cells(count: Array) -> tuple[NDArray[np.int64], Array]:
-    """Tuple (index of the first bin of each plotted point, degrees of freedom of each point).
+def _merged_bins(count: Array) -> tuple[NDArray[np.int64], Array]:
+    """Tuple (index of the first bin of each plotted point, degrees of freedom of each point), for bins of `count` dof.
 
-    The bins of a cell are drawn as one point, because a screen could not resolve them. Cells are merged until they have
-    4 degrees of freedom; the last point may get more.
+    Neighboring bins become one point because a screen cannot resolve more. A point has at least 4 degrees of freedom.
     """
     cells = cells_of(count.size)
     first, total = [0], 0.0
@@ -492,8 +494,8 @@ def _merged_cells(count: Array) -> tuple[NDArray[np.int64], Array]:
     return starts, np.maximum(np.add.reduceat(count, starts), 1e-9)
 
 
-def _strip(x: Axis, at: Array, z: Array, column: int, spans: Sequence[Span]) -> Panel:
-    """`Panel` in row 1: residuals z as standard normal scores at the positions `at`, with guide lines and `spans`."""
+def _residual_panel(x: Axis, at: Array, z: Array, column: int, spans: Sequence[Span]) -> Panel:
+    """`Panel` of residuals below a curve: standard normal scores z at the positions `at`, with guide lines and `spans`."""
     marks: list[Mark] = [
         *(replace(span, text="") for span in spans),
         Rule(0.0, "y", "guide", "solid"),

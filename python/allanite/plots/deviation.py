@@ -13,7 +13,7 @@ from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
 from allanite.plots.spec import Axis, Figure, Line, Mark, Note, Panel, Points
 from allanite.plots.themes import LOGS
-from allanite.plots.words import in_unit, recording_text
+from allanite.plots.words import label_in_unit, recording_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -91,7 +91,7 @@ def _axis_label(deviation: Deviation) -> str:
     words = estimator_named(deviation.kind).title
     if deviation.unit == "1" and deviation.kind in SIGMA:
         words = f"{words}, {SIGMA[deviation.kind]}"
-    return in_unit(words, deviation.deviation_unit)
+    return label_in_unit(words, deviation.deviation_unit)
 
 
 def plot_stability(
@@ -136,25 +136,27 @@ def plot_stability(
     x = log_axis(TAU, *(np.asarray(d.tau) for d in deviations))
     kinds = {d.deviation_unit for d in deviations}
     words = (
-        _axis_label(first) if len(deviations) == 1 else in_unit("deviation", first.deviation_unit)
+        _axis_label(first)
+        if len(deviations) == 1
+        else label_in_unit("deviation", first.deviation_unit)
     )
     if len(deviations) > 1 and first.unit == "1" and len(kinds) == 1:
         words = "σ_y(τ)"
     y = log_axis(words, *shown)
     # White PM falls faster in the modified deviation only.
     slopes = ((-1.5, "τ⁻³ᐟ²"), *SLOPES) if first.kind == "mdev" else SLOPES
-    guides = [mark for s, name in slopes for mark in _guide(deviations, s, name, x, y)]
+    guides = [mark for s, name in slopes for mark in _slope_guide(deviations, s, name, x, y)]
     panel = Panel(x, y, (*guides, *marks))
     title = "Stability" if first.unit == "1" else "Deviations"
     subtitle = "" if recording is None else recording_text(recording)
-    figure = Figure(title, subtitle, (panel,), kind="stability", below=_table(deviations))
+    figure = Figure(title, subtitle, (panel,), kind="stability", below=_deviation_table(deviations))
     return figure.saved(path, theme)
 
 
-def _guide(
+def _slope_guide(
     deviations: Sequence[Deviation], slope: float, name: str, x: Axis, y: Axis
 ) -> tuple[Line, Note]:
-    """Tuple (dotted `Line` with a given slope through the middle of the first curve, `Note` with its label near its end).
+    """Tuple (dotted `Line` with a given log-log slope through the middle of the first curve, `Note` with its label).
 
     The line spans the finite positive values. The label is near the low end, apart from points and intervals.
     """
@@ -164,7 +166,7 @@ def _guide(
     ends = tau[kept[[0, -1]]]
     heights = values[middle] * (ends / tau[middle]) ** slope
 
-    def place(value: NDArray[Any], axis: Axis) -> NDArray[np.float64]:
+    def relative_position(value: NDArray[Any], axis: Axis) -> NDArray[np.float64]:
         """Positions (0 to 1) of values on a logarithmic axis."""
         return np.asarray(np.log(value / axis.low) / np.log(axis.high / axis.low))
 
@@ -174,15 +176,18 @@ def _guide(
     at = np.exp(np.log(tau[middle]) + steps * np.log(low_end / tau[middle]))
     # Candidate positions of the label's center: above and below each point of the line, and to its sides if it falls.
     side = np.array([1.0, -1.0])
-    across = (place(at, x)[:, np.newaxis] + side * (LABEL_WIDTH if slope < 0 else 0.0)).ravel()
-    up = place(values[middle] * (at / tau[middle]) ** slope, y)
+    across = (
+        relative_position(at, x)[:, np.newaxis] + side * (LABEL_WIDTH if slope < 0 else 0.0)
+    ).ravel()
+    up = relative_position(values[middle] * (at / tau[middle]) ** slope, y)
     up = (up[:, np.newaxis] + 0.03 * side).ravel()
     inside = (up > 0.04) & (up < 0.93) & (across > 0.05) & (across < 0.95)
     clear = np.ones(across.size, dtype=bool)
     for d in deviations:
-        there, own = place(np.asarray(d.tau), x), np.asarray(d.deviation)
+        there, own = relative_position(np.asarray(d.tau), x), np.asarray(d.deviation)
         bottom, top = (
-            place(np.fmax(np.where(np.isfinite(v), v, own), y.low), y) for v in (d.low, d.high)
+            relative_position(np.fmax(np.where(np.isfinite(v), v, own), y.low), y)
+            for v in (d.low, d.high)
         )
         beside = np.abs(there - across[:, np.newaxis]) < LABEL_WIDTH
         level = (bottom < up[:, np.newaxis] + LABEL_HEIGHT) & (
@@ -194,7 +199,7 @@ def _guide(
     return line, Note(float(across[k]), float(up[k]), name, "guide")
 
 
-def _table(deviations: Sequence[Deviation]) -> str:
+def _deviation_table(deviations: Sequence[Deviation]) -> str:
     """Text table of τ and each deviation with its interval, one line per averaging time; dashes for missing values."""
     taus = np.sort([float(t) for t in {f"{t:.6g}" for d in deviations for t in d.tau}])
     rows = [

@@ -48,7 +48,7 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
     InputError
         Another suffix, a folder that does not exist, matplotlib not installed.
     """
-    figure = _figure(fit)
+    figure = _fit_figure(fit)
     return figure.saved(path, theme)
 
 
@@ -61,12 +61,12 @@ def plot_check(check: Check, path: str | Path | None = None, theme: str = "light
     """
     fit = check.fit
     spans = spectrum_spans(fit, check.where.worst_frequency)
-    figure = _figure(fit, tau_spans(fit), spans, missing_lines(check), _cause_panels(check))
-    figure = replace(figure, subtitle=_subtitle(check), kind="check")
+    figure = _fit_figure(fit, tau_spans(fit), spans, missing_lines(check), _time_panels(check))
+    figure = replace(figure, subtitle=_check_subtitle(check), kind="check")
     return figure.saved(path, theme)
 
 
-def _figure(
+def _fit_figure(
     fit: Fit,
     tau: Sequence[Span] = (),
     frequency: Sequence[Span] = (),
@@ -89,7 +89,7 @@ def _figure(
     return in_figure_units(figure)
 
 
-def _cause_panels(check: Check) -> tuple[Panel, ...]:
+def _time_panels(check: Check) -> tuple[Panel, ...]:
     """Tuple of one or two `Panel`: samples over time, and the logged column that the missing effect follows, if any.
 
     The range of time in which the model fails is shaded, and the first missing function of time is drawn. Empty if
@@ -135,7 +135,7 @@ def goodness_of_fit_text(fit: Fit) -> str:
     return text
 
 
-def _subtitle(check: Check) -> str:
+def _check_subtitle(check: Check) -> str:
     """Text of two lines: goodness of fit, and the strongest missing effect or a sentence that none is known."""
     text = goodness_of_fit_text(check.fit)
     if check.significant:

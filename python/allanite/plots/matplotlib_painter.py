@@ -31,7 +31,7 @@ from allanite.plots.spec import (
     Rule,
     Span,
     label_of,
-    side_of_text,
+    text_alignment,
 )
 from allanite.plots.themes import Theme, theme_of
 
@@ -186,7 +186,7 @@ def draw(
     if form.column:
         figure = _in_one_column(figure)
         rows = 0 if figure.below else len(figure.legend())
-        height = height * sum(figure.heights) + ROW * _growth(form) * rows + 0.3
+        height = height * sum(figure.heights) + ROW * _letter_scale(form) * rows + 0.3
     size = size or (form.width, height + _table_height(figure, form))
     try:
         with _working_folder_without_settings():
@@ -272,14 +272,16 @@ def _without_table(figure: Figure) -> Figure:
     return replace(figure, panels=panels, below="")
 
 
-def _growth(form: Style) -> float:
-    """Size of the letters of a style relative to those of a table or legend on the screen."""
+def _letter_scale(form: Style) -> float:
+    """Size of the letters of a style, relative to the letters of a table or legend on the screen."""
     return (form.points or TABLE_POINTS) / TABLE_POINTS
 
 
 def _table_height(figure: Figure, form: Style) -> float:
     """Height in inches of the table below a figure; 0 without a table."""
-    return len(figure.below.splitlines()) * TABLE_SPACING * TABLE_POINTS * _growth(form) / 72.0
+    return (
+        len(figure.below.splitlines()) * TABLE_SPACING * TABLE_POINTS * _letter_scale(form) / 72.0
+    )
 
 
 def _table_in_blocks(table: str, letters: int) -> str:
@@ -332,7 +334,7 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
     The title has at most two lines. The legend is below the panels, or with a table inside the first one.
     """
     width, height = canvas.get_size_inches()
-    grown = _growth(form)
+    grown = _letter_scale(form)
     bottom = 0.0
     if figure.below:
         bottom = (0.10 + _table_height(figure, form)) / height
@@ -568,7 +570,7 @@ def _draw_span_text(axes: Any, mark: Span, line: int, axis: Axis, look: Theme) -
         (0.0, -14.0 * line),
         xycoords="axes fraction",
         textcoords="offset points",
-        ha=side_of_text(place),
+        ha=text_alignment(place),
         va="top",
         fontsize=9.5,
         weight="bold",

@@ -22,7 +22,7 @@ from allanite.plots.spec import (
     Points,
     Rule,
     Span,
-    side_of_text,
+    text_alignment,
 )
 from allanite.plots.themes import Theme, theme_of
 
@@ -56,20 +56,24 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
         "margin": {"l": 70, "r": 20, "t": 90, "b": 120},
         "legend": {"orientation": "h", "x": 0, "y": -0.14, "yanchor": "top", "font": {"size": 11}},
         "hovermode": "closest",
-        "title": _title(figure, look),
+        "title": _plotly_title(figure, look),
         "shapes": [],
         "annotations": [],
     }
     data: list[dict[str, Any]] = []
     named: set[str] = set()
-    bare = _bare_columns(figure)
+    bare = _columns_without_ticks(figure)
     for count, panel in enumerate(figure.panels, 1):
         suffix = "" if count == 1 else str(count)
-        across = _domain(figure.widths, panel.column, 1, GAP_X, bare)
-        down = _domain(figure.heights, panel.row, panel.rows, _row_gap(figure))
+        across = _grid_domain(figure.widths, panel.column, 1, GAP_X, bare)
+        down = _grid_domain(figure.heights, panel.row, panel.rows, _row_gap(figure))
         upright = [1.0 - down[1], 1.0 - down[0]]
-        layout[f"xaxis{suffix}"] = _axis(panel.x, panel, across, f"y{suffix}", panel.show_x, look)
-        layout[f"yaxis{suffix}"] = _axis(panel.y, panel, upright, f"x{suffix}", panel.show_y, look)
+        layout[f"xaxis{suffix}"] = _plotly_axis(
+            panel.x, panel, across, f"y{suffix}", panel.show_x, look
+        )
+        layout[f"yaxis{suffix}"] = _plotly_axis(
+            panel.y, panel, upright, f"x{suffix}", panel.show_y, look
+        )
         partner = _matching_axis(figure, panel)
         if partner is not None:
             layout[f"xaxis{suffix}"]["matches"] = partner
@@ -92,7 +96,7 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
     return {"data": data, "layout": layout}
 
 
-def _title(figure: Figure, look: Theme) -> dict[str, Any]:
+def _plotly_title(figure: Figure, look: Theme) -> dict[str, Any]:
     """Dict: plotly title with title and subtitle of a figure; without a subtitle only the title."""
     rest = html_text(figure.subtitle)
     text = f"<b>{html_text(figure.title)}</b>" + (
@@ -114,12 +118,12 @@ def _row_gap(figure: Figure) -> float:
     return GAP_BELOW_LABEL if labeled else GAP_Y
 
 
-def _bare_columns(figure: Figure) -> frozenset[int]:
+def _columns_without_ticks(figure: Figure) -> frozenset[int]:
     """Set of the indices of grid columns with a panel without y tick texts; the gap before these columns is smaller."""
     return frozenset(p.column for p in figure.panels if not p.show_y)
 
 
-def _domain(
+def _grid_domain(
     sizes: tuple[float, ...], place: int, span: int, gap: float, bare: frozenset[int] = frozenset()
 ) -> list[float]:
     """List [start, end] (0 … 1) in the figure of the grid rows or columns `place` … `place` + `span` − 1, counted from 0.
@@ -144,7 +148,7 @@ def _matching_axis(figure: Figure, panel: Panel) -> str | None:
     return None
 
 
-def _axis(
+def _plotly_axis(
     axis: Axis, panel: Panel, domain: list[float], anchor: str, show: bool, look: Theme
 ) -> dict[str, Any]:
     """Dict: plotly layout of one axis; `anchor` is the name of the crossing axis.
@@ -178,7 +182,7 @@ def html_text(text: str) -> str:
     return escape(text, quote=False).replace("\n", "<br>")
 
 
-def _numbers(values: Any) -> list[float | None]:
+def _finite_or_none(values: Any) -> list[float | None]:
     """List of floats of a one-dimensional array, with None for values that are not finite."""
     return [float(v) if math.isfinite(v) else None for v in np.asarray(values, dtype=float)]
 
@@ -204,14 +208,16 @@ def _add_mark(
     match mark:
         case Line():
             line = {"color": look.color(mark.color), "width": mark.width, "dash": DASHES[mark.dash]}
-            data.append(_trace(mark.x, mark.y, mark.label, axes) | {"mode": "lines", "line": line})
+            data.append(
+                _scatter_trace(mark.x, mark.y, mark.label, axes) | {"mode": "lines", "line": line}
+            )
         case Points():
             data.append(_points_trace(mark, axes, look))
         case Band():
-            x, y = _outline(mark)
+            x, y = _band_outline(mark)
             shape = {"mode": "lines", "line": {"width": 0}, "fill": "toself", "hoverinfo": "skip"}
             fill = {"fillcolor": _rgba(look.color(mark.color), mark.opacity)}
-            data.append(_trace(x, y, mark.label, axes) | shape | fill)
+            data.append(_scatter_trace(x, y, mark.label, axes) | shape | fill)
         case Span():
             box = {"x0": mark.low, "x1": mark.high, "y0": 0, "y1": 1, "layer": "below"}
             # Edges keep a range visible that is narrower than a pixel.
@@ -223,7 +229,8 @@ def _add_mark(
                 layout["annotations"].append(_span_text(mark, suffix, layout, look))
             square = {"symbol": "square", "size": 12, "color": color["fillcolor"]}
             data.append(
-                _trace([None], [None], mark.label, axes) | {"mode": "markers", "marker": square}
+                _scatter_trace([None], [None], mark.label, axes)
+                | {"mode": "markers", "marker": square}
             )
         case Rule():
             _add_rule(mark, axes, suffix, data, layout, look)
@@ -232,7 +239,7 @@ def _add_mark(
                 {
                     "type": "bar",
                     "orientation": "h",
-                    "x": _numbers(mark.values),
+                    "x": _finite_or_none(mark.values),
                     "y": list(range(mark.values.size)),
                     "text": [html_text(text) for text in mark.texts],
                     "textposition": "outside",
@@ -279,7 +286,7 @@ def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> 
         "y": 1.0,
         "xref": f"x{suffix}",
         "yref": f"y{suffix} domain",
-        "xanchor": side_of_text(place),
+        "xanchor": text_alignment(place),
         "yanchor": "top",
         "yshift": -18 * len(before),
         "showarrow": False,
@@ -289,9 +296,9 @@ def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> 
     }
 
 
-def _trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
+def _scatter_trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
     """Dict: plotly scatter trace; with a label, it has a legend entry. Numbers that are not finite become None."""
-    plain = [[None] if list(v) == [None] else _numbers(v) for v in (x, y)]
+    plain = [[None] if list(v) == [None] else _finite_or_none(v) for v in (x, y)]
     return {
         "type": "scatter",
         "x": plain[0],
@@ -307,7 +314,7 @@ def _points_trace(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, 
     """Dict: plotly trace of markers, open if hollow, with error bars if the points have both ends."""
     color = look.color(mark.color)
     symbol = "circle-open" if mark.hollow else "circle"
-    trace = _trace(mark.x, mark.y, mark.label, axes)
+    trace = _scatter_trace(mark.x, mark.y, mark.label, axes)
     trace |= {
         "mode": "markers",
         "marker": {"color": color, "size": 1.5 * mark.size, "symbol": symbol},
@@ -316,8 +323,8 @@ def _points_trace(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, 
         trace["error_y"] = {
             "type": "data",
             "symmetric": False,
-            "array": _numbers(mark.high - mark.y),
-            "arrayminus": _numbers(mark.y - mark.low),
+            "array": _finite_or_none(mark.high - mark.y),
+            "arrayminus": _finite_or_none(mark.y - mark.low),
             "color": color,
             "thickness": 1,
             "width": 0,
@@ -325,7 +332,7 @@ def _points_trace(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, 
     return trace
 
 
-def _outline(band: Band) -> tuple[Any, Any]:
+def _band_outline(band: Band) -> tuple[Any, Any]:
     """Tuple (x, y): outline of a band, one closed polygon per gap-free range, separated by NaN; empty without any."""
     there = np.isfinite(band.low) & np.isfinite(band.high)
     pieces = [
@@ -359,7 +366,9 @@ def _add_rule(
         refs = {"xref": f"x{suffix} domain", "yref": f"y{suffix}"}
     layout["shapes"].append({"type": "line", "line": line, "layer": "below", **ends, **refs})
     if mark.label:
-        data.append(_trace([None], [None], mark.label, axes) | {"mode": "lines", "line": line})
+        data.append(
+            _scatter_trace([None], [None], mark.label, axes) | {"mode": "lines", "line": line}
+        )
 
 
 def _add_heat_map(
@@ -376,9 +385,9 @@ def _add_heat_map(
     data.append(
         {
             "type": "heatmap",
-            "x": _numbers(mark.x_edges),
-            "y": _numbers(mark.y_edges),
-            "z": [_numbers(row) for row in mark.values],
+            "x": _finite_or_none(mark.x_edges),
+            "y": _finite_or_none(mark.y_edges),
+            "z": [_finite_or_none(row) for row in mark.values],
             "text": [[_ratio_text(v) for v in row] for row in mark.values],
             "zmin": -mark.limit,
             "zmax": mark.limit,

@@ -87,7 +87,7 @@ def samples_panel(
     with the name of the column.
     """
     size, name = time_scale(column.duration)
-    time, low, high, mean = _segments(column.rate_samples(), segments)
+    time, low, high, mean = _segment_statistics(column.rate_samples(), segments)
     time *= column.duration / size
     marks: list[Mark] = []
     if np.nanmax(high - low) > 0:
@@ -113,11 +113,11 @@ def means_panel(column: Recording, signal: Array | None = None) -> Panel:
     The y axis also covers the means of the `signal` as `signal_line` draws it.
     """
     size, name = time_scale(column.duration)
-    time, _, _, mean = _segments(column.rate_samples(), MEANS)
+    time, _, _, mean = _segment_statistics(column.rate_samples(), MEANS)
     line = Line(time * column.duration / size, mean, "raw", "means of short segments", width=1.1)
     shown = [mean]
     if signal is not None:
-        shown.append(_segments(signal + _shift(column, signal), MEANS)[3])
+        shown.append(_segment_statistics(signal + _mean_difference(column, signal), MEANS)[3])
     low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
     margin = 0.1 * (high - low)
     y = sample_axis(column.unit, linear_axis("", low - margin, high + margin), "samples")
@@ -135,11 +135,11 @@ def signal_line(
     size, _ = time_scale(n / log.rate)
     at = first + np.unique(np.linspace(0, n - 1, min(n, SIGNAL_POINTS)).round().astype(int))
     time = np.asarray(at / (log.rate * size), dtype=np.float64)
-    return Line(time, _shift(log, signal) + signal[at], "model", name, 2.0)
+    return Line(time, _mean_difference(log, signal) + signal[at], "model", name, 2.0)
 
 
-def _shift(log: Recording, signal: Array) -> float:
-    """Difference of the means of all samples and of a signal over the same time."""
+def _mean_difference(log: Recording, signal: Array) -> float:
+    """Mean of the samples of `log` that are not missing, minus the mean of `signal`."""
     return float(np.nanmean(np.asarray(log.samples, dtype=float)) - np.mean(signal))
 
 
@@ -175,7 +175,7 @@ def column_panel(
     return Panel(x, y, (Line(time, mean, "c4", name, 1.2),), row, show_x=last)
 
 
-def _segments(samples: NDArray[Any], segments: int) -> tuple[Array, Array, Array, Array]:
+def _segment_statistics(samples: NDArray[Any], segments: int) -> tuple[Array, Array, Array, Array]:
     """Tuple (relative time 0 to 1, minimum, maximum, mean) of each segment; NaN if all its samples are missing."""
     values = np.ascontiguousarray(samples, dtype=np.float64)
     low, high = _kernels.envelope(values, segments)

@@ -8,24 +8,24 @@ from allanite.common.units import FREQUENCY, conversion
 from allanite.effects.sheet_units import figure_unit
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Quantity, Rule
-from allanite.plots.words import allan_label, bracket, density_unit, in_unit
+from allanite.plots.words import allan_label, density_unit, label_in_unit, with_bracketed_unit
 
 
 def deviation_axis(unit: str, axis: Axis, words: str = "Allan deviation") -> Axis:
     """Copy of a logarithmic axis for deviations in `unit`, with a label of the noun `words` and its quantity."""
-    label = allan_label(unit) if words == "Allan deviation" else in_unit(words, unit)
+    label = allan_label(unit) if words == "Allan deviation" else label_in_unit(words, unit)
     return replace(axis, label=label, quantity=Quantity(words, unit))
 
 
 def density_axis(unit: str, axis: Axis) -> Axis:
     """Copy of a logarithmic axis for power spectral densities of samples in `unit`, with its label."""
-    label = bracket("density", density_unit(unit))
+    label = with_bracketed_unit("density", density_unit(unit))
     return replace(axis, label=label, quantity=Quantity("density", unit, power=2))
 
 
 def sample_axis(unit: str, axis: Axis, words: str) -> Axis:
     """Copy of a linear axis for samples in `unit`, with its label; unit ``1`` is labeled as a fractional frequency."""
-    label = bracket(words, FREQUENCY) if unit == "1" else in_unit(words, unit)
+    label = with_bracketed_unit(words, FREQUENCY) if unit == "1" else label_in_unit(words, unit)
     return replace(axis, label=label, quantity=Quantity(words, unit, samples=True))
 
 

@@ -21,10 +21,10 @@ Array = NDArray[np.float64]
 ALIGNED_TEXT_FRACTION = 0.15
 
 
-def side_of_text(place: float) -> str:
-    """Alignment ``"left"``, ``"center"`` or ``"right"`` of a text at a `place` from 0 to 1 along the axis.
+def text_alignment(place: float) -> str:
+    """Alignment ``"left"``, ``"center"`` or ``"right"`` of a text whose anchor is at `place` (0 to 1) along the axis.
 
-    It is left below 0.15 and right above 0.85.
+    It is left below 0.15 and right above 0.85, so that the text stays inside of the panel.
     """
     if place < ALIGNED_TEXT_FRACTION:
         return "left"
@@ -278,9 +278,9 @@ class Figure:
     below: str = ""
 
     def legend(self) -> tuple[Mark, ...]:
-        """Tuple of `Mark`: marks with a label, one per label: points, model, then the others in drawing order.
+        """Tuple of the marks with a legend entry, one per label: points first, then the model, then the others.
 
-        Of marks with one label, the first counts.
+        If several marks have one label, the first one is used.
         """
         seen: dict[str, Mark] = {}
         for panel in self.panels:
@@ -316,7 +316,7 @@ class Figure:
         save(self, path, theme, style)
 
     def saved(self, path: str | Path | None, theme: str = "light") -> Figure:
-        """`Figure` itself, unchanged. Side effect: writes it to `path` unless None."""
+        """`Figure` itself, unchanged, after writing it to `path` (SVG, PNG or PDF) unless `path` is None."""
         if path is not None:
             self.save(path, theme)
         return self

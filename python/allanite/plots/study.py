@@ -67,7 +67,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     last = fits[-1].model
     title += _model_text(last, TITLE - len(title))
     heights, widths = (1.0, 1.0), (*(1.0 for _ in bars), 3.2)
-    figure = Figure(title, _ending(study), panels, heights, widths, kind="study")
+    figure = Figure(title, _ending_text(study), panels, heights, widths, kind="study")
     return in_figure_units(figure).saved(path, theme)
 
 
@@ -218,7 +218,7 @@ def _density_panel(study: Study, column: int) -> Panel:
     return replace(panel, y=y, marks=tuple(marks), row=1, show_x=True)
 
 
-def _ending(study: Any) -> str:
+def _ending_text(study: Any) -> str:
     """Text: number of added effects, and why the model building ended; says whether a misfit remains.
 
     The number is the net growth from the first to the last model.

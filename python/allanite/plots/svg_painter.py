@@ -1,6 +1,6 @@
 """Figures as compact SVG inside a page, in the page's light and dark colors.
 
-Every mark has the class of its role, whose color the style sheet defines (`colors`). One inch is 100 pixels.
+Every mark has the class of its role, whose color the style sheet defines (`color_rules`). One inch is 100 pixels.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from allanite.plots.spec import (
     Rule,
     Span,
     label_of,
-    side_of_text,
+    text_alignment,
 )
 from allanite.plots.themes import theme_of
 
@@ -54,8 +54,8 @@ SHADES = 12
 ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 
 
-def colors() -> str:
-    """CSS text of rules that define the color of every role, for the light and the dark theme."""
+def color_rules() -> str:
+    """CSS text: rules that define the color of every role for the light and the dark theme."""
     light, dark = theme_of("light"), theme_of("dark")
     pairs = {role: (light.roles[role], dark.roles[role]) for role in light.roles}
     pairs |= {"faint": (light.faint, dark.faint), "grid": (light.grid, dark.grid)}
@@ -70,13 +70,13 @@ def colors() -> str:
     )
 
 
-def inline(figure: Figure, size: tuple[float, float], label: str) -> str:
-    """Text of the ``<svg>`` element of a figure with a size in inches (100 pixels); `label` describes it for readers."""
+def inline_svg(figure: Figure, size: tuple[float, float], label: str) -> str:
+    """Text of an ``<svg>`` element that draws a figure of `size` inches (100 pixels each); `label` describes it."""
     width, height = (100.0 * inches for inches in size)
-    legend, used = _legend(figure, width)
+    legend, used = _legend_elements(figure, width)
     parts = []
-    for panel, box in _boxes(figure, width, height - used):
-        parts.append(_panel(panel, *box))
+    for panel, box in _panel_boxes(figure, width, height - used):
+        parts.append(_panel_elements(panel, *box))
     parts.append(f'<g transform="translate(0 {height - used:.0f})">{legend}</g>')
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" role="img" aria-label="{label}" '
@@ -94,7 +94,7 @@ def _left_width(panel: Panel) -> float:
     return max(LEFT if panel.y.label else 0.0, 10 + LETTER * longest) if panel.show_y else 12.0
 
 
-def _boxes(
+def _panel_boxes(
     figure: Figure, width: float, height: float
 ) -> list[tuple[Panel, tuple[float, float, float, float]]]:
     """List of (panel, (left, top, width, height) in pixels), in the order of the figure's panels.
@@ -152,68 +152,76 @@ class _Scale:
         return self.size * (1.0 - part if self.flip else part)
 
 
-def _n(value: float) -> str:
-    """Text of a number with one decimal, without a trailing ``.0``."""
+def _px(value: float) -> str:
+    """Text of a coordinate in pixels with one decimal, without a trailing ``.0``."""
     return f"{value:.1f}".removesuffix(".0")
 
 
-def _text(x: float, y: float, words: str, anchor: str = "start", more: str = "") -> str:
+def _text_element(x: float, y: float, words: str, anchor: str = "start", more: str = "") -> str:
     """SVG text element at (x, y) in pixels; `more` are further attributes."""
     side = "" if anchor == "start" else f' text-anchor="{anchor}"'
-    return f'<text x="{_n(x)}" y="{_n(y)}"{side}{more}>{escape(words, quote=False)}</text>'
+    return f'<text x="{_px(x)}" y="{_px(y)}"{side}{more}>{escape(words, quote=False)}</text>'
 
 
-def _panel(panel: Panel, left: float, top: float, width: float, height: float) -> str:
+def _panel_elements(panel: Panel, left: float, top: float, width: float, height: float) -> str:
     """Text of the SVG elements of one panel: grid, marks, axes and color bar."""
     x, y = _Scale(panel.x, width, upright=False), _Scale(panel.y, height, upright=True)
-    grid = _grid(panel, x, y, width, height)
+    grid = _grid_path(panel, x, y, width, height)
     marks = "".join(
-        _mark(mark, x, y, width, height) for mark in sorted(panel.marks, key=_drawing_order)
+        _mark_elements(mark, x, y, width, height)
+        for mark in sorted(panel.marks, key=_drawing_order)
     )
     return (
-        f'<g transform="translate({_n(left)} {_n(top)})">{grid}<svg width="{_n(width)}" height="{_n(height)}">{marks}</svg>'
-        f'<path class="k-faint" stroke="currentColor" fill="none" d="M0 0V{_n(height)}H{_n(width)}"/>'
-        f"{_axes(panel, x, y, width, height)}{_bar(panel, width, height)}</g>"
+        f'<g transform="translate({_px(left)} {_px(top)})">{grid}'
+        f'<svg width="{_px(width)}" height="{_px(height)}">{marks}</svg>'
+        f'<path class="k-faint" stroke="currentColor" fill="none" d="M0 0V{_px(height)}H{_px(width)}"/>'
+        f"{_axis_elements(panel, x, y, width, height)}{_color_bar_elements(panel, width, height)}</g>"
     )
 
 
-def _grid(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
+def _grid_path(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
     """Text of the SVG path of the grid lines; empty if the panel has no grid."""
     if not panel.grid:
         return ""
-    lines = [f"M{_n(float(x(v)))} 0V{_n(height)}" for v, _ in panel.x.ticks]
+    lines = [f"M{_px(float(x(v)))} 0V{_px(height)}" for v, _ in panel.x.ticks]
     if not panel.find(Bars):
-        lines += [f"M0 {_n(float(y(v)))}H{_n(width)}" for v, _ in panel.y.ticks]
+        lines += [f"M0 {_px(float(y(v)))}H{_px(width)}" for v, _ in panel.y.ticks]
     return f'<path class="k-grid" stroke="currentColor" fill="none" d="{"".join(lines)}"/>'
 
 
-def _axes(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
+def _axis_elements(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
     """Text of the SVG elements of the ticks, tick texts, axis labels and title of a panel.
 
     Texts are only drawn on shown axes, and bars have no ticks on the y axis.
     """
     out = []
-    ticks = "".join(f"M{_n(float(x(v)))} {_n(height)}v4" for v, _ in panel.x.ticks)
+    ticks = "".join(f"M{_px(float(x(v)))} {_px(height)}v4" for v, _ in panel.x.ticks)
     if not panel.find(Bars):
-        ticks += "".join(f"M0 {_n(float(y(v)))}h-4" for v, _ in panel.y.ticks)
+        ticks += "".join(f"M0 {_px(float(y(v)))}h-4" for v, _ in panel.y.ticks)
     out.append(f'<path class="k-faint" stroke="currentColor" fill="none" d="{ticks}"/>')
     if panel.show_x:
-        out += [_text(float(x(v)), height + 17, text, "middle") for v, text in panel.x.ticks]
-        out.append(_text(width / 2, height + 35, panel.x.label, "middle", ' font-size="12"'))
+        out += [
+            _text_element(float(x(v)), height + 17, text, "middle") for v, text in panel.x.ticks
+        ]
+        out.append(
+            _text_element(width / 2, height + 35, panel.x.label, "middle", ' font-size="12"')
+        )
     if panel.show_y:
         for v, text in panel.y.ticks:
             lines = text.split("\n")
             start = float(y(v)) + 4 - LINE * (len(lines) - 1) / 2
-            out += [_text(-7, start + LINE * i, line, "end") for i, line in enumerate(lines)]
+            out += [
+                _text_element(-7, start + LINE * i, line, "end") for i, line in enumerate(lines)
+            ]
         if panel.y.label:
-            turn = f' font-size="12" transform="translate({_n(14 - _left_width(panel))} {_n(height / 2)}) rotate(-90)"'
-            out.append(_text(0, 0, panel.y.label, "middle", turn))
+            turn = f' font-size="12" transform="translate({_px(14 - _left_width(panel))} {_px(height / 2)}) rotate(-90)"'
+            out.append(_text_element(0, 0, panel.y.label, "middle", turn))
     if panel.title:
-        out.append(_text(0, -8, panel.title, more=' font-size="13" font-weight="600"'))
+        out.append(_text_element(0, -8, panel.title, more=' font-size="13" font-weight="600"'))
     return "".join(out)
 
 
-def _bar(panel: Panel, width: float, height: float) -> str:
+def _color_bar_elements(panel: Panel, width: float, height: float) -> str:
     """Text of the SVG elements of the color bar of a map; empty without a map."""
     found = panel.find(HeatMap)
     if not found:
@@ -226,12 +234,12 @@ def _bar(panel: Panel, width: float, height: float) -> str:
         top = float(scale(value + step / 2))
         role, shade = ("low", -value) if value < 0 else ("high", value)
         out.append(
-            f'<rect class="k-{role}" x="{_n(width + 12)}" y="{_n(top)}" width="12" '
-            f'height="{_n(height / (2 * SHADES) + 0.3)}" fill="currentColor" fill-opacity="{shade / heat.limit:.2f}"/>'
+            f'<rect class="k-{role}" x="{_px(width + 12)}" y="{_px(top)}" width="12" '
+            f'height="{_px(height / (2 * SHADES) + 0.3)}" fill="currentColor" fill-opacity="{shade / heat.limit:.2f}"/>'
         )
-    out += [_text(width + 29, float(scale(v)) + 4, text) for v, text in heat.ticks]
-    turn = f' transform="translate({_n(width + BAR - 6)} {_n(height / 2)}) rotate(-90)"'
-    return "".join(out) + _text(0, 0, heat.label, "middle", turn)
+    out += [_text_element(width + 29, float(scale(v)) + 4, text) for v, text in heat.ticks]
+    turn = f' transform="translate({_px(width + BAR - 6)} {_px(height / 2)}) rotate(-90)"'
+    return "".join(out) + _text_element(0, 0, heat.label, "middle", turn)
 
 
 def _drawing_order(mark: Mark) -> int:
@@ -240,34 +248,39 @@ def _drawing_order(mark: Mark) -> int:
     return next(i for i, kind in enumerate(order) if isinstance(mark, kind))
 
 
-def _mark(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
+def _mark_elements(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
     """Text of the SVG elements of one mark of any kind, in a panel of `width` × `height` pixels."""
     match mark:
         case Line():
-            return _stroke(
-                mark.color, _path(*_simplified_line(x(mark.x), y(mark.y))), mark.width, mark.dash
+            return _stroked_path(
+                mark.color,
+                _path_data(*_simplified_line(x(mark.x), y(mark.y))),
+                mark.width,
+                mark.dash,
             )
         case Points():
-            return _points(mark, x, y)
+            return _point_elements(mark, x, y)
         case Band():
             fill = f'fill="currentColor" fill-opacity="{mark.opacity:g}"'
-            return f'<path class="k-{mark.color}" {fill} d="{_area(mark, x, y)}"/>'
+            return f'<path class="k-{mark.color}" {fill} d="{_band_path_data(mark, x, y)}"/>'
         case Span():
-            return _span(mark, x, width, height)
+            return _span_elements(mark, x, width, height)
         case Rule():
             at = float((x if mark.axis == "x" else y)(mark.value))
-            path = f"M{_n(at)} 0V{_n(height)}" if mark.axis == "x" else f"M0 {_n(at)}H{_n(width)}"
-            return _stroke(mark.color, path, mark.width, mark.dash)
+            path = (
+                f"M{_px(at)} 0V{_px(height)}" if mark.axis == "x" else f"M0 {_px(at)}H{_px(width)}"
+            )
+            return _stroked_path(mark.color, path, mark.width, mark.dash)
         case Bars():
-            return _bars(mark, x, y)
+            return _bar_elements(mark, x, y)
         case HeatMap():
-            return _heat(mark, x, y)
+            return _heat_map_elements(mark, x, y)
         case Note():
             more = f' font-size="12" class="k-{mark.color}"'
-            return _text(mark.x * width, (1 - mark.y) * height, mark.text, "middle", more)
+            return _text_element(mark.x * width, (1 - mark.y) * height, mark.text, "middle", more)
 
 
-def _stroke(role: str, path: str, width: float, dash: str = "solid", more: str = "") -> str:
+def _stroked_path(role: str, path: str, width: float, dash: str = "solid", more: str = "") -> str:
     """Text of an SVG path element that strokes `path` in the color of a role; `more` are further attributes."""
     style = f'stroke="currentColor" stroke-width="{width:g}" fill="none"{DASHES[dash]}{more}'
     return f'<path class="k-{role}" {style} d="{path}"/>'
@@ -299,7 +312,7 @@ def _simplified_line(x: Array, y: Array) -> tuple[Array, Array]:
     return x[kept], y[kept]
 
 
-def _path(x: Array, y: Array, unit: float = 0.1) -> str:
+def _path_data(x: Array, y: Array, unit: float = 0.1) -> str:
     """Text for the attribute d of an SVG path through points rounded to `unit` pixels, with gaps at non-finite points.
 
     Repeated points are left out.
@@ -312,21 +325,21 @@ def _path(x: Array, y: Array, unit: float = 0.1) -> str:
             continue
         here = round(a / unit), round(b / unit)
         if last is None:
-            out.append(f"M{_n(here[0] * unit)} {_n(here[1] * unit)}l")
+            out.append(f"M{_px(here[0] * unit)} {_px(here[1] * unit)}l")
         elif here != last:
             steps = (f"{unit * (p - q):.1f}" for p, q in zip(here, last, strict=True))
-            out += [s if s[0] == "-" else f" {s}" for s in map(_short, steps)]
+            out += [s if s[0] == "-" else f" {s}" for s in map(_short_number, steps)]
         last = here
     return "".join(out).replace("l ", "l").removesuffix("l")
 
 
-def _short(text: str) -> str:
+def _short_number(text: str) -> str:
     """Text of a number with one decimal without needless zeros: 0.5 as .5, -0.5 as -.5 and 2.0 as 2; 10.5 remains."""
     sign, size = ("-", text[1:]) if text[0] == "-" else ("", text)
     return sign + size.removesuffix(".0") if size.endswith(".0") else sign + size.removeprefix("0")
 
 
-def _area(band: Band, x: _Scale, y: _Scale) -> str:
+def _band_path_data(band: Band, x: _Scale, y: _Scale) -> str:
     """Text for the attribute d of an SVG path around a band, one closed polygon per gap-free range."""
     there = np.isfinite(band.low) & np.isfinite(band.high)
     out = []
@@ -336,12 +349,12 @@ def _area(band: Band, x: _Scale, y: _Scale) -> str:
         across = x(band.x[piece])
         top, bottom = (_simplified_line(across, y(edge[piece])) for edge in (band.high, band.low))
         around = [np.concatenate([a, b[::-1]]) for a, b in zip(top, bottom, strict=True)]
-        path = _path(around[0], around[1], 0.5)
+        path = _path_data(around[0], around[1], 0.5)
         out.append(f"{path}Z")
     return "".join(out)
 
 
-def _points(mark: Points, x: _Scale, y: _Scale) -> str:
+def _point_elements(mark: Points, x: _Scale, y: _Scale) -> str:
     """Text of the SVG elements of markers with their error bars; points and bars with non-finite values are left out."""
     a, b = x(mark.x), y(mark.y)
     kept = np.isfinite(a) & np.isfinite(b) & np.isfinite(mark.y)
@@ -349,29 +362,29 @@ def _points(mark: Points, x: _Scale, y: _Scale) -> str:
     if mark.low is not None and mark.high is not None:
         known = kept & np.isfinite(mark.low) & np.isfinite(mark.high)
         ends = zip(a[known], y(mark.low[known]), y(mark.high[known]), strict=True)
-        path = "".join(f"M{_n(p)} {_n(q)}V{_n(r)}" for p, q, r in ends)
-        out = _stroke(mark.color, path, 0.9, more=' stroke-opacity=".75"')
-    dots = "".join(f"M{_n(p)} {_n(q)}h0" for p, q in zip(a[kept], b[kept], strict=True))
+        path = "".join(f"M{_px(p)} {_px(q)}V{_px(r)}" for p, q, r in ends)
+        out = _stroked_path(mark.color, path, 0.9, more=' stroke-opacity=".75"')
+    dots = "".join(f"M{_px(p)} {_px(q)}h0" for p, q in zip(a[kept], b[kept], strict=True))
     size, cap = 1.4 * mark.size, ' stroke-linecap="round"'
-    out += _stroke(mark.color, dots, size, more=cap)
-    return out + (_stroke("panel", dots, size - 1.8, more=cap) if mark.hollow else "")
+    out += _stroked_path(mark.color, dots, size, more=cap)
+    return out + (_stroked_path("panel", dots, size - 1.8, more=cap) if mark.hollow else "")
 
 
-def _span(mark: Span, x: _Scale, width: float, height: float) -> str:
+def _span_elements(mark: Span, x: _Scale, width: float, height: float) -> str:
     """Text of the SVG elements of a shaded range, at least one pixel wide, with its text at the top if it has one."""
     low, high = sorted(float(x(v)) for v in (mark.low, mark.high))
     out = (
-        f'<rect class="k-{mark.color}" x="{_n(low)}" width="{_n(max(high - low, 1.0))}" height="{_n(height)}" '
+        f'<rect class="k-{mark.color}" x="{_px(low)}" width="{_px(max(high - low, 1.0))}" height="{_px(height)}" '
         'fill="currentColor" fill-opacity=".25" stroke="currentColor"/>'
     )
     if not mark.text:
         return out
     middle = 0.5 * (max(low, 0.0) + min(high, width))
-    anchor = ANCHORS[side_of_text(middle / width)]
-    return out + _text(middle, 13, mark.text, anchor, ' font-weight="600"')
+    anchor = ANCHORS[text_alignment(middle / width)]
+    return out + _text_element(middle, 13, mark.text, anchor, ' font-weight="600"')
 
 
-def _bars(mark: Bars, x: _Scale, y: _Scale) -> str:
+def _bar_elements(mark: Bars, x: _Scale, y: _Scale) -> str:
     """Text of the SVG elements of horizontal bars from 0 with their texts; bars without a value have no length."""
     out, zero = [], float(x(0.0))
     half = abs(float(y(1.0)) - float(y(0.0))) / 4
@@ -380,14 +393,14 @@ def _bars(mark: Bars, x: _Scale, y: _Scale) -> str:
     ):
         end, at = float(x(value)), float(y(float(i)))
         out.append(
-            f'<rect class="k-{role}" x="{_n(min(zero, end))}" y="{_n(at - half)}" width="{_n(abs(end - zero))}" '
-            f'height="{_n(2 * half)}" fill="currentColor"/>'
+            f'<rect class="k-{role}" x="{_px(min(zero, end))}" y="{_px(at - half)}" width="{_px(abs(end - zero))}" '
+            f'height="{_px(2 * half)}" fill="currentColor"/>'
         )
-        out.append(_text(end + 5, at + 4, text))
+        out.append(_text_element(end + 5, at + 4, text))
     return "".join(out)
 
 
-def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
+def _heat_map_elements(mark: HeatMap, x: _Scale, y: _Scale) -> str:
     """Text of the SVG elements of the cells of a map, one path per shade, and of frames around marked cells.
 
     Cells without a finite value have the color of the grid; values beyond the limit have the darkest shade.
@@ -411,7 +424,7 @@ def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
         f'<path class="k-{role}" fill="currentColor" fill-opacity="{shade / SHADES:.2f}" d="{_boxes_path(cells)}"/>'
         for (role, shade), cells in shades.items()
     )
-    return out + (_stroke("text", _boxes_path(frames), 1.0) if frames else "")
+    return out + (_stroked_path("text", _boxes_path(frames), 1.0) if frames else "")
 
 
 def _boxes_path(boxes: Sequence[_Box]) -> str:
@@ -423,7 +436,7 @@ def _boxes_path(boxes: Sequence[_Box]) -> str:
     return "".join(out)
 
 
-def _legend(figure: Figure, width: float) -> tuple[str, float]:
+def _legend_elements(figure: Figure, width: float) -> tuple[str, float]:
     """Tuple (text of the SVG elements of the legend of all panels, wrapped to `width` pixels; its height in pixels)."""
     out, x, y = [], 14.0, 14.0
     for mark in figure.legend():
@@ -432,22 +445,24 @@ def _legend(figure: Figure, width: float) -> tuple[str, float]:
         if x > 14.0 and x + size > width:
             x, y = 14.0, y + 18.0
         out.append(
-            f'<g transform="translate({_n(x)} {_n(y)})">{_legend_symbol(mark)}{_text(24, 4, label)}</g>'
+            f'<g transform="translate({_px(x)} {_px(y)})">{_legend_symbol_element(mark)}{_text_element(24, 4, label)}</g>'
         )
         x += size + 8
     return "".join(out), y + 12 if out else 4.0
 
 
-def _legend_symbol(mark: Mark) -> str:
+def _legend_symbol_element(mark: Mark) -> str:
     """Text of the SVG elements of a mark's symbol in the legend: a square, a dot, or a stroke for lines and rules."""
     if isinstance(mark, Band | Span):
         opacity = mark.opacity if isinstance(mark, Band) else 0.25
         fill = f'fill="currentColor" fill-opacity="{opacity:g}"'
         return f'<rect class="k-{mark.color}" y="-5" width="18" height="10" {fill}/>'
     if isinstance(mark, Points):
-        dot = _stroke(mark.color, "M9 0h0", 7, more=' stroke-linecap="round"')
+        dot = _stroked_path(mark.color, "M9 0h0", 7, more=' stroke-linecap="round"')
         return dot + (
-            _stroke("panel", "M9 0h0", 4, more=' stroke-linecap="round"') if mark.hollow else ""
+            _stroked_path("panel", "M9 0h0", 4, more=' stroke-linecap="round"')
+            if mark.hollow
+            else ""
         )
     assert isinstance(mark, Line | Rule)
-    return _stroke(mark.color, "M0 0h18", mark.width, mark.dash)
+    return _stroked_path(mark.color, "M0 0h18", mark.width, mark.dash)

@@ -46,7 +46,7 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
         Another suffix, a folder that does not exist, matplotlib not installed.
     """
     fit = check.fit
-    panel = _panel(check.where.time, check.where.worst_time, fit.data.duration)
+    panel = _map_panel(check.where.time, check.where.worst_time, fit.data.duration)
     marked = sum(int(m.marked.sum()) for m in panel.find(HeatMap))
     what = (
         "record too short for a map"
@@ -66,7 +66,9 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
     return figure.saved(path, theme)
 
 
-def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, span: float) -> Panel:
+def _map_panel(
+    rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, span: float
+) -> Panel:
     """`Panel` of the map; `rows` are its cells, `worst` the failing time range in s or None, `span` the duration in s.
 
     Colors are the logarithm of the ratio from ¼ to 4. Cells with |z| > 4.3 are marked, both ends of `worst` are dashed
@@ -101,8 +103,8 @@ def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, sp
     return Panel(x, y, tuple(marks), grid=False)
 
 
-def close_up(check: Check) -> Panel | None:
-    """`Panel` of measured over expected power, by time and frequency, around the range in which a model fails most.
+def failing_range_panel(check: Check) -> Panel | None:
+    """`Panel`: measured over expected power, by time and frequency, around the frequency range that a model fits worst.
 
     The panel shows lines and bands that drift. None if the failing range spans an octave or more, if fewer than 4 times
     can be resolved, or if single ordinates are not known.

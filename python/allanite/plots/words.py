@@ -33,18 +33,18 @@ def unit_text(unit: str) -> str:
     return re.sub(r"^1·|^1(?=/)", "1" if text.startswith("1/") else "", text)
 
 
-def in_unit(words: str, unit: str) -> str:
-    """Label with its unit in brackets, e.g. ``Allan deviation (°/s)``; without brackets for numbers without a unit."""
-    return words if unit in ("", "1") else bracket(words, unit_text(unit))
+def label_in_unit(words: str, unit: str) -> str:
+    """Axis label with its printed unit in brackets, e.g. ``Allan deviation (°/s)``; without a unit, the label alone."""
+    return words if unit in ("", "1") else with_bracketed_unit(words, unit_text(unit))
 
 
 def allan_label(unit: str) -> str:
     """Label ``Allan deviation (°/s)``; for clocks, whose samples have no unit, ``Allan deviation σ_y(τ)``."""
-    return "Allan deviation σ_y(τ)" if unit == "1" else in_unit("Allan deviation", unit)
+    return "Allan deviation σ_y(τ)" if unit == "1" else label_in_unit("Allan deviation", unit)
 
 
-def bracket(words: str, unit: str) -> str:
-    """Label followed by the unit in round brackets; in square brackets if the unit itself starts with a round bracket."""
+def with_bracketed_unit(words: str, unit: str) -> str:
+    """Axis label followed by a printed unit in round brackets; in square brackets if the unit begins with one."""
     return f"{words} [{unit}]" if unit.startswith("(") else f"{words} ({unit})"
 
 

@@ -12,7 +12,7 @@ from allanite.common.documents import fields_dict
 from allanite.common.errors import CALL, AllaniteError, InputError, about, remedy_text
 from allanite.common.numbers import YEAR, number
 from allanite.common.plain import plain
-from allanite.common.showing import aligned
+from allanite.common.showing import aligned_lines
 from allanite.readers._table import time_unit_of
 from allanite.readers.columns import (
     USE_REMEDY,
@@ -140,7 +140,7 @@ class Inspection:
             )
             for c in self.columns
         ]
-        lines += aligned([head, *rows])
+        lines += aligned_lines([head, *rows])
         if any(not c.used for c in self.columns):
             # The finding about columns that are not used names the same remedy.
             told = any(f.kind == "not_used" for f in self.findings)

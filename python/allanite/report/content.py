@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import (
     MIN_PRINTED_P,
-    chance_text,
     duration_text,
     harmonics_text,
+    log10_probability_text,
     trials_text,
     with_readable_numbers,
 )
@@ -18,7 +18,7 @@ from allanite.common.printing import column_unit
 from allanite.effects import find, title_of
 from allanite.fit.table import undecided_sentence
 from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time
-from allanite.plots.words import in_unit, unit_text
+from allanite.plots.words import label_in_unit, unit_text
 from allanite.report.blocks import (
     Block,
     Bullets,
@@ -114,7 +114,9 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
         named = (
             (n, column_unit(n, recording.covariate_units.get(n))) for n in recording.covariates
         )
-        rows.append(("logged columns", ", ".join(n if n == u else in_unit(n, u) for n, u in named)))
+        rows.append(
+            ("logged columns", ", ".join(n if n == u else label_in_unit(n, u) for n, u in named))
+        )
     found = facts["audit"]
     warnings = tuple(str(f["message"]) for f in found if f["severity"] == "warning")
     remarks = tuple(str(f["message"]) for f in found if f["severity"] != "warning")
@@ -350,7 +352,7 @@ def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, ra
     terms.append(("values", tuple(values)))
     p: Cell = number_cell(evidence["p_value"], f"{place}.evidence.p_value", 2)
     if evidence["p_value"] < MIN_PRINTED_P:
-        p = chance_text(suggestion.log10_p)
+        p = log10_probability_text(suggestion.log10_p)
     terms.append(
         (
             "evidence",

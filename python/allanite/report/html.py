@@ -7,7 +7,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING
 
 from allanite import _kernels
-from allanite.plots.svg_painter import colors, inline
+from allanite.plots.svg_painter import color_rules, inline_svg
 from allanite.report.blocks import (
     Block,
     Bullets,
@@ -81,7 +81,7 @@ def body(report: Report) -> str:
 def _style() -> str:
     """HTML text of the style element of reports."""
     own = files(__package__).joinpath("style.css").read_text("utf-8")
-    return f"<style>\n{own}{colors()}\n</style>"
+    return f"<style>\n{own}{color_rules()}\n</style>"
 
 
 def _content(report: Report, plots: PlotlyFigures | None) -> str:
@@ -141,7 +141,7 @@ def _block(block: Block, plots: PlotlyFigures | None) -> str:
                 drawing = plots.add(block.figure, block.height / block.width)
             else:
                 size = (block.width, block.height)
-                drawing = inline(block.figure, size, escape(block.caption, True))
+                drawing = inline_svg(block.figure, size, escape(block.caption, True))
             return f"<figure>{drawing}<figcaption>{escape(block.caption)}</figcaption></figure>"
 
 

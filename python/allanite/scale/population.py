@@ -22,7 +22,7 @@ from allanite.common.documents import (
 )
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.isolation import call_isolated
-from allanite.common.showing import aligned, brief
+from allanite.common.showing import aligned_lines, brief
 from allanite.readers._isolated import limits_of, refused_as
 from allanite.scale.logs import without_quote
 
@@ -183,7 +183,7 @@ class Fleet:
             middle = (str(p.units), f"{p.median:.4g}", median, spread, typical, top)
             table.append([p.column, p.name, *middle])
         if self.population:
-            lines += aligned(table)
+            lines += aligned_lines(table)
         if self.biases:
             lines += ["", "bias between logs (of one sensor: the bias at switch-on):"]
             lines += [f"  {name}: {bias}" for name, bias in self.biases.items()]

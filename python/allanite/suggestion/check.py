@@ -6,7 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import chance_text, number, trials_text, with_readable_numbers
+from allanite.common.numbers import (
+    log10_probability_text,
+    number,
+    trials_text,
+    with_readable_numbers,
+)
 from allanite.criticism import Where, criticise
 from allanite.effects import title_of
 from allanite.fit.likelihood.whitened import whiten
@@ -178,7 +183,7 @@ class Check:
                 self.fit.display_name(s.effect),
                 "" if s.significant else "not significant",
                 f"{s.delta_log_likelihood:.1f}",
-                chance_text(s.log10_p),
+                log10_probability_text(s.log10_p),
                 f"{number(s.removes_percent, 2)} %" if s.significant else "",
                 s.explanation,
                 s.check_by,
@@ -199,7 +204,7 @@ def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
     mark = " (its parameters cost more than it explains)" if costly else " (not significant)"
     mark = "" if s.significant else mark
     evidence = with_readable_numbers(
-        f"ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {chance_text(s.log10_p)}"
+        f"ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {log10_probability_text(s.log10_p)}"
         f" after {trials_text(s.trials)}"
     )
     if s.significant:

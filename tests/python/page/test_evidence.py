@@ -20,7 +20,7 @@ from allanite.page.tab import Tab
 from allanite.page.work import ColumnSteps, Step, Work
 from allanite.plots.curves import residuals_between
 from allanite.plots.spec import HeatMap, Points
-from allanite.plots.time import close_up
+from allanite.plots.time import failing_range_panel
 from allanite.study import Rung, Study
 from allanite.suggestion import Check, check_fit
 from generators import sinusoid, walk, white
@@ -202,7 +202,7 @@ def test_a_line_that_drifts_is_followed_in_the_map():
     frequency = 18.0 + 4.0 * np.arange(n) / n
     x = white(rng, n, rate, 0.01) + 0.15 * np.sin(2 * np.pi * np.cumsum(frequency) / rate)
     check = check_fit(fit_model(Recording(x, rate, unit="deg/s"), "N"))
-    panel = close_up(check)
+    panel = failing_range_panel(check)
     (heat,) = panel.find(HeatMap)
     rows = np.argmax(heat.values, axis=0)
     height = np.diff(heat.y_edges)[0]

@@ -11,7 +11,13 @@ import allanite as al
 from allanite.cli import cli
 from allanite.cli.output import wrapped
 from allanite.common.errors import InputError
-from allanite.common.numbers import chance_text, harmonics_text, numbers_text, p_text, trials_text
+from allanite.common.numbers import (
+    harmonics_text,
+    log10_probability_text,
+    numbers_text,
+    p_text,
+    trials_text,
+)
 from allanite.common.printing import REQUESTED_UNITS, printed, sample_unit, table_unit
 from allanite.common.units import conversion, parse_unit
 from allanite.effects.files import parse_model
@@ -198,9 +204,9 @@ def test_clocks_have_names_and_units_of_their_own():
 
 
 def test_small_chances_and_many_trials():
-    assert chance_text(-2.0) == "0.01"
-    assert chance_text(-4.7) == "2·10⁻⁵"
-    assert chance_text(-345.2) == "< 10⁻⁶"
+    assert log10_probability_text(-2.0) == "0.01"
+    assert log10_probability_text(-4.7) == "2·10⁻⁵"
+    assert log10_probability_text(-345.2) == "< 10⁻⁶"
     assert p_text(0.00017) == "p = 0.00017"
     assert p_text(1.8e-27) == "p < 10⁻⁶"
     assert trials_text(1.0) == "a single trial"

@@ -14,7 +14,7 @@ import pytest
 import allanite as al
 from allanite.cli import main
 from allanite.common.numbers import value_and_interval_text, with_readable_numbers
-from allanite.plots.svg_painter import _path, inline
+from allanite.plots.svg_painter import _path_data, inline_svg
 from allanite.report import make_report
 from allanite.report.words import COMPLETED, data_sheet_value, texts_to_uncertainty
 from page_browser import BROWSERS, launched
@@ -298,7 +298,7 @@ def test_words():
 
 
 def test_a_drawing_is_small_and_in_the_colors_of_the_page(report, page):
-    drawing = inline(report.entries[0].first.plot(), (10.0, 5.0), "label")
+    drawing = inline_svg(report.entries[0].first.plot(), (10.0, 5.0), "label")
     assert "#" not in drawing
     used = set(re.findall(r'class="(k-[\w]+)"', page))
     assert {"k-measured", "k-model", "k-c1", "k-fail", "k-raw", "k-low"} <= used
@@ -397,7 +397,7 @@ def test_the_steps_of_a_path_lead_through_its_points():
     # A step of 10.5 or -20.3 must not lose its zero: later points would be somewhere else.
     x = np.array([0.0, 10.5, 30.8, 30.3, 40.3, 240.3])
     y = np.array([5.0, 4.5, 15.1, 215.6, 195.3, 195.3])
-    way = _path(x, y)
+    way = _path_data(x, y)
     start, _, steps = way.partition("l")
     numbers = [float(v) for v in re.findall(r"-?\d*\.?\d+", steps)]
     here = np.array([float(v) for v in start[1:].split()])

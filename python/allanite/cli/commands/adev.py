@@ -117,10 +117,10 @@ def command(
 def _plot_all_columns(results: list[_Measured], path: str) -> None:
     """Write one figure with the deviations of all columns."""
     from allanite.cli import output
-    from allanite.comparison.curves import of_deviations
+    from allanite.comparison.curves import curves_of_deviations
     from allanite.plots import plot_compare
 
-    curves = of_deviations({r.recording.columns[0]: r.deviation for r in results})
+    curves = curves_of_deviations({r.recording.columns[0]: r.deviation for r in results})
     output.save_figure(plot_compare(curves, title="Columns"), path)
 
 

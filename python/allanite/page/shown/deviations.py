@@ -13,7 +13,7 @@ from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
 from allanite.plots.scaling import deviation_axis
 from allanite.plots.spec import Figure, Line, Mark, Panel, Points
-from allanite.plots.words import in_unit
+from allanite.plots.words import label_in_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -74,7 +74,7 @@ def deviation_figure(
     marks.append(Points(tau, values, "measured", label, *((low, high) if known else (None, None))))
     title = estimator_named(kind).title
     title = title[0].upper() + title[1:]
-    y = log_axis(in_unit(title, found.deviation_unit), *shown)
+    y = log_axis(label_in_unit(title, found.deviation_unit), *shown)
     if found.deviation_unit == log.unit:
         y = deviation_axis(log.unit, y, title)
     panel = Panel(log_axis(TAU, tau), y, tuple(marks), title=title)

@@ -37,7 +37,7 @@ from allanite.plots.deviation import plot_deviation
 from allanite.plots.scaling import deviation_axis, in_figure_units
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS, LOGS
-from allanite.plots.time import close_up, plot_time
+from allanite.plots.time import failing_range_panel, plot_time
 from allanite.plots.words import effect_text, unit_text, values_text
 from allanite.report.words import count_text
 
@@ -161,7 +161,7 @@ def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
 @lru_cache(maxsize=4)
 def _close_up(check: Check) -> Panel | None:
     """`Panel` with the narrow range in which a check's model fails most, over time; None without such a range. Cached."""
-    return close_up(check)
+    return failing_range_panel(check)
 
 
 def _zoomed_panels(

@@ -10,7 +10,7 @@ from allanite.common.documents import jsonable
 from allanite.common.units import conversion
 from allanite.plots.curves import component_styles, interval
 from allanite.plots.spec import Band, HeatMap, Line, Points
-from allanite.plots.words import in_unit
+from allanite.plots.words import label_in_unit
 
 if TYPE_CHECKING:
     from allanite.fit import Fit
@@ -45,14 +45,14 @@ def _curve_table(fit: Fit, unit: str) -> dict[str, Any]:
     effects = [part.label.split(":")[0] for part in component_styles(fit)]
     columns = [
         ("τ (s)", curve.tau),
-        (in_unit("measured", unit), factor * curve.measured),
+        (label_in_unit("measured", unit), factor * curve.measured),
         ("low (95 %)", factor * low),
         ("high (95 %)", factor * high),
         ("edf", curve.edf),
-        (in_unit("model", unit), factor * curve.model),
+        (label_in_unit("model", unit), factor * curve.model),
         ("residual (σ)", curve.z),
         *(
-            (in_unit(name, unit), factor * values)
+            (label_in_unit(name, unit), factor * values)
             for name, values in zip(effects, curve.components.values(), strict=True)
         ),
     ]

@@ -3,7 +3,7 @@
 import pytest
 
 from allanite.common.numbers import duration_text
-from allanite.plots.words import density_unit, in_unit, number, unit_text
+from allanite.plots.words import density_unit, label_in_unit, number, unit_text
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_densities_and_axis_labels():
     assert density_unit("deg/s") == "(°/s)²/Hz"
     assert density_unit("mg") == "mg²/Hz"
     assert density_unit("1") == "1/Hz"
-    assert in_unit("Allan deviation", "1") == "Allan deviation"
+    assert label_in_unit("Allan deviation", "1") == "Allan deviation"
 
 
 @pytest.mark.parametrize(
