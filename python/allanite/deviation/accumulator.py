@@ -27,10 +27,10 @@ ALPHA_BEYOND_WHITE_FM = -0.5
 class Accumulator:
     """Overlapping Allan deviation of samples that arrive in chunks.
 
-    Second differences are taken at every sample up to m = 31, and every 2^l samples, m/32 < 2^l ≤ m/16, above.
-    In white, flicker and random-walk rate noise, this costs no precision (edf ratio 0.996 to 1.03). In quantization
-    noise, full overlap (`oadev`) is more precise. The result is that of the whole record at the same strides, for any chunks and any order of merging;
-    for integers exactly.
+    Second differences are taken at every sample up to m = 31, and every 2^l samples, m/32 < 2^l ≤ m/16, above. In white,
+    flicker and random-walk rate noise, this costs no precision (edf ratio 0.996 to 1.03). In quantization noise, full
+    overlap (`oadev`) is more precise. The result is that of the whole record at the same strides, for any chunks and any
+    order of merging; for integers exactly.
 
     Parameters
     ----------
