@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pkgutil import iter_modules
+from threading import RLock
 from typing import Any
 
 
@@ -23,8 +24,8 @@ def values_of_modules(name: str, *packages: str) -> Iterator[Any]:
                     yield getattr(module, name)
 
 
-def add_entry_points(group: str, what: str, add: Callable[[Any], None]) -> None:
-    """Load all entry points of a group from the installed packages and call `add` with each loaded object.
+class EntryPoints:
+    """Entry points of a group of the installed packages, which `load` adds to a registry at its first call.
 
     An entry point that cannot be loaded or added is skipped with a warning, because one faulty package must not
     disable the others.
@@ -38,14 +39,26 @@ def add_entry_points(group: str, what: str, add: Callable[[Any], None]) -> None:
     add : callable
         Adds one object to its registry, or raises.
     """
-    from importlib.metadata import entry_points
 
-    for point in entry_points(group=group):
-        try:
-            add(point.load())
-        except Exception as error:  # whatever a foreign module raises
-            where = point.dist.name if point.dist is not None else "an installed package"
-            warnings.warn(
-                f"the {what} {point.name} = {point.value} of {where} was not loaded: {error}",
-                stacklevel=4,
-            )
+    def __init__(self, group: str, what: str, add: Callable[[Any], None]) -> None:
+        self._group, self._what, self._add = group, what, add
+        self._loaded = False
+        self._lock = RLock()
+
+    def load(self) -> None:
+        """Load all entry points of the group and add each loaded object; later calls do nothing."""
+        from importlib.metadata import entry_points
+
+        with self._lock:
+            if self._loaded:
+                return
+            self._loaded = True
+            for point in entry_points(group=self._group):
+                try:
+                    self._add(point.load())
+                except Exception as error:  # whatever a foreign module raises
+                    where = point.dist.name if point.dist is not None else "an installed package"
+                    warnings.warn(
+                        f"the {self._what} {point.name} = {point.value} of {where} was not loaded: {error}",
+                        stacklevel=3,
+                    )

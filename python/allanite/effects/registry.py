@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.extensions import add_entry_points
+from allanite.common.extensions import EntryPoints
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._declared import SCREENS
 from allanite.effects._known import Deterministic
@@ -34,19 +34,19 @@ class Catalogue:
     def __init__(self) -> None:
         self._effects: list[type[Effect]] = []
         self._built_in = 0
-        self._loaded = False
         self._lock = RLock()
+        self._installed = EntryPoints(ENTRY_POINTS, "effect", self.add)
 
     def __iter__(self) -> Iterator[type[Effect]]:
-        self._load_installed()
+        self._installed.load()
         return iter(tuple(self._effects))
 
     def __len__(self) -> int:
-        self._load_installed()
+        self._installed.load()
         return len(self._effects)
 
     def __getitem__(self, place: int) -> type[Effect]:
-        self._load_installed()
+        self._installed.load()
         return self._effects[place]
 
     def begin(self, *ours: type[Effect]) -> None:
@@ -82,14 +82,6 @@ class Catalogue:
         with self._lock:
             mine = self._effects[self._built_in :]
             self._effects[self._built_in :] = [e for e in mine if e is not effect]
-
-    def _load_installed(self) -> None:
-        """Add the effects of installed packages (entry points) at the first call; later calls do nothing."""
-        with self._lock:
-            if self._loaded:
-                return
-            self._loaded = True
-            add_entry_points(ENTRY_POINTS, "effect", self.add)
 
 
 def _class_named(name: str, effects: list[type[Effect]]) -> type[Effect] | None:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from threading import RLock
 from typing import TYPE_CHECKING, Protocol
 
 from allanite.common.errors import InputError
-from allanite.common.extensions import add_entry_points, values_of_modules
+from allanite.common.extensions import EntryPoints, values_of_modules
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -70,28 +69,19 @@ class Targets(Mapping[str, Target]):
     def __init__(self, *packages: str) -> None:
         own = [one for targets in values_of_modules("TARGETS", *packages) for one in targets]
         self._targets: dict[str, Target] = {t.name: t for t in sorted(own, key=lambda t: t.name)}
-        self._complete = False
-        self._lock = RLock()
+        self._installed = EntryPoints(ENTRY_POINTS, "export", self._add)
 
     def __getitem__(self, name: str) -> Target:
-        self._load()
+        self._installed.load()
         return self._targets[name]
 
     def __iter__(self) -> Iterator[str]:
-        self._load()
+        self._installed.load()
         return iter(tuple(self._targets))
 
     def __len__(self) -> int:
-        self._load()
+        self._installed.load()
         return len(self._targets)
-
-    def _load(self) -> None:
-        """Add the targets of installed packages at the first call; later calls do nothing."""
-        with self._lock:
-            if self._complete:
-                return
-            self._complete = True
-            add_entry_points(ENTRY_POINTS, "export", self._add)
 
     def _add(self, target: object) -> None:
         """Add one target. Raises `InputError` for another type, or if its name or file name is already used."""

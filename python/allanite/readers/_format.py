@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
-from allanite.common.extensions import add_entry_points, values_of_modules
+from allanite.common.extensions import EntryPoints, values_of_modules
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -55,11 +54,10 @@ class Formats:
 
     def __init__(self, *packages: str) -> None:
         self._formats: list[LogFormat] = list(values_of_modules("FORMAT", *packages))
-        self._complete = False
-        self._lock = RLock()
+        self._installed = EntryPoints(ENTRY_POINTS, "log format", self._add)
 
     def __iter__(self) -> Iterator[LogFormat]:
-        self._load()
+        self._installed.load()
         return iter(tuple(self._formats))
 
     def of_suffix(self, suffix: str) -> LogFormat | None:
@@ -81,13 +79,6 @@ class Formats:
     def magic(self) -> dict[bytes, str]:
         """Dict from the first bytes of a kind of file to the suffix of its format."""
         return {head: suffix for one in self for head, suffix in one.magic}
-
-    def _load(self) -> None:
-        """Add the formats of installed packages at the first call; later calls do nothing."""
-        with self._lock:
-            if not self._complete:
-                self._complete = True
-                add_entry_points(ENTRY_POINTS, "log format", self._add)
 
     def _add(self, log_format: Any) -> None:
         """Append a format. Raises `InputError` if it is no `LogFormat`, or if one of its suffixes is already used."""
