@@ -66,10 +66,14 @@ def array_text(array: np.ndarray[Any, Any]) -> str:
     return f"<{shape} from {known.min():.4g} to {known.max():.4g}>"
 
 
-def aligned_lines(rows: Sequence[Sequence[str]]) -> list[str]:
-    """List of the lines of a table: cells of each row, filled with blanks to the width of their column."""
+def aligned_lines(rows: Sequence[Sequence[str]], *, right: bool = False) -> list[str]:
+    """List of the lines of a table: cells of each row, filled with blanks to the width of their column.
+
+    The cells are aligned to the left, or with `right` to the right.
+    """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+    fill = str.rjust if right else str.ljust
+    return ["  ".join(map(fill, row, widths)).rstrip() for row in rows]
 
 
 def html_table(

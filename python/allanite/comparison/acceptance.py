@@ -12,7 +12,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.numbers import duration_text
 from allanite.common.printing import printed
-from allanite.common.showing import brief
+from allanite.common.showing import aligned_lines, brief
 from allanite.common.units import parse_unit
 from allanite.comparison.curves import Curves, Drawn, compare
 from allanite.comparison.datasheet import allan_minimum, measured_text, with_figures
@@ -181,10 +181,9 @@ class Acceptance:
             )
             for f in self.figures
         ]
-        widths = [max(len(row[i]) for row in cells) for i in range(5)]
         margin = f", margin {100 * self.margin:g} %" if self.margin else ""
         lines = [f"{self.recording.columns[0]}: {self.verdict} {self.sheet.name}{margin}"]
-        lines += ["  " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
+        lines += [f"  {line}" for line in aligned_lines(cells)]
         lines += [f"! {f.figure.name}: {f.remark}" for f in self.figures if f.remark]
         return "\n".join([*lines, *(f"! {remark}" for remark in self.remarks)])
 

@@ -11,7 +11,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.common.printing import printed
-from allanite.common.showing import brief
+from allanite.common.showing import aligned_lines, brief
 from allanite.common.units import conversion, parse_unit
 from allanite.common.validation import positive_rate
 
@@ -190,22 +190,11 @@ def _comparison_tables(curves: Sequence[Drawn], first: int, others: Sequence[int
     tables, rows = [], left
     for i in others:
         wider = [(*row, *own) for row, own in zip(rows, cells(i), strict=True)]
-        if rows is not left and _table_width(wider) > MAX_TABLE_WIDTH:
+        if rows is not left and len(aligned_lines(wider, right=True)[0]) > MAX_TABLE_WIDTH:
             tables.append(rows)
             wider = [(*row, *own) for row, own in zip(left, cells(i), strict=True)]
         rows = wider
-    return ["\n".join(_right_aligned_lines(rows)) for rows in (*tables, rows)]
-
-
-def _table_width(rows: Sequence[tuple[str, ...]]) -> int:
-    """Width of a table of texts, characters."""
-    return len(_right_aligned_lines(rows)[0])
-
-
-def _right_aligned_lines(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """List of the lines of a table of texts with right-aligned columns."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(map(str.rjust, row, widths)) for row in rows]
+    return ["\n".join(aligned_lines(rows, right=True)) for rows in (*tables, rows)]
 
 
 def _in_figure_unit(curve: Drawn) -> Drawn:

@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
+from allanite.common.showing import aligned_lines
 from allanite.common.units import parse_unit
 from allanite.effects import Model, Stochastic, find
 from allanite.sources.datasheet import MINIMUM, DataSheet, Quoted
@@ -75,9 +76,8 @@ class Comparison:
             )
             for row in self.rows
         ]
-        widths = [max(len(row[i]) for row in cells) for i in range(4)]
         lines = [f"{self.column} compared with {self.sheet.name}"]
-        lines += ["  " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
+        lines += [f"  {line}" for line in aligned_lines(cells)]
         remarks = [f"! {row.figure.name}: {row.remark}" for row in self.rows if row.remark]
         return "\n".join([*lines, *remarks, *(f"! {remark}" for remark in self.remarks)])
 

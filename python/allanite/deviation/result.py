@@ -10,6 +10,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.common.printing import printed
+from allanite.common.showing import aligned_lines
 from allanite.common.units import conversion
 from allanite.deviation.confidence import interval
 
@@ -219,11 +220,9 @@ class Deviation:
 
     def __str__(self) -> str:
         table = [("tau (s)", self.kind, "low", "high", "edf", "n"), *self._rows()]
-        widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
-        rows = ["  ".join(map(str.rjust, row, widths)) for row in table]
         known = f"{self.percent} interval" if self.has_interval else "no interval is known"
         title = f"{self._title_with_unit}, {known}"
-        return "\n".join([title, *rows, *self.diagnostics])
+        return "\n".join([title, *aligned_lines(table, right=True), *self.diagnostics])
 
     @property
     def _title_with_unit(self) -> str:

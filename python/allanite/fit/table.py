@@ -13,7 +13,7 @@ from allanite.common.numbers import (
 )
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
-from allanite.common.showing import heading
+from allanite.common.showing import aligned_lines, heading
 from allanite.common.units import coefficient_unit, conversion
 from allanite.effects.sheet_units import in_sheet_unit, sheet_unit
 from allanite.fit.models import parameter_label
@@ -226,11 +226,7 @@ def fit_table(
     ]
     others = iter(alternative_texts(fit, over))
     rows = [(*row, next(others) if row[0] else "") for row in parameter_rows(fit)]
-    widths = [max(len(row[i]) for row in rows) for i in range(5)]
-    lines += [
-        "  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
+    lines += [f"  {line}" for line in aligned_lines(rows)]
     wrong = [] if fit.adequate else [NOT_ADEQUATE_WARNING + remedy]
     doubts = [f"! {s}" for s in fit.degeneracies]
     return "\n".join([*lines, "", misfit_line(fit, whole), *wrong, *doubts])

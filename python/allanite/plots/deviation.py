@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.numbers import number
+from allanite.common.showing import aligned_lines
 from allanite.deviation import estimator_named
 from allanite.effects.sheet_units import in_figure_unit
 from allanite.plots.axes import log_axis
@@ -215,5 +216,4 @@ def _deviation_table(deviations: Sequence[Deviation]) -> str:
             cells = [v[found[0]] if found.size else np.nan for v in (d.deviation, d.low, d.high)]
             row += [number(v, 4, power=True) if np.isfinite(v) else "–" for v in cells]
         rows.append(row)
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join("  ".join(map(str.rjust, row, widths)) for row in rows)
+    return "\n".join(aligned_lines(rows, right=True))

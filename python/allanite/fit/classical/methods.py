@@ -9,6 +9,7 @@ from allanite.common.errors import AllaniteError
 from allanite.common.numbers import number, value_and_interval_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
+from allanite.common.showing import aligned_lines
 from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
 from allanite.effects import Stochastic, find, standard
@@ -117,10 +118,10 @@ class MethodTable:
                     else f"slope holds {line.tau_low_s:.3g}–{line.tau_high_s:.3g} s",
                 )
             )
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
         remarks = [f"! {row.name}: {row.remark}" for row in self.rows if row.remark]
-        return "\n".join([str(self.fit), "", *lines, *([""] if remarks else []), *remarks])
+        return "\n".join(
+            [str(self.fit), "", *aligned_lines(table), *([""] if remarks else []), *remarks]
+        )
 
 
 def _unit_and_factor(name: str, unit: str) -> tuple[str, float]:

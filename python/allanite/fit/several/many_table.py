@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from allanite.common.numbers import number, probability_text, value_and_interval_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
+from allanite.common.showing import aligned_lines
 from allanite.effects import Deterministic
 from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.estimates import has_interval
@@ -33,8 +34,6 @@ def many_table(many: ManyFits) -> str:
     spreads = ("–" if row.spread is None else f"{100 * row.spread:.2g} %" for row in pooled)
     table.append([f"spread between {many.record_noun}", *spreads])
     table.append(["p-value of agreement", *(probability_text(row.p_value) for row in pooled)])
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
     units = ", ".join(f"{r.name} in {printed(r.unit)}" for r in pooled if r.unit not in ("1", ""))
     verdict = (
         f"the {many.record_noun} agree: the values of row 'all' are common to all"
@@ -43,7 +42,7 @@ def many_table(many: ManyFits) -> str:
         + ", ".join(row.name for row in pooled if not row.agree)
         + f" (for these, row 'all' is a mean over {many.record_noun}, weighted by precision)"
     )
-    return "\n".join([f"model {fit.model.name}, {units}", "", *lines, "", verdict])
+    return "\n".join([f"model {fit.model.name}, {units}", "", *aligned_lines(table), "", verdict])
 
 
 def _in_printed_unit(fit: Fit, name: str, value: Estimate) -> Estimate:
