@@ -68,7 +68,7 @@ floors: $(VENV)/.made ## the tests with the lowest versions that pyproject.toml 
 	target/floors/bin/python -m pytest -n 2 -q -m 'not statistical and not browser' -W default::DeprecationWarning -W default::pytest.PytestUnraisableExceptionWarning
 
 lint: $(VENV)/.developed ## formatting, spelling, style, types, stubs, layers, clippy
-	cargo fmt --check
+	cargo fmt --check -- $(filter rust/%,$(RUST))  # also the files that a macro declares
 	cargo clippy --quiet --locked --all-targets -- -D warnings
 	cargo clippy --quiet --locked --features python -- -D warnings
 	$(BIN)/ruff check .

@@ -2,33 +2,30 @@
 
 pub mod allan;
 pub mod family;
-mod hadamard;
 pub mod identify;
 pub mod loops;
-mod modified;
-mod modified_total;
 pub mod naive;
-mod parabolic;
 pub mod statistic;
-mod theo;
-mod tie;
-mod total;
 
 use statistic::Statistic;
 
-/// Every statistic except the Allan variance, which has loops of its own.
-pub static STATISTICS: &[&dyn Statistic] = &[
-    &hadamard::Overlapping,
-    &hadamard::Adjacent,
-    &modified::Modified,
-    &parabolic::Parabolic,
-    &total::Total,
-    &modified_total::ModifiedTotal,
-    &modified_total::HadamardTotal,
-    &theo::Theo1,
-    &tie::TieRms,
-    &tie::Mtie,
-];
+/// Declares the file of each statistic, and lists every statistic except the Allan variance, which has loops of its own.
+macro_rules! statistics {
+    ($($file:ident: $($statistic:ident),+;)+) => {
+        $(mod $file;)+
+        pub static STATISTICS: &[&dyn Statistic] = &[$($(&$file::$statistic),+),+];
+    };
+}
+
+statistics! {
+    hadamard: Overlapping, Adjacent;
+    modified: Modified;
+    parabolic: Parabolic;
+    total: Total;
+    modified_total: ModifiedTotal, HadamardTotal;
+    theo: Theo1;
+    tie: TieRms, Mtie;
+}
 
 /// The statistic with this name.
 pub fn statistic(name: &str) -> Option<&'static dyn Statistic> {
