@@ -41,6 +41,12 @@ CUT = """() => {
   const found = [...all("body *").filter(cut), ...all("aside button, aside select, aside p").filter(over)];
   return found.map(n => `${n.id || n.className || n.tagName}: ${n.textContent.slice(0, 60)}`);
 }"""
+#: Words of the figure that reach beyond it.
+BEYOND = """() => {
+  const edge = document.querySelector("#plot").getBoundingClientRect(), box = n => n.getBoundingClientRect();
+  const beyond = r => r.width && (r.left < edge.left || r.right > edge.right || r.top < edge.top || r.bottom > edge.bottom);
+  return [...document.querySelectorAll("#plot text")].filter(t => beyond(box(t))).map(t => t.textContent);
+}"""
 LOWER = """names => [...document.querySelectorAll("option, #plot .legendtext, #readout, label, button, th")]
   .map(n => n.textContent.trim()).filter(t => /^[a-z]/.test(t) && !names.some(n => t.startsWith(n)))"""
 
@@ -82,7 +88,12 @@ def test_no_view_hides_or_covers_its_words(context, server):
         for width, height in WIDTHS.items():
             tab.set_viewport_size({"width": width, "height": height})
             tab.wait_for_timeout(400)
-            for what, script in (("over", OVER), ("hidden", HIDDEN), ("cut", CUT)):
+            for what, script in (
+                ("over", OVER),
+                ("hidden", HIDDEN),
+                ("cut", CUT),
+                ("beyond", BEYOND),
+            ):
                 wrong += [(view, width, what, one) for one in tab.evaluate(script)]
             wrong += [(view, width, "case", one) for one in tab.evaluate(LOWER, names)]
     assert sorted({str(one) for one in wrong}) == []

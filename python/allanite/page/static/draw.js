@@ -27,7 +27,18 @@ export async function paint(node, view) {
   // Elements above may have changed their height; correct the size now instead of waiting for the observer.
   const { width, height } = node._fullLayout;
   if (width !== node.clientWidth || height !== node.clientHeight) await Plotly.relayout(node, { autosize: true });
+  await keepInside(node);
   return layout;
+}
+// Shifts labels that reach beyond the left or right edge of the figure into it.
+async function keepInside(node) {
+  const edge = node.getBoundingClientRect(), change = {};
+  for (const label of node.querySelectorAll(".annotation")) {
+    const box = label.getBoundingClientRect(), beyond = Math.max(0, box.right - edge.right + 4) || Math.min(0, box.left - edge.left - 4);
+    const at = `annotations[${label.dataset.index}]`;
+    if (beyond) change[`${at}.xshift`] = (node.layout.annotations[label.dataset.index].xshift || 0) - beyond;
+  }
+  if (Object.keys(change).length) await Plotly.relayout(node, change);
 }
 // On a phone the figure keeps its axes and drops elements that do not fit.
 function narrow(layout, view, node) {
