@@ -149,6 +149,19 @@ def test_a_temperature_is_seen_beside_the_samples(first_figure):
     assert rise == pytest.approx(np.degrees(4e-3), rel=0.1)
 
 
+def test_a_clock_starts_with_phase_noise_and_its_axes_say_what_is_drawn(first_figure):
+    frequency = white(np.random.default_rng(5), 4000, 1.0, 1e-11)
+    tab = first_figure(Source("clock.npz", recording=Recording(frequency, 1.0, unit="1")))
+    chips = tab.inner_text("#chips")
+    names = ("White PM", "Flicker PM", "White FM", "Flicker FM", "Random-walk FM")
+    assert [name for name in names if name not in chips] == []
+    on_allan(tab)
+    assert "σ_y(τ)" in tab.locator("#plot .ytitle").text_content()
+    tab.locator("[data-tab=samples]").click()
+    settled(tab, "samples")
+    assert "fractional frequency" in tab.locator("#plot .ytitle").text_content()
+
+
 @pytest.mark.data
 @pytest.mark.parametrize(
     ("name", "column", "view", "label", "card"),
