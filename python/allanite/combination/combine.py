@@ -297,7 +297,7 @@ def combine(
     mean = np.full(len(fits), 1.0 / len(fits))
 
     def deviation(w: Array) -> Array:
-        """Allan deviation of the average with the weights w at each averaging time, shape (k,)."""
+        """Array of the Allan deviation of the average with the weights w at each averaging time, shape (k,)."""
         return np.sqrt(np.einsum("i,kij,j->k", w, covariance, w))
 
     labels = _unit_names(columns, len(given))
@@ -362,9 +362,9 @@ def units_of(recordings: Sequence[Recording], *, named: bool = False) -> dict[st
 
 
 def _unit_names(columns: Sequence[Recording], boards: int) -> list[str]:
-    """List of names, one per unit: ``gyro_x``, or ``b.csv · gyro_x`` if there are several boards and files.
+    """List of a name for each unit: ``gyro_x``, or ``b.csv · gyro_x`` if there are several boards and files.
 
-    Equal names get the place of the unit, counted from 1: ``gyro_x [2]``.
+    Equal names get the number of the unit, counted from 1: ``gyro_x [2]``.
     """
     names = []
     for column in columns:
@@ -376,7 +376,7 @@ def _unit_names(columns: Sequence[Recording], boards: int) -> list[str]:
 
 
 def _averaging_times(fits: Sequence[Fit]) -> Array:
-    """Averaging times an octave apart, s, shape (k,), k ≥ 1.
+    """Array of averaging times an octave apart, s, shape (k,), k ≥ 1.
 
     The first is the longest sampling interval. The shortest record has at least `MIN_AVERAGES` averages at the last,
     unless there is only one.
@@ -388,7 +388,7 @@ def _averaging_times(fits: Sequence[Fit]) -> Array:
 
 
 def _minimum_variance_weights(covariance: Array) -> Array:
-    """Weights with sum 1 and minimum variance of the average, C⁻¹1/(1ᵀC⁻¹1), shape (units,); they can be negative."""
+    """Array of weights with sum 1 and minimum variance of the average, C⁻¹1/(1ᵀC⁻¹1), shape (units,); can be negative."""
     size = np.sqrt(np.diag(covariance))
     # The pseudoinverse also handles units with identical noise, whose covariance is singular.
     scaled = np.linalg.pinv(covariance / np.outer(size, size), rcond=1e-9, hermitian=True)
@@ -397,7 +397,7 @@ def _minimum_variance_weights(covariance: Array) -> Array:
 
 
 def _weights_for_all_times(covariance: Array) -> Array:
-    """Weights with sum 1 and the lowest mean of ln σ over all τ, shape (units,), after at most 200 iterations.
+    """Array of weights with sum 1 and the lowest mean of ln σ over all τ, shape (units,), by at most 200 iterations.
 
     `covariance` has the shape (τ, units, units).
 
@@ -416,7 +416,7 @@ def _weights_for_all_times(covariance: Array) -> Array:
 
 
 def _measured_deviation(columns: Sequence[Recording], weights: Array, tau: Array) -> Array:
-    """Overlapping Allan deviation of the weighted sum of the samples of one board, shape of `tau`."""
+    """Array of the overlapping Allan deviation of the weighted sum of the samples of one board, shape of `tau`."""
     rate = columns[0].rate
     samples = np.column_stack([column.rate_samples() for column in columns])
     factors = np.round(tau * rate).astype(int)

@@ -44,7 +44,10 @@ class Correlation:
     __repr__ = brief
 
     def at(self, f: Array) -> Array:
-        """Correlation at the frequencies f (Hz), shape of `f`; outside of all octaves that of the nearest octave."""
+        """Array of the correlation at the frequencies f, Hz, shape of `f`.
+
+        Outside of all octaves that of the nearest octave.
+        """
         place = np.searchsorted(self.edges, f, side="right") - 1
         return self.values[np.clip(place, 0, self.values.size - 1)]
 
@@ -90,7 +93,7 @@ def _octave_correlations(bands: Sequence[CrossBand]) -> list[float]:
 
 
 def allan_covariance(fits: Sequence[Fit], shared: Sequence[Correlation], tau: Array) -> Array:
-    """Allan covariance of the units at each averaging time (s), shape (τ, units, units), in squared units of the samples.
+    """Array of the Allan covariance of the units at each averaging time (s), shape (τ, units, units), U².
 
     The Allan variances on the diagonal are those of the models. The covariance of two units is the product of their
     deviations times a mean correlation, 0 for pairs that `shared` lacks. The weight of a frequency in this mean is its

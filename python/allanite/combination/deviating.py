@@ -94,10 +94,9 @@ def _test_of_unit(
     """Pair (two-sided p-value, difference in ln power) of the unit `place` against the mean of the other units.
 
     `compared` holds the indices of all units that are compared. The octaves in `levels` are averaged, weighted by their
-    inverse variances.
-    The ratio of two powers has an F distribution. Its degrees of freedom follow from the variances of ln power. The
-    spread between units is estimated. Its part of the variance gives the normal score of the F distribution the degrees
-    of freedom of Student's distribution (Satterthwaite 1946).
+    inverse variances. The ratio of two powers has an F distribution, whose degrees of freedom follow from the variances
+    of ln power. The spread between units is estimated. Its part of the variance gives the normal score of the F
+    distribution the degrees of freedom of Student's distribution (Satterthwaite 1946).
     """
     from scipy.special import digamma, fdtr, fdtrc, ndtri, stdtr
 

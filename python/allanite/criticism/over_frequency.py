@@ -25,7 +25,7 @@ def rows(fit: Fit) -> list[dict[str, Any]]:
 
 
 def worst(fit: Fit) -> tuple[float, float] | None:
-    """Pair (low, high), Hz: the interval of bins in which the fit fails most; None if it fails nowhere.
+    """Pair (low, high), Hz: the interval of frequencies in which the fit fails most; None if it fails nowhere.
 
     It is the range of k bins with the largest |Σz|/√k, if this score is at least `MIN_INTERVAL_SCORE`.
     """

@@ -29,7 +29,10 @@ MIN_CELL_SCORE = 4.6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimeMap:
-    """Measured over expected power, its scores z, both of shape (bands, segments), and the limits of the cells."""
+    """Measured over expected power in cells of time and frequency, and normal scores.
+
+    `ratio` and `z` have the shape (bands, segments); the other fields are the limits of segments, s, and of bands, Hz.
+    """
 
     start_s: NDArray[np.float64]
     end_s: NDArray[np.float64]
@@ -56,7 +59,9 @@ class TimeMap:
         ]
 
     def worst(self) -> tuple[float, float] | None:
-        """Pair (start, end), s, around the cell with the largest |z|; None without cells or if this |z| is below 4.6.
+        """Pair (start, end), s: the time around the cell with the largest |z|.
+
+        None without cells or if this |z| is below 4.6.
 
         Neighboring segments of the same band belong to it while z stays above 2 (or below −2).
         """
@@ -107,7 +112,7 @@ def time_map(data: Data, whitened: Whitened) -> TimeMap:
 
 
 def overdispersion(power: NDArray[np.float64], each: float = 1.0) -> float:
-    """Factor, at least 1, by which the means of neighboring cells scatter more than χ² predicts.
+    """Factor, at least 1, by which means of a power over time scatter more than χ² predicts.
 
     Each value of `power` is the mean of `each` squares. For each tried number of cells, the ratio of the variances is
     divided by 1 + 4/√cells, which allows for its own scatter; the largest counts. Differences of neighbors do not

@@ -69,9 +69,9 @@ class Where:
         return [sentence for _, _, sentence in self.places()]
 
     def places(self) -> list[tuple[str, tuple[float, float], str]]:
-        """List of (``tau``, ``frequency`` or ``time``; interval in s, Hz or s; sentence) for each view with a failure.
+        """List of (view, interval, sentence) for each failure of the fit; view is ``tau``, ``frequency`` or ``time``.
 
-        There are two for τ if τ of `largest` lies outside the worst interval.
+        Intervals are in s, Hz and s. There are two for τ if τ of `largest` lies outside the worst interval.
         """
         out = []
         if self.worst_tau is not None:

@@ -18,7 +18,7 @@ from allanite.page.edits import (
 )
 from allanite.page.tab_state import TabState, cache_results
 from allanite.page.work import ColumnSteps, Step
-from allanite.study import Rung, best_replacement, is_full, next_step
+from allanite.study import Rung, best_replacement, has_reached_limit, next_step
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -214,7 +214,7 @@ class Tab(TabState):
             rungs = [s.rung for s in column_steps.steps[: column_steps.at + 1]]
             if self.is_within_tolerance(step) and not check.adequate:
                 return True
-            good = check.adequate or is_full(rungs[begun:])
+            good = check.adequate or has_reached_limit(rungs[begun:])
             best = check.significant[0].effect if check.significant else None
             tried = "" if best is None else f", trying {step.fit.display_name(best)}"
             job.begin_stage(f"{before}step {len(rungs) - begun}{tried}")

@@ -64,18 +64,24 @@ class Bins:
     __repr__ = brief
 
     def mean(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Mean of `values` over the nodes of each bin, shape (bins,). `values` has the shape of `nodes`."""
+        """Array of the mean of `values` over the nodes of each bin, shape (bins,); `values` has the shape of `nodes`."""
         weight = np.bincount(self.owner)
         return np.asarray(np.bincount(self.owner, weights=values) / weight)
 
     def power(self, ordinates: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Mean square of the ordinates in each bin, shape (bins,). `ordinates` has length n; j = 0 is not used."""
+        """Array of the mean square of the ordinates in each bin, shape (bins,).
+
+        `ordinates` has length n, and j = 0 is not used.
+        """
         return _kernels.squares(ordinates, self.edges) / np.diff(self.edges)
 
     def folded(
         self, ordinates: NDArray[np.float64], folds: int
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Tuple (number, sum of squares) of the ordinates in each bin with j mod `folds` = row, each (folds, bins)."""
+        """Pair (number, sum of squares) of the ordinates of each fold in each bin, two arrays of shape (folds, bins).
+
+        Fold k has the ordinates j with j mod `folds` = k.
+        """
         number = np.empty((folds, self.count.size))
         total = np.empty_like(number)
         for fold in range(folds):
@@ -89,12 +95,12 @@ class Bins:
         return number, total
 
     def frequency(self, rate: float) -> NDArray[np.float64]:
-        """Geometric mean of the first and last ordinate's frequency of each bin, Hz, shape (bins,)."""
+        """Array of the center frequency of each bin, Hz, shape (bins,): geometric mean of its first and last ordinate."""
         center = np.sqrt(self.edges[:-1] * (self.edges[1:] - 1.0))
         return center * rate / (2.0 * self.n)
 
     def limits(self, rate: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Tuple (lower, upper) of the frequency limits of the bins, Hz: two arrays of shape (bins,)."""
+        """Pair (lower, upper) of arrays, shape (bins,): the frequency limits of the bins, Hz."""
         half = rate / (2.0 * self.n)
         edges = (self.edges.astype(np.float64) - 0.5) * half
         return edges[:-1], edges[1:]
@@ -102,7 +108,7 @@ class Bins:
 
 @lru_cache(maxsize=1)
 def _endless_bins() -> tuple[list[int], list[int]]:
-    """Tuple (edges of the bins up to ordinate 2⁵³, index of the first bin of each cell). Cached.
+    """Pair of lists: edges of the bins up to ordinate 2⁵³, and index of the first bin of each cell; cached.
 
     Low cells hold one ordinate; above, there are 24 cells per decade. A cell is divided into up to `MAX_BINS_PER_CELL`
     bins of at least `MIN_BIN_ORDINATES` ordinates.
@@ -119,13 +125,13 @@ def _endless_bins() -> tuple[list[int], list[int]]:
 
 @lru_cache(maxsize=64)
 def cells_of(bins: int) -> list[int]:
-    """List of the index of the first bin of each cell (1/24 decade) among the lowest `bins` bins. Cached."""
+    """List of the index of the first bin of each cell (group of bins, 1/24 decade) among the lowest `bins` bins; cached."""
     return [cell for cell in _endless_bins()[1] if cell < bins]
 
 
 @lru_cache(maxsize=2 * NODES_PER_CELL)
 def _node_positions(most: int, wide: bool) -> NDArray[np.float64]:
-    """Array, shape (most,): positions of the nodes in a bin as a fraction 0 to 1 of its width. Cached.
+    """Array of the positions of `most` nodes in a bin, as fractions 0 to 1 of its width, shape (most,); cached.
 
     If `wide` and `most` is even, the nodes are Gauss-Legendre pairs; else they are evenly spaced.
     """
@@ -179,11 +185,12 @@ def bins_of(n: int) -> Bins:
 def bridge_gaps(
     samples: NDArray[Any], missing: NDArray[np.bool_] | None = None
 ) -> NDArray[np.float64]:
-    """Samples as float64, shape (n,): NaN, and samples flagged in `missing`, are replaced by plausible values.
+    """Array of the samples as float64, shape (n,), in which NaN and samples flagged in `missing` have plausible values.
 
     Each run of missing samples is bridged by a straight line between the means of up to 8 samples on each side. White
     noise with the record's own sample-to-sample scatter (fixed seed) is added, so that neither steps nor quiet segments
-    appear. Without missing samples, a float64 input is returned without a copy. Deviations skip missing samples instead.
+    appear. Without missing samples, a float64 input is returned without a copy. Deviations skip missing samples
+    instead.
 
     Raises `TooShortError` if fewer than two samples are present.
     """
@@ -274,7 +281,7 @@ class Spectrum:
 
 
 def psd(x: Any, rate: float | None = None) -> Spectrum:
-    """Two-sided power spectral density of a record.
+    """`Spectrum`: two-sided power spectral density of a record in log-spaced bins.
 
     Parameters
     ----------

@@ -6,7 +6,7 @@ move of the search in `moves/`, and call it in `steps.py`.
 
 from allanite.study.improvement import improve, improve_columns
 from allanite.study.ladder import Rung, SearchInterrupted, Study, misfit_left
-from allanite.study.search import is_full
+from allanite.study.search import has_reached_limit
 from allanite.study.steps import best_replacement, next_step
 from allanite.suggestion.constants import MAX_ADDED_EFFECTS
 
@@ -16,9 +16,9 @@ __all__ = [
     "SearchInterrupted",
     "Study",
     "best_replacement",
+    "has_reached_limit",
     "improve",
     "improve_columns",
-    "is_full",
     "misfit_left",
     "next_step",
 ]

@@ -151,10 +151,10 @@ def improve_columns(
 
 
 def with_given_designs(model: Model) -> Model:
-    """Copy of a model in which the filter designs and orders that have a value are held."""
+    """Copy of a model in which filters hold their type and order if these have a value."""
 
     def held(effect: Effect) -> Effect:
-        """A copy of a filter whose choices with a value are held; other effects unchanged."""
+        """Copy of a filter whose choices (type, order) with a value are held; other effects are returned unchanged."""
         given = (p.name for p in effect.parameters if p.role == "choice" and p.name != "column")
         names = [n for n in given if effect.values[n] is not None and n not in effect.held]
         filtering = isinstance(effect, Modifier) and names

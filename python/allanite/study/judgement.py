@@ -1,7 +1,7 @@
 """Judgement of a change of the model: its gain in nats, and the reasons to refuse it whatever it gains.
 
-A change is accepted if `gain` is above `MIN_SCORE_GAIN` and nothing refuses it: no error may rise beyond its scatter, and
-unseen data must be predicted as well.
+A change is accepted if `score_change` is above `MIN_SCORE_GAIN` and nothing refuses it. No error may rise beyond its
+scatter, and unseen data must be predicted as well.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from allanite.suggestion import Suggestion
 
 
-def gain(before: Fit, after: Fit) -> float:
-    """Score of the model `after` minus that of `before`, nats."""
+def score_change(before: Fit, after: Fit) -> float:
+    """Score of the fit `after` minus that of the fit `before`, nats: change of log evidence plus change of priors."""
     return score_gain(after.solution, before.solution, before.data)
 
 
@@ -70,7 +70,7 @@ def no_error_rises(before: Fit, after: Fit) -> bool:
 
 
 def predicts_as_well(before: Fit, after: Fit) -> bool:
-    """True unless unseen data are predicted worse by more than the standard error of the difference.
+    """True unless `after` predicts unseen data worse than `before` by more than the standard error of the difference.
 
     False as well if unseen data are predicted worse by any amount and the discrepancy rises. True without a prediction.
     """
@@ -83,7 +83,7 @@ def predicts_as_well(before: Fit, after: Fit) -> bool:
 
 
 def is_as_good(before: Fit, after: Fit) -> bool:
-    """True if a smaller model is as good: no error rises beyond its scatter.
+    """True if the smaller model `after` describes the record as well as `before`: no error rises beyond its scatter.
 
     The Allan error may rise by any amount as long as it stays at or below its expected scatter.
     """
@@ -95,8 +95,9 @@ def is_as_good(before: Fit, after: Fit) -> bool:
 def refusal_reason(before: Fit, after: Fit, once: bool) -> str:
     """Clause that states why a significant suggestion was not added, such as "raises the Allan error".
 
-    It is the first that holds: the suggestion predicts unseen data worse (not tested if `once`: an effect that happens
-    once), raises the Allan error, or raises the discrepancy. Otherwise it is "acts where another effect already acts".
+    `before` and `after` are the fits without and with the suggestion. The first reason that holds is named: it predicts
+    unseen data worse (not tested if `once`: an effect that happens once), raises the Allan error, or raises the
+    discrepancy. Otherwise it is "acts where another effect already acts".
     """
     if not once and not predicts_as_well(before, after):
         return "predicts unseen data worse"
@@ -113,7 +114,7 @@ def allan_error_within_scatter(fit: Fit) -> bool:
 
 
 def delta_logl(before: Fit, after: Fit) -> float:
-    """LogL of `after` minus that of `before`; 0 if the numbers of missing samples differ (not comparable)."""
+    """LogL of `after` minus that of `before`, nats; 0 if the numbers of missing samples differ (not comparable)."""
     counts = [0 if f.data.missing is None else int(f.data.missing.sum()) for f in (before, after)]
     if counts[0] != counts[1]:
         return 0.0
@@ -121,7 +122,10 @@ def delta_logl(before: Fit, after: Fit) -> float:
 
 
 def changed_bins(before: Fit, after: Fit) -> NDArray[np.bool_]:
-    """Boolean mask of the bins whose model spectrum differs by more than its scatter; all True if the bins differ."""
+    """Mask of the bins whose expected power differs between two fits by more than its scatter.
+
+    All True if the bins differ.
+    """
     old, new = before.solution.spectrum, after.solution.spectrum
     if old.size != new.size:
         return np.ones(new.size, dtype=bool)
@@ -130,7 +134,7 @@ def changed_bins(before: Fit, after: Fit) -> NDArray[np.bool_]:
 
 
 def is_doubtful_event(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
-    """True if a one-time event has p > 1e-4 and raises the Allan error above its scatter.
+    """True if the suggestion is a one-time event with p > 1e-4 that raises the Allan error above its scatter.
 
     Such an event is probably part of another effect.
     """
@@ -143,6 +147,6 @@ def is_doubtful_event(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
 
 
 def leaves_others_unchanged(before: Fit, rung: Rung) -> bool:
-    """True if the step `rung` changes no bin of the spectrum beyond its scatter and adds no slow function of time."""
+    """True if the step `rung` changes the expected power of no bin beyond its scatter and adds no slow function of time."""
     slow = any(isinstance(effect, Deterministic) and effect.low for effect in rung.new)
     return not slow and not changed_bins(before, rung.fit).any()

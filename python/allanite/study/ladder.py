@@ -124,10 +124,11 @@ def rung_of(
     risen: float | None = None,
     trials: float | None = None,
 ) -> Rung:
-    """`Rung` from one state of a search to another; `added` is the first new effect of the kind `named`.
+    """`Rung`: step from one state of a search to another.
 
-    If none has this kind, `added` is a new effect, preferably of a kind that has not left; None without new effects.
-    `risen` (ΔlogL) is needed if the logL of the fits is not comparable; by default it is their difference.
+    Its `added` effect is the first new one of the kind `named`. If none has this kind, it is preferably of a kind that
+    has not left; None without new effects. `risen` (ΔlogL) is needed if the logL of the fits is not comparable; by
+    default it is their difference. `trials` is that of the search.
     """
     lost = after.lost_since(before)
     gone = tuple(before.fit.model.effects[place].kind for place in lost)
@@ -230,7 +231,7 @@ class Study:
 
     @property
     def reason(self) -> str:
-        """Text like `stopped_because`, but the `verdict` instead of "adequate" (it may name quantization)."""
+        """Text that names why the search ended: `stopped_because`, or the `verdict` if that is "adequate"."""
         return self.verdict if self.stopped_because == "adequate" else self.stopped_because
 
     @property
@@ -245,7 +246,7 @@ class Study:
 
     @cached_property
     def undecided(self) -> Undecided | None:
-        """`Undecided`: the models that explain the record as well as the last, and values over all of them. Cached.
+        """`Undecided`: other models that explain the record as well as the last, and intervals averaged over them. Cached.
 
         None if there are none.
         """
@@ -255,7 +256,7 @@ class Study:
     def left(self) -> list[str]:
         """List of sentences about what the last model does not explain; empty if the model suffices.
 
-        If no view fails and there is no doubt, one sentence says so.
+        If no view (τ, frequency, time) fails and there is no doubt, one sentence says so.
         """
         if self._is_good_enough:
             return []
@@ -263,9 +264,9 @@ class Study:
 
     @property
     def unexplained(self) -> dict[str, Any]:
-        """Dict with keys ``tau``, ``frequency`` and ``time``; each value is the worst interval [low, high], or None.
+        """Dict with keys ``tau``, ``frequency`` and ``time``: the interval [low, high] of the largest failure, or None.
 
-        The intervals are those in which the last model fails most.
+        Units are s, Hz and s. The last model fails most there.
         """
         return self.check.where.worst()
 

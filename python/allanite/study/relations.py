@@ -29,8 +29,8 @@ def is_same_feature(one: Effect, other: Effect, fit: Fit) -> bool:
     """True if two effects describe one hump or gap of the spectrum.
 
     This holds for a line within 10/T of a band, and for two bands whose half-widths differ by less than a factor of 3,
-    if one has its middle in the other. It also holds for an effect on the course of a moving band, and for a band and a
-    filter that removes it. False for two lines, two filters, or an effect without a frequency.
+    if one has its middle in the other. It also holds for an effect within the range of a moving band, and for a band
+    and a filter that removes it. False for two lines, two filters, or an effect without a frequency.
     """
     a, b = one.occupies, other.occupies
     if a is None or b is None:
@@ -66,7 +66,7 @@ def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> b
     if isinstance(effect, Modifier) and effect.moments:
         inside = sum(first <= moment <= last for moment in effect.moments)
         return 2 * inside >= len(effect.moments)
-    course = _course(effect, fit)
+    course = _values_over_time(effect, fit)
     if course is not None:
         time = fit.data.time
         there = (first <= time) & (time <= last)
@@ -81,7 +81,7 @@ def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> b
     return (effect.removes and within) or (effect.passing and (within or without))
 
 
-def _course(effect: Effect, fit: Fit) -> NDArray[np.float64] | None:
+def _values_over_time(effect: Effect, fit: Fit) -> NDArray[np.float64] | None:
     """Array of the values of a function of time, or of the gain of a noise level, at all times; None for other effects."""
     if isinstance(effect, Deterministic) and not effect.periodic:
         return fit.data.signal((effect,))

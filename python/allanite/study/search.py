@@ -58,7 +58,7 @@ class Search:
     checked: int = 0
 
     def run(self) -> str:
-        """Add steps to `ladder` until the search ends; return the text of the reason, as in `Study.stopped_because`."""
+        """Add steps to `ladder` until the search ends; return the reason as text, as in `Study.stopped_because`."""
         while True:
             try:
                 # The first check has no limit, because a study needs one.
@@ -82,7 +82,9 @@ class Search:
             self.ladder.append(rung)
             with suppress(TimeoutError), with_deadline(self.deadline, self.clock):
                 for further in further_steps(self.ladder, check, added):
-                    if is_full(self.ladder, self.limit) or self._is_within_tolerance(further.fit):
+                    if has_reached_limit(self.ladder, self.limit) or self._is_within_tolerance(
+                        further.fit
+                    ):
                         break
                     self.ladder.append(further)
 
@@ -102,15 +104,15 @@ class Search:
         return self.check
 
     def _stop_reason(self, check: Check) -> str | None:
-        """Text of the reason to end the search after a check; None to go on.
+        """Text of the reason to end the search after a check: "adequate", "within tolerance" or "limit".
 
-        It is "adequate", "within tolerance" or "limit".
+        None to continue.
         """
         if check.adequate:
             return "adequate"
         if self._is_within_tolerance(check.fit):
             return "within tolerance"
-        return "limit" if is_full(self.ladder, self.limit) else None
+        return "limit" if has_reached_limit(self.ladder, self.limit) else None
 
     def _is_within_tolerance(self, fit: Fit) -> bool:
         """True if there is a tolerance and the model discrepancy is below it."""
@@ -134,6 +136,6 @@ class Search:
         return study
 
 
-def is_full(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:
-    """True if the search has made `limit` steps or more after the first."""
+def has_reached_limit(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:
+    """True if the search has made `limit` steps or more after the first model."""
     return len(ladder) > limit

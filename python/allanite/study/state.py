@@ -43,9 +43,9 @@ class State:
         return cls(fit, tuple(range(len(kinds))), kinds[:given], len(kinds))
 
     def after(self, fit: Fit, gone: Collection[int] = ()) -> State:
-        """State of a later fit whose model lacks the effects at the indices `gone` and has new effects at its end.
+        """`State` of a later fit, whose model lacks the effects at the indices `gone` and has new effects at its end.
 
-        A new effect that may occur once, of a kind of the user's model, counts as the user's.
+        A new effect that may occur only once, of a kind of the user's model, counts as the user's.
         """
         numbers = [n for place, n in enumerate(self.numbers) if place not in gone]
         used = self.used
@@ -90,9 +90,9 @@ def state_of(ladder: Sequence[Rung]) -> State:
 
 
 def places_lost(before: Model, after: Model) -> tuple[int, ...]:
-    """Sorted tuple of the indices of effects of `before` that `after` lacks.
+    """Sorted tuple of the indices of effects of the model `before` that the model `after` lacks.
 
-    Of equal kinds, the nearest frequencies stay.
+    Of equal kinds, those with the nearest frequencies stay.
     """
     lost: list[int] = []
     for kind in dict.fromkeys(e.kind for e in before):
@@ -102,15 +102,16 @@ def places_lost(before: Model, after: Model) -> tuple[int, ...]:
             kept = min(
                 combinations(had, len(has)),
                 key=lambda places: sum(
-                    _distance(before.effects[p], e) for p, e in zip(places, has, strict=True)
+                    _log_frequency_distance(before.effects[p], e)
+                    for p, e in zip(places, has, strict=True)
                 ),
             )
             lost += [p for p in had if p not in kept]
     return tuple(sorted(lost))
 
 
-def _distance(one: Effect, other: Effect) -> float:
-    """Absolute difference of ln middle frequency of two effects; 0 if one has no frequency."""
+def _log_frequency_distance(one: Effect, other: Effect) -> float:
+    """Absolute difference of ln(center frequency) of two effects; 0 if one has no frequency."""
     a, b = one.occupies, other.occupies
     if a is None or b is None:
         return 0.0

@@ -19,30 +19,30 @@ from allanite.study.judgement import (
     changed_bins,
     delta_logl,
     discrepancy_rises,
-    gain,
     is_doubtful_event,
     leaves_others_unchanged,
     no_error_rises,
     predicts_as_well,
+    score_change,
 )
 from allanite.study.ladder import kinds_added_again, rung_of
 from allanite.study.moves.add import is_already_explained, with_addition, with_second_effect
-from allanite.study.moves.drop import drops, without_needless
+from allanite.study.moves.drop import models_with_one_dropped, without_needless
 from allanite.study.moves.excursions import with_all_excursions
 from allanite.study.moves.levels import must_merge_levels, with_merged_levels
 from allanite.study.moves.merge import with_nameless_shape, with_wandering_line
 from allanite.study.moves.narrow_bands import with_harmonics_or_side_bands
-from allanite.study.moves.replace import replacements
-from allanite.study.moves.split import splits
+from allanite.study.moves.replace import models_with_replacement
+from allanite.study.moves.split import models_with_split
 from allanite.study.state import state_of
-from allanite.suggestion import same_misfit, suggestions_elsewhere
+from allanite.suggestion import explain_same_misfit, suggestions_elsewhere
 from allanite.suggestion.constants import (
     MAX_EVENT_LOG10_P,
     MAX_EXPLAINED_REMAINDER,
     MIN_SCORE_GAIN,
 )
 from allanite.suggestion.exclusions_first import excludes_or_changes_level
-from allanite.suggestion.screens.slow_functions import is_placed
+from allanite.suggestion.screens.slow_functions import has_known_time
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -63,7 +63,7 @@ def next_step(ladder: Sequence[Rung], check: Check) -> Rung | None:
 
 
 def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
-    """Pair of the next step after a check of the last fit and the suggestions that it adds; None if nothing helps.
+    """Pair (`Rung`, suggestions): the next step after a check of the last fit, and what it adds; None if nothing helps.
 
     The following are tried in this order: significant suggestions; a replacement of an effect, for which the tuple of
     suggestions is empty; bands at other frequencies than a refused band; suggestions that are not significant.
@@ -80,7 +80,7 @@ def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
 
 
 def _band_elsewhere(ladder: Sequence[Rung], before: State, check: Check) -> Found | None:
-    """Pair: first step that adds a band at other frequencies than a refused suggestion, and its suggestions; or None.
+    """Pair (`Rung`, suggestions): first step that adds a band at other frequencies than a refused suggestion; or None.
 
     None if no such band helps. Bands that the model explains already are skipped.
     """
@@ -106,11 +106,13 @@ def _candidates(check: Check) -> list[Suggestion]:
     first = significant[0]
     least = max(first.score, 0.0) + MAX_RIVAL_LOG_EVIDENCE
     better = [s for s in check.suggestions if not s.significant and s.score > least]
-    return [s for s in better if same_misfit(s, first)] + significant
+    return [s for s in better if explain_same_misfit(s, first)] + significant
 
 
 def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) -> Found | None:
-    """Step and suggestions that make a rejected fit adequate by the best suggestion that is not significant; or None.
+    """Pair (`Rung`, suggestions): step with a suggestion that is not significant but makes a rejected fit adequate.
+
+    Or None.
 
     The suggestion must have a score above 3 nats. None as well if the fit is adequate. The whole curve has shown that
     an effect is missing, so clear evidence which one suffices.
@@ -127,7 +129,7 @@ def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) 
 
 
 def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
-    """Pair of a last step after an adequate check and its suggestions; None if nothing helps.
+    """Pair (`Rung`, suggestions): a last step after an adequate check, and what it adds; None if nothing helps.
 
     The step never adds more effects than it removes. A moving band may replace a band, one effect all excursions, a
     nameless shape a stack of effects, or an alternative with a higher score an effect.
@@ -143,11 +145,11 @@ def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
 
 
 def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
-    """Step with the largest expected gain that merges a stack of effects, or drops, replaces or splits one; or None.
+    """`Rung`: the step with the largest expected gain that drops, replaces, splits or merges effects; or None.
 
-    A merge (`with_nameless_shape`) comes first. Any other change must gain 0.5 nats of score, or 3 nats of evidence. New
-    effects that are not detected are removed again, and no error may rise beyond its scatter. No model of the search
-    may lead the result by more than 3 nats.
+    A merge (`with_nameless_shape`) comes first. Any other change must gain 0.5 nats of score, or 3 nats of evidence.
+    New effects that are not detected are removed again, and no error may rise beyond its scatter. No model of the
+    search may lead the result by more than 3 nats.
     """
     before = state_of(ladder)
     shape = with_nameless_shape(ladder, before)
@@ -156,7 +158,7 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
     fit = before.fit
 
     def lead(other: Fit) -> float:
-        """Ln evidence of another fit minus that of the last one."""
+        """Ln evidence of another fit minus that of the last fit of the search, nats."""
         return evidence_gain(other.solution, fit.solution, fit.data)
 
     # No model may be shown that another model of the search leads by more.
@@ -164,21 +166,24 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
     alike = [r for r in ladder if r.fit.data is fit.data and changing_effects(r.fit.model) == same]
     least = max(lead(rung.fit) for rung in alike)
     least -= MAX_RIVAL_LOG_EVIDENCE
-    less = drops(before, kinds_added_again(ladder))
-    changes = (*less, *replacements(fit), *splits(fit))
+    less = models_with_one_dropped(before, kinds_added_again(ladder))
+    changes = (*less, *models_with_replacement(fit), *models_with_split(fit))
     for promised, places, model in sorted(changes, key=lambda change: -change[0]):
         if promised <= MIN_SCORE_GAIN:
             break
-        after = _with_detected(before, before.after(refitted(fit, model), places))
+        after = _without_undetected(before, before.after(refitted(fit, model), places))
         if after is None or lead(after.fit) < least or not no_error_rises(fit, after.fit):
             continue
-        if gain(fit, after.fit) > MIN_SCORE_GAIN or lead(after.fit) > MAX_RIVAL_LOG_EVIDENCE:
+        if (
+            score_change(fit, after.fit) > MIN_SCORE_GAIN
+            or lead(after.fit) > MAX_RIVAL_LOG_EVIDENCE
+        ):
             return rung_of(before, after)
     return None
 
 
-def _with_detected(before: State, after: State) -> State | None:
-    """State after a step without its new effects that are not detected; None if none of them is detected.
+def _without_undetected(before: State, after: State) -> State | None:
+    """`State` after a step, without its new effects that are not detected; None if none of them is detected.
 
     `after` itself if all are detected.
     """
@@ -195,9 +200,9 @@ def _with_detected(before: State, after: State) -> State | None:
 def further_steps(
     ladder: Sequence[Rung], check: Check, added: Sequence[Suggestion]
 ) -> Iterator[Rung]:
-    """Iterator over further steps (`Rung`) from the same check, as long as a new check would find the same.
+    """Iterator over further steps (`Rung`) from the suggestions of the same check, as long as a new check would not differ.
 
-    A suggestion is added if 90 % of its ΔlogL in the check remains beside the effects added before, and if all effects
+    A suggestion is added if 90 % of its ΔlogL in the check remains after the effects added before, and if all effects
     of the user's model stay. For an effect whose evidence is not in the mean spectrum, and for an event with p > 1e-4,
     the spectrum must not have changed. A suggestion waits for the next check if it explains the same misfit as one of
     those `added`, or as one with a higher score. The suggestions ranked above the first of `added` were refused and are
@@ -216,7 +221,7 @@ def further_steps(
         if (
             suggestion in added
             or any(
-                same_misfit(s, suggestion)
+                explain_same_misfit(s, suggestion)
                 for s in check.suggestions
                 if s in added or s.score > suggestion.score
             )
@@ -247,10 +252,12 @@ def _step_with(
     check: Check,
     alone: bool = False,
 ) -> Found | None:
-    """Pair of a step that adds `suggestion` and all suggestions that it adds; None if it does not help.
+    """Pair (`Rung`, suggestions): a step that adds `suggestion`, and all suggestions that it adds.
 
-    With `alone`, None if a second effect is needed. None as well if too few samples remain, if an event cannot be placed
-    in time, or if it is doubtful.
+    None if it does not help.
+
+    With `alone`, None if a second effect is needed. None as well if too few samples remain, if an event cannot be
+    placed in time, or if it is doubtful.
     """
     try:
         found = _merged_or_added(before, suggestion, check, alone)
@@ -259,7 +266,7 @@ def _step_with(
     if found is None:
         return None
     added, risen, suggestions = found
-    after = _settled(ladder, before, added, check)
+    after = _merged_and_dropped(ladder, before, added, check)
     if after is None or _is_unchanged(before.fit, after.fit):
         return None
     # The likelihoods of other samples, of levels and of moving bands are not comparable: the check compared them.
@@ -267,7 +274,7 @@ def _step_with(
     first = suggestions[0]
     rung = rung_of(before, after, first.kind, risen, first.trials)
     new = [rung.fit.solution.effects[place] for place in after.new_since(before)]
-    if not all(is_placed(own, rung.fit.data) for own in new):
+    if not all(has_known_time(own, rung.fit.data) for own in new):
         return None
     return None if is_doubtful_event(before.fit, rung.fit, suggestion) else (rung, suggestions)
 
@@ -275,11 +282,11 @@ def _step_with(
 def _merged_or_added(
     before: State, suggestion: Suggestion, check: Check, alone: bool
 ) -> tuple[State, float, tuple[Suggestion, ...]] | None:
-    """Tuple (state, ΔlogL, added suggestions with the one to name first) with `suggestion` and its companions; or None.
+    """Tuple (`State`, ΔlogL, suggestions) after `suggestion` is added, alone or with a second effect; or None.
 
-    A line near other lines may become a wandering band. None if the effect cannot be added, if the new model predicts
-    worse, or if an error rises and no second effect prevents it. With `alone`, no second effect is searched. Changes of
-    level are added whatever the errors are.
+    The suggestions are those added, with the one to name first. A line near other lines may become a wandering band.
+    None if the effect cannot be added, if the new model predicts worse, or if an error rises and no second effect
+    prevents it. With `alone`, no second effect is searched. Changes of level are added whatever the errors are.
     """
     fit, effect = before.fit, suggestion.effect
     wandering = with_wandering_line(before, suggestion)
@@ -313,8 +320,10 @@ def _merged_or_added(
     return both, risen, (second, suggestion) if second_first else (suggestion, second)
 
 
-def _settled(ladder: Sequence[Rung], before: State, added: State, check: Check) -> State | None:
-    """State after the merges and drops that an addition makes possible; None if noise levels must merge and cannot."""
+def _merged_and_dropped(
+    ladder: Sequence[Rung], before: State, added: State, check: Check
+) -> State | None:
+    """`State` after the merges and drops that an addition makes possible; None if noise levels must merge and cannot."""
     after = added
     new = [added.fit.model.effects[place] for place in added.new_since(before)]
     if any(effect.returns for effect in new):
@@ -335,4 +344,4 @@ def _is_unchanged(before: Fit, after: Fit) -> bool:
     old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
     old_times, new_times = ({e.switches for e in fit.model.modifiers} for fit in (before, after))
     same = old == new and old_times == new_times
-    return same and gain(before, after) < MAX_RIVAL_LOG_EVIDENCE
+    return same and score_change(before, after) < MAX_RIVAL_LOG_EVIDENCE

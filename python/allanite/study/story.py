@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
-    """Tuple of the steps that users read: they add the effects of the last model in turn to the first model.
+    """Tuple of the steps (`Rung`) that users read: they add the effects of the last model in turn to the first model.
 
     A search that never dropped an added effect, and never raised an error beyond its scatter, is returned unchanged.
     Otherwise each step adds the effect that raises logL most and does not raise the Allan error, or else raises no
@@ -88,14 +88,14 @@ def _kept_new_and_leaving(
 def _sorted_by_delta_logl(
     before: Fit, kept: list[Effect], leaving: list[Effect], new: list[Effect]
 ) -> list[Effect]:
-    """List of the `new` effects by falling logL of the present model plus the effect, with the last model's shapes."""
+    """List of the `new` effects, sorted by falling logL of the model `kept` + `leaving` + effect, with the given shapes."""
 
-    def gain(effect: Effect) -> float:
-        """LogL of the present model plus one `effect`."""
+    def log_likelihood(effect: Effect) -> float:
+        """LogL of the model `kept` + `leaving` + `effect`, nats."""
         model = Model((*kept, *leaving, effect))
         return solve(before.data, model, like=before.solution, polish=False).log_likelihood
 
-    return sorted(new, key=gain, reverse=True)
+    return sorted(new, key=log_likelihood, reverse=True)
 
 
 def _fit_of_step(
@@ -118,7 +118,7 @@ def _fit_of_step(
 def _step_with_record(
     ladder: Sequence[Rung], fit: Fit, new: list[Effect], gone: list[Effect]
 ) -> Rung:
-    """Step (`Rung`) of a fit; its `trials` are those that the search recorded for the kind of the first `new` effect.
+    """`Rung` of a fit; its `trials` are those that the search recorded for the kind of the first `new` effect.
 
     For exclusions, levels over time and moving bands, which the mean spectrum does not show, `risen` is the recorded
     ΔlogL as well. Both are None if the search recorded nothing.

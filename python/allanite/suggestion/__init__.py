@@ -7,9 +7,16 @@ Input: a fit. Output: a `Check` with suggestions, best first. Add a search for o
 from allanite.suggestion.check import Check, check_fit
 from allanite.suggestion.suggest import (
     Suggestion,
-    same_misfit,
+    explain_same_misfit,
     suggest,
     suggestions_elsewhere,
 )
 
-__all__ = ["Check", "Suggestion", "check_fit", "same_misfit", "suggest", "suggestions_elsewhere"]
+__all__ = [
+    "Check",
+    "Suggestion",
+    "check_fit",
+    "explain_same_misfit",
+    "suggest",
+    "suggestions_elsewhere",
+]

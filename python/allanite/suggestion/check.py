@@ -16,8 +16,8 @@ from allanite.criticism import Where, criticise
 from allanite.effects import title_of
 from allanite.fit.likelihood.whitened import whiten
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
-from allanite.suggestion.suggest import Suggestion, same_misfit, suggest
-from allanite.suggestion.unexplained_shape import Rest, rest_of
+from allanite.suggestion.suggest import Suggestion, explain_same_misfit, suggest
+from allanite.suggestion.unexplained_shape import UnexplainedShape, unexplained_shape
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -87,25 +87,28 @@ class Check:
         }
 
     @cached_property
-    def rest(self) -> Rest | None:
-        """`Rest`: the smooth shape of the spectrum that the model lacks and no effect of the catalog explains. Cached.
+    def unexplained_shape(self) -> UnexplainedShape | None:
+        """`UnexplainedShape`: a smooth part of the spectrum that the model and the catalog lack; or None. Cached.
 
         None if the model is adequate, if a suggestion is significant, or if the shape gains less logL than the BIC cost
         of its parameters.
         """
-        return None if self.adequate or self.significant else rest_of(self.fit)
+        return None if self.adequate or self.significant else unexplained_shape(self.fit)
 
     @property
     def left(self) -> list[str]:
-        """List of sentences: one or two per view on which the model fails, one for an unexplained shape.
+        """List of sentences on what the model does not explain: one or two per failing view, one for an unexplained shape.
 
-        Empty if no view fails and no shape remains.
+        The views are τ, frequency and time. Empty if no view fails and no shape remains.
         """
-        return [*self.where.sentences(), *([] if self.rest is None else [str(self.rest)])]
+        return [
+            *self.where.sentences(),
+            *([] if self.unexplained_shape is None else [str(self.unexplained_shape)]),
+        ]
 
     @property
     def nowhere(self) -> str:
-        """Sentence that replaces the list of failures if no view fails.
+        """Sentence to print in place of the list of failures if no view fails.
 
         It says that the model is adequate, which effects are missing, or that the whole curve differs.
         """
@@ -120,17 +123,18 @@ class Check:
 
     @cached_property
     def grouped(self) -> list[tuple[str, list[tuple[int, Suggestion]]]]:
-        """List of (title, [(rank, suggestion), …]): best significant suggestion, alternatives, additional effects.
+        """List of (title, [(rank, suggestion), …]): what is missing most, its alternatives, and additional effects.
 
-        Ranks count all suggestions from 1, the best. Empty groups are omitted. If no suggestion is significant, the best
-        two form the only group, "closest candidates". The list is empty without suggestions.
+        These are the best significant suggestion, those that explain the same misfit, and the other significant ones.
+        Ranks count all suggestions from 1, the best. Empty groups are omitted. If no suggestion is significant, the
+        best two form the only group, "closest candidates". The list is empty without suggestions.
         """
         ranked = [(rank, s) for rank, s in enumerate(self.suggestions, 1) if s.significant]
         if not ranked:
             best = list(enumerate(self.suggestions[:2], 1))
             return [("closest candidates", best)] if best else []
         first = ranked[0]
-        instead = [one for one in ranked[1:] if same_misfit(first[1], one[1])]
+        instead = [one for one in ranked[1:] if explain_same_misfit(first[1], one[1])]
         beside = [one for one in ranked[1:] if one not in instead]
         groups = [("what is missing", [first]), (f"instead of {first[0]}", instead)]
         return [group for group in (*groups, (f"in addition to {first[0]}", beside)) if group[1]]

@@ -33,17 +33,17 @@ if TYPE_CHECKING:
 
 
 def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if the suggestion is a disturbance or outliers, to be excluded before another effect in `found` is added.
+    """True if the suggestion excludes samples (a disturbance or outliers) and must be added before all others in `found`.
 
     No other significant suggestion may explain these samples.
     """
     if excludes_segment(one.effect):
-        return _disturbance_leads(one, found, fit)
-    return _outliers_lead(one, found, fit)
+        return _disturbance_goes_first(one, found, fit)
+    return _outliers_go_first(one, found, fit)
 
 
-def _disturbance_leads(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if the significant disturbance `out` is to be excluded before another effect is added.
+def _disturbance_goes_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+    """True if the suggestion `out` excludes a significant disturbance and must be added before all others in `found`.
 
     This holds if no other significant event in time explains its segment. Separate levels of the octaves in the segment
     raise logL. An event explains the segment if it lowers this rise below 14 nats or below 10 %, the larger limit.
@@ -56,26 +56,26 @@ def _disturbance_leads(out: Suggestion, found: list[Suggestion], fit: Fit) -> bo
         return True  # a stuck value is no measurement, whatever else is missing
     first, last = ((t - data.start) / data.duration for t in effect.when)
 
-    def left(one: Fit) -> float:
-        """ΔlogL of separate levels of each octave in the segment, under the model of a suggestion's fit."""
+    def remaining_delta_logl(one: Fit) -> float:
+        """ΔlogL of separate levels of each octave in the segment, under the model of a fit."""
         return delta_logl_of_separate_levels(whiten(one.solution, one.data), first, last)
 
     # Stationary noise of any spectrum is equally loud at all times, up to a few nats by chance.
-    enough = max(MAX_EXPLAINED_REMAINDER * left(fit), MIN_DISTURBANCE_DELTA_LOGL)
+    enough = max(MAX_EXPLAINED_REMAINDER * remaining_delta_logl(fit), MIN_DISTURBANCE_DELTA_LOGL)
     return not any(
-        left(one.found) < enough
+        remaining_delta_logl(one.found) < enough
         for one in found
         if one.significant and one is not out and acts_in_time(one.effect)
     )
 
 
-def _outliers_lead(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if the suggestion excludes outliers that go before all other suggestions.
+def _outliers_go_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+    """True if the suggestion `out` excludes outliers and must be added before all others in `found`.
 
-    Outliers go first if `is_far_ahead` holds. They also go first if they lie at the ends of the record,
-    lie in a few clusters, or alone cause the best process or filter; but not if something else in time explains them. A
-    settling that begins high above the noise, or a loud segment, makes the first samples stand out; a tap looks like a
-    resonance and lost samples look like a fast lag.
+    Outliers go first if `is_far_ahead` holds. They also go first if they lie at the ends of the record, lie in a few
+    clusters, or alone cause the best process or filter; but not if something else in time explains them. A settling
+    that begins high above the noise, or a loud segment, makes the first samples stand out. A tap looks like a
+    resonance, and lost samples look like a fast Gauss–Markov process.
     """
     effect = out.effect
     if not isinstance(effect, Modifier) or not effect.removes or effect.when is not None:
@@ -88,7 +88,7 @@ def _outliers_lead(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
         return False
 
     def power(one: Fit) -> float:
-        """Sum of squares of the outliers by the model of a fit: of scores at the ends, of whitened samples elsewhere."""
+        """Sum of squares of the outliers under the model of a fit: of scores at the ends, of whitened samples elsewhere."""
         if ends:
             return float(np.sum(end_outlier_scores(one.solution, one.data) ** 2))
         return float(np.sum(whiten(one.solution, one.data).samples[taken] ** 2))
@@ -106,7 +106,7 @@ def _outliers_lead(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
 
 
 def _is_clustered(taken: NDArray[np.bool_]) -> bool:
-    """True if the samples masked by `taken` lie in clusters of at least 4 on average.
+    """True if the samples in the mask `taken` lie in clusters of at least 4 on average.
 
     Samples at most 1/256 of the record apart are in one cluster.
     """
@@ -133,7 +133,7 @@ def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
 
 
 def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
-    """True if the score of every other significant suggestion is below a tenth of this score.
+    """True if no other significant suggestion has a score above a tenth of the score of `one`.
 
     For a change of the noise level, other changes of the level do not count. False if burst noise or a disturbance is
     significant.
@@ -162,6 +162,6 @@ def excludes_or_changes_level(effect: Effect) -> bool:
 
 
 def acts_in_time(effect: Effect) -> bool:
-    """True if the effect acts at certain times: an exclusion, a change of level, or a function of time."""
+    """True if the effect acts at certain times: an exclusion, a change of noise level, or a function of time."""
     taken = isinstance(effect, Modifier) and effect.removes
     return taken or changes_level(effect) or isinstance(effect, Deterministic)

@@ -76,9 +76,9 @@ def _value_text(name: str, value: Estimate) -> str:
 
 
 def _slopes_sentence(effect: Effect, found: Fit) -> str:
-    """Sentence on the slopes of an effect that follows a column, if they differ at slow and fast time scales.
+    """Sentence that an effect which follows a column has different slopes at slow and fast time scales.
 
-    Otherwise an empty text.
+    "" if it has not.
     """
     if effect.follows is None:
         return ""

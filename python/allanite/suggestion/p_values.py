@@ -79,15 +79,16 @@ def log_chi2_tail(gain: float, count: int) -> float:
 
 
 def may_become_significant(family: Family, max_gain: float) -> bool:
-    """True if a ΔlogL of `max_gain`, the largest that a refit can find, has a p-value below 1 %.
+    """True if a candidate of `family` with a ΔlogL of `max_gain` would have a p-value below 1 %.
 
-    For a slow function no such limit is known, because the noise was estimated with the function in the record.
+    `max_gain` is the largest ΔlogL that a refit can find. For a slow function no such limit is known, because the noise
+    was estimated with the function in the record.
     """
     return log_p_value(family, max_gain) < np.log(FALSE_ALARM_PROBABILITY)
 
 
-def min_excess(count: float) -> float:
-    """Standard normal value that the largest of `count` independent values exceeds with a probability of 1 %."""
+def min_significant_score(count: float) -> float:
+    """Standard normal score that the largest of `count` independent scores exceeds with a probability of 1 %."""
     from scipy.special import ndtri
 
     return -float(ndtri(FALSE_ALARM_PROBABILITY / count))
@@ -110,12 +111,12 @@ def line_trials(n: int) -> float:
 
 
 def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.float64]:
-    """Array of W of Baluev's formula for lines of `cycles` cycles in n samples, divided by their share of false alarms.
+    """Array of the number of independent trials (W of Baluev's formula) of a line of `cycles` cycles in n samples.
 
-    Baluev's W is proportional to the range of frequencies searched. One share of the probability is divided equally
-    among the octaves from one cycle to n/2, so that a slow line does not pay for all fast ones. A second share covers
-    all frequencies, so that a fast line hardly pays for the octaves. A third share covers frequencies known beforehand,
-    if the record has any.
+    W is that of a search of all frequencies, divided by the share of the false alarms that this frequency gets. One
+    third of the false alarms is divided equally among the octaves from one cycle to n/2, so that a slow line does not
+    pay for all fast ones. One third covers all frequencies, so that a fast line hardly pays for the octaves. One third
+    covers frequencies known beforehand, if the record has any; otherwise the shares are halves.
     """
     whole = line_trials(n)
     octaves = max(1.0, np.log2(n / 2.0))
@@ -131,12 +132,11 @@ def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.fl
 
 
 def interval_trials(cells: int, length: int, x: float) -> float:
-    """Number of independent intervals in one octave of length, times the number of octaves, at a ΔlogL of x.
+    """Number of independent intervals of `length` … 2 `length` − 1 cells, times the number of octaves, at a ΔlogL of x.
 
-    Lengths are `length` … 2 `length` − 1 of `cells` cells, at steps of an eighth of the length. With little evidence,
-    neighboring intervals share more of it: 1.65 x intervals per length of the record are independent. This was found by
-    simulation (256 cells of normal noise, 160 000 records, x = 5 … 9: 7.5 to 14.9 at 16 … 128 cells; fewer for shorter
-    ones).
+    The record has `cells` cells; lengths have steps of an eighth. With little evidence, neighboring intervals share
+    more of it: 1.65 x intervals per length of the record are independent. This was found by simulation (256 cells of
+    normal noise, 160 000 records, x = 5 … 9: 7.5 to 14.9 at 16 … 128 cells; fewer for shorter ones).
     """
     step = max(1, length // 8)
     lengths = len(range(length, min(2 * length, cells), step))
@@ -146,10 +146,11 @@ def interval_trials(cells: int, length: int, x: float) -> float:
 def best_interval(
     power: NDArray[np.float64], freedom: float, cells: int
 ) -> tuple[int, int, float, float]:
-    """Tuple (first value, end, ΔlogL, ln p) of the interval with the lowest p-value for another level of power.
+    """Tuple (first value, end, ΔlogL, ln p) of the interval whose separate level of power has the lowest p-value.
 
-    The end is exclusive. `freedom` is the degrees of freedom of each value. Boundaries lie between `cells` equal cells.
-    Ln p is 0 if no interval raises logL, and (0, 0, 0, inf) is returned for fewer than two cells.
+    The end is exclusive. `power` is a series over time, `freedom` the degrees of freedom of each value. Boundaries lie
+    between `cells` equal cells. ln p is 0 if no interval raises logL, and (0, 0, 0, inf) is returned for fewer than two
+    cells.
     """
     from scipy.special import log_ndtr
 
@@ -183,10 +184,10 @@ def best_interval(
 def delta_logl_of_two_levels(
     inside: NDArray[np.float64], count: NDArray[np.float64], total: float, n: float, freedom: float
 ) -> NDArray[np.float64]:
-    """Array of the ΔlogL of a separate mean power inside an interval: −½ Σ d ln ρ, with d = `freedom` per value.
+    """Array of the ΔlogL of a separate mean power inside each of many intervals: −½ Σ d ln ρ, with d = `freedom` per value.
 
-    `inside` is the sum of the `count` values inside each interval, `total` that of all `n` values; ρ are mean powers
-    relative to the common mean.
+    `inside` is the sum of the `count` values inside each interval, `total` that of all `n` values; ρ are the mean
+    powers inside and outside, relative to the common mean.
     """
     a = np.maximum(inside / count, 1e-12)
     b = np.maximum((total - inside) / (n - count), 1e-12)
@@ -197,7 +198,7 @@ def delta_logl_of_two_levels(
 def refined_interval(
     power: NDArray[np.float64], freedom: float, start: int, end: int, least: int
 ) -> tuple[int, int, float]:
-    """Tuple (start, end, ΔlogL) of an interval after its boundaries are moved in turn to the largest ΔlogL.
+    """Tuple (start, end, ΔlogL) of an interval of values whose boundaries are moved in turn to the largest ΔlogL.
 
     In each of three rounds a boundary moves by up to two coarse cells, or by an eighth of a longer interval. The
     interval keeps at least `least` values, since anything shorter is an outlier. ΔlogL is −inf if no interval

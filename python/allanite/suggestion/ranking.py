@@ -32,10 +32,11 @@ if TYPE_CHECKING:
 def in_order(
     found: Iterable[Suggestion], fit: Fit, overdispersion: float
 ) -> tuple[Suggestion, ...]:
-    """Tuple of the suggestions: significant ones first, then by class, then by score; each with its alternatives.
+    """Tuple of the suggestions in ranked order, significant ones first; `rivals` of each is filled.
 
-    Of the significant ones, exclusions that go first (`goes_first`) come before all others, and changes of level follow if
-    `overdispersion`, that of the spectrum (1 for a steady record), is above 1.1. Other excluded segments are omitted.
+    Within significant ones, exclusions that go first (`goes_first`) lead. If `overdispersion` (that of the spectrum, 1
+    for a steady record) is above 1.1, changes of level follow. Otherwise the score decides. Other excluded segments are
+    omitted.
     """
     judged = list(found)
     first = [s for s in judged if goes_first(s, judged, fit)]
@@ -43,7 +44,7 @@ def in_order(
     judged = [s for s in judged if s in first or not excludes_segment(s.effect)]
 
     def key(one: Suggestion) -> tuple[bool, int, float]:
-        """Sort key (significant, class, score) of a suggestion.
+        """Sort key (significant, class, score) of a suggestion; the highest comes first.
 
         Class 3: exclusions that go first. 2: changes of level in an overdispersed spectrum. 0: other exclusions and
         changes of level, except changes of the level of all frequencies that are far ahead. 1: all others.
@@ -63,9 +64,9 @@ def in_order(
 
 
 def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
-    """Tuple of copies, in the same order, whose `rivals` are the kinds that may be confused with the effect.
+    """Tuple of copies of the suggestions in which `rivals` names the kinds that may be confused with the effect.
 
-    The scores of these kinds are within 3 nats of that of the suggestion.
+    The scores of these kinds are within 3 nats of that of the suggestion. The order stays.
     """
     out = []
     for one in ranked:

@@ -41,7 +41,7 @@ from allanite.suggestion.screens.level_changes import (
     screen_outliers_and_levels,
 )
 from allanite.suggestion.screens.lines import screen_lines
-from allanite.suggestion.screens.slow_functions import screen_slow, with_gains_beside_best
+from allanite.suggestion.screens.slow_functions import screen_slow, with_gains_next_to_best
 from allanite.suggestion.screens.spectral import (
     Candidate,
     Screen,
@@ -149,7 +149,7 @@ class Suggestion:
 
     @property
     def gives_way(self) -> tuple[str, ...]:
-        """Tuple of the kinds that leave the model when the effect is added: in `before`, but not in `found`."""
+        """Tuple of the kinds that the effect replaces: they are in the model `before`, but not in `found`."""
         kinds = [Counter(e.kind for e in fit.model) for fit in (self.before, self.found)]
         return tuple((kinds[0] - kinds[1]).elements())
 
@@ -170,7 +170,10 @@ class Suggestion:
 
     @cached_property
     def gains(self) -> NDArray[np.float64]:
-        """Array of the ΔlogL of each bin of the spectrum, 0 where it falls, shape (bins,); empty if the bins differ."""
+        """Array of the ΔlogL of each bin of the spectrum, 0 where it falls, shape (bins,).
+
+        Empty if the bins of the two fits differ, e.g. because samples are excluded.
+        """
         before, after = (
             -0.5 * s.count * (np.log(s.spectrum) + s.power / s.spectrum)
             for s in (self.before.solution, self.solution)
@@ -237,12 +240,12 @@ class Suggestion:
         }
 
 
-def same_misfit(first: Suggestion, other: Suggestion) -> bool:
+def explain_same_misfit(first: Suggestion, other: Suggestion) -> bool:
     """True if two suggestions explain the same misfit.
 
-    They are listed as each other's `rivals`, overlap in both frequency and time, or share over half of the smaller ΔlogL
-    at the same frequencies. The last test is omitted for exclusions and changes of the noise level, which leave the
-    spectrum as it is.
+    They are listed as each other's `rivals`, overlap in both frequency and time, or share over half of the smaller
+    ΔlogL at the same frequencies. The last test is omitted for exclusions and changes of the noise level, which leave
+    the spectrum as it is.
     """
     if other.kind in first.rivals or first.kind in other.rivals:
         return True
@@ -258,7 +261,7 @@ def same_misfit(first: Suggestion, other: Suggestion) -> bool:
 
 
 def _band(effect: Effect) -> tuple[float, float] | None:
-    """Pair (lowest, highest) frequency of a band, a line, or a change of a band, Hz; None for other effects."""
+    """Pair (lowest, highest) frequency, Hz, that an effect occupies or whose level it changes; None for other effects."""
     return effect.band if isinstance(effect, Modifier) else effect.occupies
 
 
@@ -272,9 +275,9 @@ def _ranges_overlap(one: tuple[float, float] | None, other: tuple[float, float] 
 def suggest(
     fit: Fit, whitened: Whitened, on_progress: Progress | None = None
 ) -> tuple[Suggestion, ...]:
-    """Tuple of suggestions for a fit, best first; `on_progress` is called with (stages done, 5).
+    """Tuple of suggestions for a fit, best first, from all searches.
 
-    `whitened` is the whitened record of the fit.
+    `whitened` is the whitened record of the fit. `on_progress` is called with (stages done, 5).
     """
     done = count(1)
 
@@ -292,7 +295,7 @@ def suggest(
         spectral = screen_spectral(base, data, white)
         progress()
         trim_memory(data.samples.size)
-        rival = _best_wandering(spectral.candidates)
+        rival = _best_drifting_process(spectral.candidates)
         slow = slow_families(base.model, data.covariates)
         found = {
             name: pool.submit(screen_slow, blanks, base, data, rival, lambda: whitened)
@@ -313,7 +316,7 @@ def suggest(
         levels = best_levels((*levels, swelling.result()), data.n)
         own = [candidate for one in alone for candidate in one.result()]
         progress()
-        screens = with_gains_beside_best({name: f.result() for name, f in found.items()}, data)
+        screens = with_gains_next_to_best({name: f.result() for name, f in found.items()}, data)
         progress()
     families = _families(spectral, screens, data.n, bool(followed))
     # Each further form of a change of level is one more search.
@@ -340,10 +343,10 @@ def suggest(
 
 
 def suggestions_elsewhere(refused: Suggestion) -> Iterator[Suggestion]:
-    """Yields significant suggestions of the kind of a refused band at frequencies that this band does not occupy.
+    """Iterator over significant suggestions of the kind of a refused band, at frequencies that this band does not occupy.
 
-    A check suggests only the best band of a kind. The p-values are multiplied by the trials of the refused band, which are
-    the most: trials rise with ΔlogL.
+    A check suggests only the best band of a kind. The p-values are multiplied by the trials of the refused band, which
+    are the most: trials rise with ΔlogL.
     """
     fit, effect = refused.before, refused.effect
     if effect.screened != "spectral" or effect.occupies is None or refused.gives_way:
@@ -356,8 +359,8 @@ def suggestions_elsewhere(refused: Suggestion) -> Iterator[Suggestion]:
             yield _with_shares(fit, [one])[0]
 
 
-def _best_wandering(candidates: Iterable[Candidate]) -> Solution | None:
-    """`Solution` of the model with the best wandering process; None without such a candidate.
+def _best_drifting_process(candidates: Iterable[Candidate]) -> Solution | None:
+    """`Solution` of the model with the candidate of the best slowly drifting random process; None without one.
 
     A slow function of time must explain something beyond this process.
     """
@@ -368,9 +371,9 @@ def _best_wandering(candidates: Iterable[Candidate]) -> Solution | None:
 def _families(
     spectral: Screen, screens: dict[str, Screen], n: int, followed: bool
 ) -> dict[str, Family]:
-    """Dict of the `Family` of candidates that share their false alarms, by name.
+    """Dict from name to `Family`: candidates that share their false alarms.
 
-    The family ``course`` of moving bands is included if any band was `followed`.
+    `followed` is True if any band was followed over time; then the family ``course`` of moving bands is included.
     """
     names = sorted({"spectral", *spectral.families})
     families = {name: Family(name) for name in ("level", "outlier")}
@@ -395,7 +398,7 @@ def _suggestion(
     surplus: float,
     scatter: float,
 ) -> Suggestion:
-    """Suggestion of a candidate: its ΔlogL, its p-value corrected for all `searches`, and its fit.
+    """`Suggestion` of a candidate: its ΔlogL, its p-value corrected for all `searches`, and its fit.
 
     `surplus` is the ΔlogL that a discrepancy of the model without the effect explains. It is added if the model with
     the effect needs no discrepancy. `scatter`, the overdispersion, raises the p-value, except that of levels, outliers
@@ -446,10 +449,11 @@ def _suggestion(
 
 
 def _with_shares(fit: Fit, judged: list[Suggestion]) -> list[Suggestion]:
-    """List of the suggestions with the part of the unexplained misfit that each removes, `Suggestion.removes_percent`.
+    """List of copies of the suggestions in which `removes_percent` is filled.
 
-    The whole is the misfit without any addition: what a suggestion leaves, plus its ΔlogL. It is the largest such sum,
-    since the bins of `fit.excess` do not resolve a line. A study counts its first step in the same way (`misfit_left`).
+    It is the part of the unexplained misfit that an effect removes. The whole is the misfit without any addition: what
+    a suggestion leaves, plus its ΔlogL. It is the largest such sum, since the bins of `fit.excess` do not resolve a
+    line. A study counts its first step in the same way (`misfit_left`).
     """
     removed = [_removed_misfit(fit, s) for s in judged]
     whole = max(fit.excess, 0.0)
@@ -474,5 +478,5 @@ def _removed_misfit(fit: Fit, suggestion: Suggestion) -> float:
 
 
 def _changes_over_time(effect: Effect) -> bool:
-    """True for exclusions, changes of level and moving bands, which change samples or their spectrum over time."""
+    """True for effects whose evidence is not in the mean spectrum: exclusions, changes of level and moving bands."""
     return excludes_or_changes_level(effect) or effect.moving

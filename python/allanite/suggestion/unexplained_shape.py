@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Rest:
+class UnexplainedShape:
     """A smooth shape of the spectrum that a model lacks.
 
     Attributes
@@ -40,7 +40,7 @@ class Rest:
 
     @property
     def effect(self) -> Effect:
-        """Nameless effect with the shape; it can be added to the model."""
+        """Effect without a physical name that has the shape; it can be added to the model."""
         return self.fit.model.effects[-1]
 
     def __str__(self) -> str:
@@ -50,20 +50,20 @@ class Rest:
         )
 
 
-def nameless() -> Effect:
-    """Effect of the catalog without values for a shape of the spectrum that nothing explains."""
+def unexplained_effect() -> Effect:
+    """Effect of the catalog, without values, for a shape of the spectrum that nothing else explains."""
     return next(cls for cls in CATALOGUE if cls.nameless)()
 
 
-def rest_of(fit: Fit) -> Rest | None:
-    """`Rest`, a shape that would describe what a model lacks; or None.
+def unexplained_shape(fit: Fit) -> UnexplainedShape | None:
+    """`UnexplainedShape` that would describe what a model lacks; or None.
 
     None if it raises logL by less than the BIC cost of its parameters, or if the model has such a shape. The fit is not
     changed.
     """
     if any(effect.nameless for effect in fit.model):
         return None
-    with_shape = fit.add(nameless())
+    with_shape = fit.add(unexplained_effect())
     solution = with_shape.solution
     risen = solution.log_likelihood - fit.solution.log_likelihood
     if risen < with_shape.model.effects[-1].numbers * bic_cost(fit.solution):
@@ -75,7 +75,7 @@ def rest_of(fit: Fit) -> Rest | None:
     first = int(wide[wide < top][-1]) + 1 if (wide < top).any() else 0
     last = int(wide[wide > top][0]) if (wide > top).any() else ratio.size
     hertz = fit.data.bins.edges * fit.data.rate / (2.0 * fit.data.n)
-    return Rest(
+    return UnexplainedShape(
         with_shape,
         float(hertz[first]),
         float(hertz[min(last, hertz.size - 1)]),

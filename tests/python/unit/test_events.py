@@ -9,7 +9,7 @@ import allanite as al
 import generators as g
 from allanite.effects._event import sines
 from allanite.fit.solution import Regressed
-from allanite.suggestion.screens.slow_functions import is_placed
+from allanite.suggestion.screens.slow_functions import has_known_time
 
 MG = 9.81e-3
 
@@ -218,7 +218,7 @@ def test_a_jump_whose_time_may_be_outside_the_record_is_not_placed(time, deviati
     step = al.effects.BiasStep(time=time, height=1.0)
     data = al.fit_model(al.Recording(np.random.default_rng(1).standard_normal(1000), 1.0), "N").data
     own = Regressed(step, np.ones(1), np.full((1, 1), deviation**2), np.ones((1, 1)), step)
-    assert is_placed(own, data) == placed
+    assert has_known_time(own, data) == placed
 
 
 @pytest.mark.parametrize("seed", range(3))

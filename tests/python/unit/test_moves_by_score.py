@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit import refitted
-from allanite.study.moves.drop import drops
+from allanite.study.moves.drop import models_with_one_dropped
 from allanite.study.state import State
 
 RATE = 50.0
@@ -31,8 +31,8 @@ def test_a_band_leaves_if_it_costs_more_than_it_explains(there):
     before = State.of(al.fit_model(al.Recording(samples, rate=RATE, unit="deg/s"), "N"))
     band = al.effects.Resonance(frequency=5.0, damping=0.05)
     after = before.after(refitted(before.fit, before.fit.model + band))
-    [(promised, places, model)] = drops(after, ())
+    [(promised, places, model)] = models_with_one_dropped(after, ())
     assert (places, model.name) == ((1,), "N")
     # Three parameters cost ½ ln n each, and white noise pays for less than two of them.
     assert (promised < 0.0) if there else (promised > 0.5 * np.log(10_000))
-    assert not list(drops(after, {"resonance"}))
+    assert not list(models_with_one_dropped(after, {"resonance"}))

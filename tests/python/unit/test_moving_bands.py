@@ -15,8 +15,8 @@ from allanite.effects import segment_weights
 from allanite.effects.resonance import Resonance
 from allanite.suggestion.screens.drifting_bands import (
     PLACES_PER_HALF_WIDTH,
-    likeliest,
-    likeliest_polygon,
+    most_likely_course,
+    most_likely_polygon,
 )
 
 RATE, LENGTH = 100.0, 200_000
@@ -112,7 +112,7 @@ def test_the_likeliest_course_is_the_best_of_all(sections, places, seed):
         of_steps = sum(told[a, b] for a, b in pairwise(course))
         return sum(gains[k, f] for k, f in enumerate(course)) + of_steps - np.log(places)
 
-    course, risen = likeliest(gains)
+    course, risen = most_likely_course(gains)
     best = max(map(total, product(range(places), repeat=sections)))
     assert risen == pytest.approx(best)
     assert total(course) == pytest.approx(best)
@@ -127,12 +127,14 @@ def test_the_likeliest_polygon_is_the_best_of_all(parts, size, places, seed):
         course = np.rint(np.interp(middles, range(parts + 1), corners)).astype(int)
         return gains[range(parts * size), course].sum() - (parts + 1) * np.log(places)
 
-    course, risen = likeliest_polygon(gains, parts)
+    course, risen = most_likely_polygon(gains, parts)
     assert risen == pytest.approx(max(map(total, product(range(places), repeat=parts + 1))))
     assert course.shape == (parts * size,)
 
 
-@pytest.mark.parametrize("search", [likeliest, lambda gains: likeliest_polygon(gains, 4)])
+@pytest.mark.parametrize(
+    "search", [most_likely_course, lambda gains: most_likely_polygon(gains, 4)]
+)
 def test_a_course_is_met_by_chance_as_seldom_as_said(search):
     """Ratios of normal densities of which the mean is 1: a sum of 2 in at most e⁻² of them, whatever the course is."""
     rng = np.random.default_rng(1)

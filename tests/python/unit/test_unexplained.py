@@ -37,14 +37,14 @@ def test_what_is_left_is_described_and_said(record):
     # The bands reach as far as the rate shows: what they add there is not in N.
     assert fit["N"].value == pytest.approx(LEVEL, rel=0.06)
     # What the model without it lacks is at most 80 % of the power, at half of that from 1.3 to 6.8 Hz.
-    from allanite.suggestion.unexplained_shape import rest_of
+    from allanite.suggestion.unexplained_shape import unexplained_shape
 
-    rest = rest_of(al.fit_model(record, "N+B+K"))
+    rest = unexplained_shape(al.fit_model(record, "N+B+K"))
     assert 0.6 < rest.low_hz < 2.6, rest
     assert 4.0 < rest.high_hz < 12.0, rest
     assert 40.0 < rest.percent < 130.0
     assert "no effect of the catalog explains" in str(rest)
-    assert rest_of(fit) is None
+    assert unexplained_shape(fit) is None
 
 
 def test_it_is_simulated_and_saved(record, tmp_path):
@@ -64,7 +64,7 @@ def test_white_noise_has_none():
     assert not fit["X.rms"].detected
     check = al.fit_model(record, "N").check()
     assert check.adequate
-    assert check.rest is None
+    assert check.unexplained_shape is None
 
 
 @pytest.mark.long

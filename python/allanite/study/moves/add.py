@@ -10,9 +10,9 @@ from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.study.judgement import (
     allan_error_rises,
     discrepancy_rises,
-    gain,
     no_error_rises,
     predicts_as_well,
+    score_change,
 )
 from allanite.study.relations import is_line, is_same_feature, lies_mostly_within, line_distance
 from allanite.study.state import places_lost
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def with_addition(
     before: State, addition: Effect | Suggestion, lines: Sequence[Effect] = ()
 ) -> State | None:
-    """State with one more effect, without the effects in its place; None if the user's model has an effect there.
+    """`State` with one more effect, which may replace an effect at the same place; None if that place is taken by the user.
 
     An effect at the same feature of the spectrum, such as a band at the frequency of a line, is replaced if the score
     rises by more than 3 nats; otherwise None is returned. Several of the suggested `lines` may replace one band
@@ -59,9 +59,9 @@ def with_addition(
     near = [e for e in lines if is_same_feature(effects[place], e, fit)]
     for line in _separate_lines([effect, *near], fit):
         more = refitted(fit, Model((*rest, *new, line)))
-        if gain(better, more) > MAX_RIVAL_LOG_EVIDENCE:
+        if score_change(better, more) > MAX_RIVAL_LOG_EVIDENCE:
             better, new = more, [*new, line]
-    clearly = gain(fit, better) > MAX_RIVAL_LOG_EVIDENCE
+    clearly = score_change(fit, better) > MAX_RIVAL_LOG_EVIDENCE
     return before.after(better, (place,)) if clearly else None
 
 
@@ -82,7 +82,7 @@ def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
 def with_second_effect(
     before: State, after: State, check: Check, falls: bool
 ) -> tuple[State, Suggestion] | None:
-    """Pair: state with a second effect with which no error rises beyond its scatter, and the suggestion of it; or None.
+    """Pair: `State` with a second effect, with which no error rises beyond its scatter, and the suggestion of it; or None.
 
     It is needed if the first addition alone raises an error. If an error rises beyond its scatter, effects that `check`
     found missing are tried. If the Allan error rises with all of them, the model with the addition is checked, and its
@@ -97,7 +97,7 @@ def with_second_effect(
         pair = _first_tolerable_pair(before, after, beside)
         if pair is None or discrepancy_rises(before.fit, pair[0].fit):
             return None
-        return pair if gain(after.fit, pair[0].fit) > MAX_RIVAL_LOG_EVIDENCE else None
+        return pair if score_change(after.fit, pair[0].fit) > MAX_RIVAL_LOG_EVIDENCE else None
     first = _first_tolerable_pair(before, after, [s for s in check.significant if s.kind != new])
     if first is not None and not allan_error_rises(before.fit, first[0].fit):
         return first
@@ -110,7 +110,7 @@ def with_second_effect(
 def _first_tolerable_pair(
     before: State, after: State, suggestions: Sequence[Suggestion]
 ) -> tuple[State, Suggestion] | None:
-    """Pair of a state with one of the `suggestions` added, and that suggestion; or None.
+    """Pair: `State` with one of the `suggestions` added, and that suggestion; or None.
 
     It is the first suggestion with which the Allan error does not rise, otherwise the first with which no error rises
     beyond its scatter. Only the first 8 are tried; explained effects and worse predictions are skipped.

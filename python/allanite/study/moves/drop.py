@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 
 def without_needless(before: State, after: State, needed: Collection[str]) -> State | None:
-    """State without the effects that the last addition makes needless; None if all stay.
+    """`State` without the effects that the last addition makes needless; None if all stay.
 
-    All stay if an error rises beyond its scatter without them. All stay as well if one of them is detected and the Allan
-    error rises above its expected scatter. Kinds in `needed` stay.
+    All stay if an error rises beyond its scatter without them. All stay as well if one of them is detected and the
+    Allan error rises above its expected scatter. Kinds in `needed` stay.
     """
     less = without_needless_effects(before, after, needed)
     lost = less.lost_since(after)
@@ -43,7 +43,7 @@ def without_needless(before: State, after: State, needed: Collection[str]) -> St
 
 
 def without_needless_effects(before: State, after: State, needed: Collection[str]) -> State:
-    """State without each effect whose removal raises the score by 0.5 nats, tried from the last but one to the first.
+    """`State` without each effect whose removal raises the score by 0.5 nats, tried from the last but one to the first.
 
     An effect of the user's model is dropped only if it was detected before and now explains nothing. The interval of a
     function of time depends on the slow noise of the user's model, which therefore stays. Kinds in `needed` stay.
@@ -58,18 +58,18 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
         if _is_line_needed_as_before(before, state, number):
             continue
         if _may_be_dropped(state.fit, place, needed):
-            without = _without(state.fit, place, given)
+            without = _fit_if_needless(state.fit, place, given)
             if without is not None:
                 state = state.after(without, (place,))
     return state
 
 
 def _is_line_needed_as_before(before: State, after: State, number: int) -> bool:
-    """True if the effect is a line whose removal gains less than 0.5 nats more than before the last addition.
+    """True if the effect with this `number` is a line that the model needs as much after the last addition as before it.
 
-    The effect has this `number` in the states `before` and `after` the addition. False if `before` lacks the line.
-    A new effect can explain a line only at the frequency of the line, so that the line then explains less already with
-    fixed shapes. This saves a complete fit for each line of a comb.
+    Its removal then gains less than 0.5 nats more than before. False for other effects, and for a new line. A new
+    effect can explain a line only at the frequency of the line, so that the line then explains less already with fixed
+    shapes. This saves a complete fit for each line of a comb.
     """
     place = after.numbers.index(number)
     if number not in before.numbers or not is_line(after.fit.model.effects[place]):
@@ -80,10 +80,12 @@ def _is_line_needed_as_before(before: State, after: State, number: int) -> bool:
     return new < old + MIN_SCORE_GAIN
 
 
-def drops(state: State, needed: Collection[str]) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Iterator over (expected gain in nats, index of the dropped effect in a tuple, model) without one added effect each.
+def models_with_one_dropped(
+    state: State, needed: Collection[str]
+) -> Iterator[tuple[float, tuple[int, ...], Model]]:
+    """Iterator over (expected gain, (index,), model): the model without one effect that the search added, for each of them.
 
-    Kinds in `needed` stay.
+    The gain is that of the score, nats. Kinds in `needed` stay.
     """
     fit = state.fit
     for place in state.added:
@@ -111,14 +113,17 @@ def _may_be_dropped(fit: Fit, place: int, needed: Collection[str]) -> bool:
     return judged and is_removable(effect) and effect.kind not in needed
 
 
-def _without(fit: Fit, place: int, given: bool) -> Fit | None:
-    """Fit without the effect at index `place` if the effect is needless; None if it is needed.
+def _fit_if_needless(fit: Fit, place: int, given: bool) -> Fit | None:
+    """`Fit` without the effect at index `place` if the model does not need it; None if it does.
 
-    An added effect is needless if the score rises by 0.5 nats without it, a given one if logL falls by less than 0.5.
+    An added effect is needless if the score rises by 0.5 nats without it, a `given` one if logL falls by less than 0.5.
     """
 
     def gains(less: Solution) -> float:
-        """Rise of the score (for a `given` effect, of logL) without the effect, minus its limit; positive if needless."""
+        """Rise of the score (for a `given` effect, of logL) without the effect, minus its limit, nats.
+
+        Positive if needless.
+        """
         if given:
             return less.log_likelihood - fit.solution.log_likelihood + MIN_SCORE_GAIN
         return gain_without(fit, place, less) - MIN_SCORE_GAIN

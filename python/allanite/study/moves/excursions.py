@@ -16,7 +16,7 @@ from allanite.study.judgement import is_as_good
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAX_EVENTS
 from allanite.suggestion.p_values import Family, log_p_value
 from allanite.suggestion.screens.several_excursions import merged_excursions, overlap
-from allanite.suggestion.screens.slow_functions import score, screen_slow, with_gains_beside_best
+from allanite.suggestion.screens.slow_functions import score, screen_slow, with_gains_next_to_best
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 
 
 def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> State | None:
-    """State with one effect for all excursions, those that the search has added and those still missing; or None.
+    """`State` with one effect for all excursions, those that the search has added and those still missing; or None.
 
     At most 32 in all. Each further excursion must explain more than any other slow function, and something in addition
-    to the best random process of the `suggestions`. All together must leave a model that is as good; otherwise only the
-    known ones are merged. None if fewer than two remain.
+    to the best slowly drifting random process of the `suggestions`. All together must leave a model that is as good;
+    otherwise only the known ones are merged. None if fewer than two remain.
     """
     fit = before.fit
     places = [p for p in before.added if fit.model.effects[p].returns]
@@ -64,9 +64,10 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
 def _missing_excursion(
     solution: Solution, data: Data, rival: Solution | None
 ) -> Deterministic | None:
-    """Excursion that explains more than all other slow functions that may be missing; or None.
+    """Excursion that the model lacks and that explains more than all other slow functions; or None.
 
-    None if it is not the best one or has a p-value above 1 %.
+    None if another slow function explains more, or if it has a p-value above 1 %. `rival` is the solution with the best
+    slowly drifting random process.
     """
     slow = slow_families(solution.model, data.covariates)
     whitened = cache(lambda: whiten(solution, data))
@@ -74,7 +75,7 @@ def _missing_excursion(
         name: screen_slow(blanks, solution, data, rival, whitened)
         for name, blanks in sorted(slow.items())
     }
-    screens = with_gains_beside_best(screens, data)
+    screens = with_gains_next_to_best(screens, data)
     found = [c for screen in screens.values() for c in screen.candidates]
     if not found:
         return None

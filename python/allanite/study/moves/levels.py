@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def with_merged_levels(before: State) -> State | None:
-    """State in which one effect replaces several changes of level, and includes those still missing; or None.
+    """`State` in which one effect replaces several changes of level, and includes those still missing; or None.
 
     Candidates are what a search finds without the changes, and the changes combined. The one with the highest score of
     the power of the white noise over time is taken. None if no candidate explains 3 nats more than the changes without
@@ -38,7 +38,7 @@ def with_merged_levels(before: State) -> State | None:
     price = 0.5 * np.log(max(series.freedom * power.size, 2.0))
 
     def explained(level: Modifier) -> float:
-        """ΔlogL of the white-noise power over time with the intervals of `level`, against a constant level.
+        """ΔlogL of a change of level over a constant level, from the white-noise power over time, nats.
 
         Intervals with one factor share one level, the mean of the power with normal tails.
         """
@@ -48,7 +48,7 @@ def with_merged_levels(before: State) -> State | None:
         return float(-0.5 * series.freedom * (count @ np.log(means / power.mean())))
 
     def worth(level: Modifier) -> float:
-        """ΔlogL of a `level` less the BIC cost of its parameters."""
+        """ΔlogL of a change of level less the BIC cost of its parameters, nats."""
         return explained(level) - price * level.numbers
 
     had = max((explained(level) for level in _product_levels(changes[:-1])), default=0.0)
@@ -94,7 +94,7 @@ def _switching_levels(candidates: Iterable[Candidate]) -> list[Modifier]:
 
 
 def _product_levels(changes: list[Modifier]) -> list[Modifier]:
-    """List of one effect for each suitable kind of the catalog, whose level is the product of the levels of `changes`."""
+    """List of effects, one for each suitable kind of the catalog, whose level is the product of the levels of `changes`."""
     times = np.array(sorted({t for change in changes for t in change.switches[0]}))
     gains = np.prod([change.gain(times) for change in changes], axis=0)
     kept = np.flatnonzero(np.diff([1.0, *gains]))

@@ -15,10 +15,10 @@ from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, discrepancy_gain, evidence
 from allanite.fit.rivals.score import is_broad
-from allanite.study.judgement import gain, no_error_rises, predicts_as_well
+from allanite.study.judgement import no_error_rises, predicts_as_well, score_change
 from allanite.study.relations import is_line, line_distance
 from allanite.suggestion.constants import MAX_WANDERING_LINE_DISTANCE, MIN_DELTA_LOGL_OVER_SIMPLER
-from allanite.suggestion.unexplained_shape import nameless
+from allanite.suggestion.unexplained_shape import unexplained_effect
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def with_wandering_line(before: State, suggestion: Suggestion) -> State | None:
-    """State in which one narrow band replaces the lines near a suggested line, that line included; or None.
+    """`State` in which one narrow band replaces the lines near a suggested line, that line included; or None.
 
     Lines within 3/T count. The band is taken if its score is at most 3 nats below that of the lines, or 8 nats for
     lines closer than 1/T, which beat. None without such lines, if one is the user's, if an error rises beyond its
@@ -55,7 +55,7 @@ def with_wandering_line(before: State, suggestion: Suggestion) -> State | None:
     one = refitted(fit, Model((*(e for p, e in enumerate(effects) if p not in near), band)))
     beat = min(line_distance(effects[p], line) for p in near) * duration < 1.0
     least = -MIN_DELTA_LOGL_OVER_SIMPLER if beat else -MAX_RIVAL_LOG_EVIDENCE
-    if gain(fit.add(suggestion), one) < least or not no_error_rises(fit, one):
+    if score_change(fit.add(suggestion), one) < least or not no_error_rises(fit, one):
         return None
     return before.after(one, near)
 
@@ -72,7 +72,7 @@ def _band(low: float, high: float) -> Stochastic | None:
 
 
 def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
-    """State in which a nameless shape replaces a stack of added effects; None if the stack stays.
+    """`State` in which one free shape of the spectrum replaces several added effects that form a stack; None if they stay.
 
     A stack is two or more added random effects that are broad bands, power laws, or of one kind, and of no kind in the
     initial model. The shape replaces the stack if all three conditions hold:
@@ -80,8 +80,8 @@ def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
     1. Its log evidence is at least 3 nats higher, without the part that a model discrepancy contributes. Or: an effect
        of the initial model is detected with the shape but not with the stack, and the gain of the discrepancy rises by
        less than 3 nats.
-    2. It predicts unseen data as well as the stack.
-    3. No error rises by more than its scatter, compared with the last fit of `ladder` (oldest first) that has no effect
+    2. It predicts unseen data as well as the stack. 3. No error rises by more than its scatter, compared with the last
+    fit of `ladder` (oldest first) that has no effect
        of the kinds of the stack.
     """
     fit, effects = before.fit, before.fit.model.effects
@@ -96,11 +96,11 @@ def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
     if len(places) < 2:
         return None
     rest = (e for place, e in enumerate(effects) if place not in places)
-    better = refitted(fit, Model((*rest, nameless())))
+    better = refitted(fit, Model((*rest, unexplained_effect())))
     left = [discrepancy_gain(one.solution, one.data) for one in (fit, better)]
     more = evidence(better.solution) - evidence(fit.solution) + left[0] - left[1]
     instead = (
-        _stands_for_another(fit, better, before.given)
+        _detects_hidden_kind(fit, better, before.given)
         and left[1] < left[0] + MAX_RIVAL_LOG_EVIDENCE
     )
     if (more < MAX_RIVAL_LOG_EVIDENCE and not instead) or not predicts_as_well(fit, better):
@@ -111,8 +111,8 @@ def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
     return before.after(better, places) if no_error_rises(unstacked[-1], better) else None
 
 
-def _stands_for_another(fit: Fit, better: Fit, kinds: Collection[str]) -> bool:
-    """True if an effect of one of the `kinds` is detected in `better` (with the nameless shape) but not in `fit`."""
+def _detects_hidden_kind(fit: Fit, better: Fit, kinds: Collection[str]) -> bool:
+    """True if an effect of one of the `kinds` is detected in the fit `better` but not in `fit`."""
     shown = [
         {e.kind for place, e in enumerate(one.model) if is_detected(one, place)}
         for one in (fit, better)

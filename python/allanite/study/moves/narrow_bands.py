@@ -12,7 +12,7 @@ from allanite.fit import refitted
 from allanite.fit.likelihood.peaks import has_ordinates_near, is_fitted_to_ordinates
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
-from allanite.study.judgement import gain, no_error_rises
+from allanite.study.judgement import no_error_rises, score_change
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     MAIN_SHARE,
@@ -20,7 +20,7 @@ from allanite.suggestion.constants import (
     MAX_SIDE_BAND_FRACTION,
     MIN_SIDE_BAND_HALF_WIDTHS,
 )
-from allanite.suggestion.p_values import min_excess
+from allanite.suggestion.p_values import min_significant_score
 from allanite.suggestion.screens.drifting_bands import bands_that_may_move, screen_drifting_bands
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def with_harmonics_or_side_bands(before: State, after: State) -> State:
-    """State to which the harmonics of a new narrow band are added, or in which a modulated band replaces it.
+    """`State` to which the harmonics of a new narrow band are added, or in which a modulated band replaces it.
 
     The new band is the last effect of `after`. If it has side bands, it is modulated. If it is a side band of a present
     band, the present band is modulated, and others may be too. Each change must gain 3 nats and raise no error. `after`
@@ -42,12 +42,12 @@ def with_harmonics_or_side_bands(before: State, after: State) -> State:
     if after.new_since(before)[:1] != (place,) or not _is_band(band, before.fit.data):
         return after
     modulated = _with_side_bands(after, place)
-    if modulated is not after and not _moves(after.fit, band):
+    if modulated is not after and not _has_moving_frequency(after.fit, band):
         return modulated if no_error_rises(after.fit, modulated.fit) else after
     other = _with_modulated_band(before, band)
     if (
         other is not None
-        and gain(after.fit, other.fit) > MAX_RIVAL_LOG_EVIDENCE
+        and score_change(after.fit, other.fit) > MAX_RIVAL_LOG_EVIDENCE
         and no_error_rises(after.fit, other.fit)
     ):
         return other
@@ -64,7 +64,7 @@ def _is_band(effect: Effect, data: Data) -> bool:
     return free and effect.banded(1.0, 1.001) is not None and has_ordinates_near(effect, data)
 
 
-def _moves(fit: Fit, band: Effect) -> bool:
+def _has_moving_frequency(fit: Fit, band: Effect) -> bool:
     """True if the frequency of `band` changes significantly (1 %) over the record.
 
     A moving band is as wide as one with side bands.
@@ -75,10 +75,10 @@ def _moves(fit: Fit, band: Effect) -> bool:
 
 
 def _with_modulated_band(before: State, band: Effect) -> State | None:
-    """State with the largest gain in which a present band is modulated at its distance from another `band`; or None.
+    """`State` in which a band of the model is modulated so that another `band` is its side band; or None.
 
-    None if none can be modulated. Other bands with side bands are modulated as well, and added bands near a side band
-    of the modulated one are removed. The gain may be negative.
+    It is the one with the largest gain, which may be negative. None if no band can be modulated. Other bands with side
+    bands are modulated as well, and added bands near a side band of the modulated one are removed.
     """
     fit = before.fit
     effects = fit.model.effects
@@ -90,7 +90,7 @@ def _with_modulated_band(before: State, band: Effect) -> State | None:
         gone = [place, *(p for p in before.added if p != place and _is_side_band(effects[p], made))]
         rest = (e for p, e in enumerate(effects) if p not in gone)
         tried = before.after(refitted(fit, Model((*rest, made))), gone)
-        if found is None or gain(found.fit, tried.fit) > 0.0:
+        if found is None or score_change(found.fit, tried.fit) > 0.0:
             found = tried
     if found is None:
         return None
@@ -102,7 +102,8 @@ def _with_modulated_band(before: State, band: Effect) -> State | None:
 def _modulated_by(effect: Effect, band: Effect) -> Stochastic | None:
     """Modulated form of the band `effect` if the weaker `band` may be its side band; or None.
 
-    The distance must be 6 half-widths to half of the lower end of `effect`. None if `effect` is modulated already.
+    The distance of the two must be between 6 half-widths of `effect` and half of its lower end. None if `effect` is
+    modulated already.
     """
     assert isinstance(effect, Stochastic)
     assert isinstance(band, Stochastic)
@@ -139,13 +140,13 @@ def _is_side_band(effect: Effect, made: Effect) -> bool:
 
 
 def _is_near_peak(effect: Effect, peak: tuple[float, float]) -> bool:
-    """True if the band of the effect is at most one width of the `peak` (low, high; Hz) away from it."""
+    """True if the band of the effect is at most one width of the `peak` (low, high), Hz, away from it."""
     own, (low, high) = effect.occupies, peak
     return own is not None and low - (high - low) < own[1] and own[0] < high + (high - low)
 
 
 def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
-    """Fit with the harmonics (up to the 12th) of a narrow band that raise the score by 3 nats, lowest first.
+    """`Fit` with the harmonics (up to the 12th) of a narrow band that raise the score by 3 nats, lowest first.
 
     The same fit if none does, or if the band is not fitted to single ordinates.
     """
@@ -164,7 +165,7 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
             break
         excess = white[first : last + 1]
         count = excess.size
-        if (excess.mean() - 1.0) * np.sqrt(0.5 * count) < min_excess(MAX_LINE_HARMONIC):
+        if (excess.mean() - 1.0) * np.sqrt(0.5 * count) < min_significant_score(MAX_LINE_HARMONIC):
             continue
         there = [e.occupies for e in fit.model if e.occupies is not None]
         if any(b > m * middle - wide and a < m * middle + wide for a, b in there):
@@ -179,14 +180,14 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
             continue
         at = 0.5 * sum(own.occupies)
         close = abs(at - m * middle) < wide
-        if close and gain(fit, better) > MAX_RIVAL_LOG_EVIDENCE:
+        if close and score_change(fit, better) > MAX_RIVAL_LOG_EVIDENCE:
             fit = better
             white = _relative_power(fit)
     return fit
 
 
 def _with_side_bands(state: State, place: int) -> State:
-    """State with the narrow band at index `place` modulated, if the record shows its side bands; else the same state.
+    """`State` with the narrow band at index `place` modulated, if the record shows its side bands; else the same state.
 
     Side bands have equal distances on both sides and the width of the band. The distance tried is the one at which the
     power on both sides stands out most. The gain must exceed 3 nats plus ln of the number of distances. The score must
@@ -221,7 +222,7 @@ def _with_side_bands(state: State, place: int) -> State:
         sides[int(2.0 * data.duration * f > middle), there] = 0.0
     score = (sides - 1.0) * np.sqrt(half + 0.5)
     distances = (last - first) / half
-    least = min_excess(distances)
+    least = min_significant_score(distances)
     best = int(np.argmax(score.sum(axis=0) * (score.min(axis=0) > MAIN_SHARE * least)))
     if score[:, best].sum() < np.sqrt(2.0) * least or score[:, best].min() < MAIN_SHARE * least:
         return state
@@ -236,7 +237,7 @@ def _with_side_bands(state: State, place: int) -> State:
     effects = fit.model.effects
     better = refitted(fit, Model((*effects[:place], *effects[place + 1 :], made)))
     # The best of many distances leads by chance, so it pays for their number.
-    if gain(fit, better) <= MAX_RIVAL_LOG_EVIDENCE + float(np.log(distances)):
+    if score_change(fit, better) <= MAX_RIVAL_LOG_EVIDENCE + float(np.log(distances)):
         return state
     # Another band on one side also raises the mean of both sides.
     shift = (apart if power[1] > power[0] else -apart) / (2.0 * data.duration)
@@ -244,19 +245,19 @@ def _with_side_bands(state: State, place: int) -> State:
     assert one is not None
     one = one.with_values(**{one.coefficient: float(np.sqrt(max(power)))})
     one_sided = refitted(fit, Model((*effects, one)))
-    return state.after(better, (place,)) if gain(one_sided, better) > 0.0 else state
+    return state.after(better, (place,)) if score_change(one_sided, better) > 0.0 else state
 
 
 def _excess_variance(fit: Fit, first: int, last: int, mean: float) -> float:
-    """Variance, U², of the ordinates `first` … `last` beyond the model, at least 0.
+    """Variance, U², in the samples that the model does not explain at the ordinates `first` … `last`; at least 0.
 
-    Their power is `mean` times the expected one.
+    The power there is `mean` times the expected one.
     """
     power = float(np.sum(fit.solution.ordinates[first : last + 1] ** 2))
     return power * max(1.0 - 1.0 / mean, 0.0) / fit.data.n
 
 
 def _relative_power(fit: Fit) -> NDArray[np.float64]:
-    """Array of squared residual ordinates over their expectation, shape (n,)."""
+    """Array of the squared residual ordinates over their expectation, shape (n,)."""
     white = whitened_ordinates(fit.solution, fit.data, np.ones(fit.solution.count.size))
     return np.square(white, out=white)

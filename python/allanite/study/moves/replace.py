@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
 
-def replacements(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Iterator over (expected gain in nats, indices of the replaced effects, model) with one or two effects replaced.
+def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
+    """Iterator over (expected gain, indices, model): models in which one or two effects are replaced.
 
-    A declared alternative replaces one effect; two slow processes may be replaced together. Only detected effects are
-    replaced. The new effects are the last of the model. A lead of more than 3 nats of evidence suffices whatever the
-    priors are.
+    The gain is that of the score, nats; the indices are those of the replaced effects. A declared alternative replaces
+    one effect; two slow processes may be replaced together. Only detected effects are replaced. The new effects are the
+    last of the model. A lead of more than 3 nats of evidence suffices whatever the priors are.
     """
     for lead, places, solution in fit.instead_of_two:
         if all(is_detected(fit, place) for place in places):
@@ -36,7 +36,7 @@ def replacements(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
 
 
 def _expected_gain(fit: Fit, lead: float, model: Model) -> float:
-    """Expected gain of score, nats, of another model whose log evidence leads that of the fit by `lead`.
+    """Expected gain of the score, nats, of another model whose log evidence leads that of the fit by `lead`.
 
     If the lead exceeds 3 nats, the gain is above 0.5 nats whatever the priors are.
     """
@@ -44,9 +44,9 @@ def _expected_gain(fit: Fit, lead: float, model: Model) -> float:
 
 
 def may_take_the_place(effect: Effect, out: Effect) -> bool:
-    """True if the score alone may put `effect` in the place of `out`.
+    """True if a higher score is enough for `effect` to replace `out`.
 
-    An event may only replace an event, a filter only a filter or a broad hump, and a nameless effect nothing.
+    An event may only replace an event, a filter only a filter or a broad hump, and an effect without a name nothing.
     """
     event = _is_event(effect) and not _is_event(out)
     filtering = isinstance(effect, Modifier) and not (isinstance(out, Modifier) or is_broad(out))

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
 
-def splits(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Iterator over (expected gain in nats, indices of the replaced effects, model) with one effect replaced by two.
+def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
+    """Iterator over (expected gain, indices, model): models in which two effects replace one.
 
-    Only detected effects are replaced. A filter may be replaced together with the effect. The new effects are the last
-    of the model.
+    The gain is that of the score, nats; the indices are those of the replaced effects. Only detected effects are
+    replaced. A filter may be replaced together with the effect. The new effects are the last of the model.
     """
     for place, out in enumerate(fit.model.effects):
         if not is_detected(fit, place):
@@ -36,9 +36,9 @@ def splits(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
 
 
 def _filters_beside(fit: Fit, place: int) -> Iterator[int]:
-    """Iterator over the indices of removable filters that may be confused with the broad hump at `place` (`may_be`).
+    """Iterator over the indices of removable filters that a broad hump at index `place` may compensate (`may_be`).
 
-    If the design of such a filter is wrong, a hump may compensate it. Empty if the effect at `place` is no broad hump.
+    If the design of a filter is wrong, a hump may hide it. Empty if the effect at `place` is no broad hump.
     """
     out = fit.model.effects[place]
     if is_broad(out):

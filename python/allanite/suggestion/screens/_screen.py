@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """Input of a screen: the fit's solution, its data, the whitened residual, and the candidates of the spectrum."""
+    """Input of a screen: the fitted solution, its data, the whitened residual, and the candidates found in the spectrum."""
 
     solution: Solution
     data: Data
@@ -26,7 +26,9 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class OwnScreen:
-    """Declaration of a screen that runs independently of others; a module of this folder declares it as `SCREEN`.
+    """Search for a missing effect that needs no other search than that of the spectrum.
+
+    A module here declares it as `SCREEN`.
 
     Attributes
     ----------

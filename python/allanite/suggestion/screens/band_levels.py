@@ -61,7 +61,7 @@ LOSS_AT_95_PERCENT = 1.92
 
 
 def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """Refitted candidate for the band of noise whose level differs most between one interval and all other times.
+    """Refitted `Candidate` for the frequency band whose level differs most between one time interval and all other times.
 
     The bands of the model's processes are searched first, octaves only if none is significant. None for a summary, for
     a p-value above 1 %, and for an interval shorter than 1/64 of the record or longer than 63/64. None as well if the
@@ -77,7 +77,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     searches = float(np.log(max(len(bands) + len(octaves), 1)))
 
     def series(first: int, size: int) -> Array:
-        """Array of the power over time of `size` ordinates from the `first` on."""
+        """Array of the power over time of the band of `size` ordinates from `first` on."""
         return np.asarray(band_series(ordinates[first : first + size]) ** 2)
 
     found: list[tuple[float, float, float, int, int, list[Cell]]] = []
@@ -127,10 +127,9 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
 
 
 def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
-    """List of the candidates whose score is within 3 nats of the best score.
+    """List of the candidates of level changes whose score is within 3 nats of the best; the others wait for the next check.
 
-    The score is ΔlogL less the BIC cost for `n` samples. None entries are dropped. All others are left for the next
-    check.
+    The score is ΔlogL less the BIC cost for `n` samples. None entries of `found` are dropped.
     """
     price = 0.5 * np.log(max(n, 2))
     worth = [(c.gain - price * c.parameters, c) for c in found if c is not None]
@@ -139,7 +138,10 @@ def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
 
 
 def _interval(power: Array) -> tuple[float, float, float]:
-    """Tuple (start, end, ln p) of the interval with the lowest p-value for another power; fractions of the record."""
+    """Tuple (start, end, ln p) of the interval with the most significant other level of `power`.
+
+    Fractions of the record.
+    """
     size = power.size
     freedom = 1.0 / overdispersion(power)
     cells = min(LEVEL_CELLS, size // 8)
@@ -150,7 +152,7 @@ def _interval(power: Array) -> tuple[float, float, float]:
 
 
 def _largest_delta_logl(power: Array) -> float:
-    """ΔlogL of the interval with the lowest p-value for another power, over its overdispersion.
+    """ΔlogL, over the overdispersion, of the interval with the most significant other level of `power` over time.
 
     0 for fewer than 16 values.
     """
@@ -161,11 +163,12 @@ def _largest_delta_logl(power: Array) -> float:
 
 
 def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float, float, Array]:
-    """Tuple (factor of the standard deviation in an interval, ΔlogL, standard error, power without the change).
+    """Tuple (factor, ΔlogL, standard error, steady power): change of the standard deviation of a process in an interval.
 
-    The interval lies between the fractions `begin` and `close` of the record. Each cell is (power over time, share of
-    the process). The power returned is that of the most informative cell. If the band may be off at other times, the
-    factor is its 95 % bound. (1, 0, 1, first cell) is returned if no cell resolves the interval.
+    The interval lies between the fractions `begin` and `close` of the record. Each cell is a pair (power over time of
+    some ordinates, share of the process). The steady power is that of the most informative cell with the change divided
+    out. If the band may be off at other times, the factor is its 95 % bound. (1, 0, 1, first cell) is returned if no
+    cell resolves the interval.
     """
     from scipy.optimize import brentq, minimize_scalar
 
@@ -183,13 +186,16 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
     measured, count, shares = np.array(seen), np.array(counts, dtype=float), np.array(owned)
 
     def expected(log_ratio: float, of: Array) -> Array:
-        """Array of the expected power inside and outside of the interval over the mean, shape (shares, 2)."""
+        """Array of the expected power inside and outside of the interval, relative to the mean, shape (shares, 2).
+
+        `log_ratio` is ln of the power of the process inside over outside, `of` its share of each cell.
+        """
         ratio = np.exp(log_ratio)
         mean = ratio * inside + 1.0 - inside
         return np.asarray(1.0 + of[:, None] * (np.array([ratio, 1.0]) / mean - 1.0))
 
     def loss(log_ratio: float) -> float:
-        """Negative logL of the ln ratio of the powers inside and outside."""
+        """Negative logL if ln of the power of the process inside over outside of the interval is `log_ratio`."""
         model = expected(log_ratio, shares)
         return float(0.5 * np.sum(count * (np.log(model) + measured / model)))
 
@@ -211,9 +217,9 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
 
 
 def _dominated_bands(solution: Solution, data: Data) -> Iterator[tuple[Process, int, int]]:
-    """Iterator over (process, first ordinate, number of ordinates) of bands of constant level that a process dominates.
+    """Iterator over (process, first ordinate, number of ordinates): where a process has at least half of the power.
 
-    The process has at least half of the power there. Bands with fewer than 64 ordinates are omitted.
+    Processes whose level changes in the model, and bands with fewer than 64 ordinates, are omitted.
     """
     half = data.rate / (2.0 * data.n)
     for own in solution.processes:

@@ -43,9 +43,9 @@ PART_BLOCKS = 32
 
 
 def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
-    """Tuple with one refitted candidate of burst noise if the samples may switch between two levels; otherwise empty.
+    """Tuple with one refitted `Candidate` of burst noise if the samples may switch between two levels; otherwise empty.
 
-    It is built from a Gauss-Markov candidate, which has the same spectrum. Empty if that candidate has a ΔlogL below 8,
+    It is built from a Gauss–Markov candidate, which has the same spectrum. Empty if that candidate has a ΔlogL below 8,
     if another candidate leads it by ln 1000, or if the log odds of two levels are below −20. Log odds below ln 1000 do
     not raise its ΔlogL; negative ones lower it.
     """
@@ -85,9 +85,9 @@ SCREEN = OwnScreen("spectral", screen_burst_noise)
 
 
 def _log_odds(solution: Solution, data: Data) -> float:
-    """Ln of the likelihood of two levels over that of a Gaussian process; 0 if the record cannot tell.
+    """Ln of the likelihood of two levels over that of Gaussian noise with the same spectrum; 0 if the record cannot tell.
 
-    The last effect of the model is the Gauss-Markov process. 0 for fewer than 128 or more than 2^18 blocks of a
+    The last effect of the model is the Gauss–Markov process. 0 for fewer than 128 or more than 2^18 blocks of a
     twentieth of the dwell time, and for a summary.
     """
     lag = solution.model.stochastic[-1]
@@ -113,10 +113,10 @@ def _log_odds(solution: Solution, data: Data) -> float:
 
 
 def _ordinates_of_means(power: Array, length: int) -> Array:
-    """Array of the expected squared ordinates of block means, from those of the samples (`power`, without the first).
+    """Array of the expected squared ordinates of means over blocks of `length` samples.
 
-    Blocks have `length` samples. Power above the Nyquist frequency of the means folds back: most of it for blue noise
-    such as quantization.
+    `power` are the expected squared ordinates of the samples, without the first. Power above the Nyquist frequency of
+    the means folds back: most of it for blue noise such as quantization.
     """
     count = (power.size + 1) // length
     j = np.arange(1, power.size + 1)
@@ -140,9 +140,10 @@ class _Blocks:
 def _odds_above(
     slow: int, solution: Solution, spectrum: tuple[Array, Array], block: _Blocks
 ) -> float:
-    """Log-likelihood ratio, nats, of two fitted levels to Gaussian noise, from block means.
+    """Ln of the likelihood of two fitted levels over that of Gaussian noise, from block means.
 
-    Ordinates 0 to `slow` are left out. 0 if the burst noise exceeds the rest in too few of the others.
+    `spectrum` is a pair: expected squared ordinates of the other noise, and of the Gauss–Markov process. Ordinates 0 to
+    `slow` are left out. 0 if the process exceeds the other noise in too few of the others.
     """
     from scipy.optimize import minimize
 
@@ -159,7 +160,7 @@ def _odds_above(
     gaussian = -0.5 * float(np.sum(np.log(2.0 * np.pi * expected) + z**2 / expected))
 
     def loss(shift: Array) -> float:
-        """Negative log-likelihood of the chain for shifts of (ln level, ln dwell time, ln noise power, mean)."""
+        """Negative log-likelihood of the two-state chain for changes of (ln level, ln dwell time, ln noise power, mean)."""
         level = block.sigma * np.exp(shift[0])
         stay = float(np.exp(-block.dwells * np.exp(-shift[1])))
         variance = noise * float(np.exp(shift[2]))
@@ -178,9 +179,10 @@ def _odds_above(
 
 
 def _chain_log_likelihood(means: Array, level: float, noise: float, stay: float) -> float:
-    """Log-likelihood of block means of a two-level process ±`level` in white noise of variance `noise`.
+    """Log-likelihood of block means of a process that switches between ±`level`, in white noise of variance `noise`.
 
-    `stay` is e^{−block/dwell}. In a block in which it switches, the mean lies anywhere between the levels.
+    `stay` is the probability e^{−block/dwell} of no switch within a block. In a block with a switch, the mean lies
+    anywhere between the levels.
     """
     from scipy.special import ndtr
 

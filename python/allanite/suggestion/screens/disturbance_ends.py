@@ -19,7 +19,7 @@ OVERLAPPING_WINDOWS = 4
 def without_ringing(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> tuple[float, float] | None:
-    """Pair (start, end) of a loud segment without quiet parts at its ends, as fractions of the record; or None.
+    """Pair (start, end) of the loud part of a segment, as fractions of the record; or None.
 
     A single octave of the spectrum rings long before and after a loud segment; windows of finite length do not. `low`
     and `high` are the ordinates of the octave, `first` and `last` the segment as fractions. None if the segment is
@@ -35,7 +35,7 @@ def without_ringing(
     inside = slice(low * length // (2 * n), high * length // (2 * n) + 1)
 
     def power(at: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Array of the power within the octave in the windows that begin at the samples `at`."""
+        """Array of the power within the octave in each window that begins at one of the samples `at`."""
         pieces = np.lib.stride_tricks.sliding_window_view(samples, length)[at]
         found = np.fft.rfft(pieces * window, axis=1)[:, inside]
         return np.asarray((found.real**2 + found.imag**2).sum(axis=1))

@@ -48,10 +48,10 @@ SEARCHES = (
 
 
 def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
-    """List of the model's bands whose center frequency may change, strong enough to be located in 8 sections.
+    """List of the bands of the model, strong enough to be located in 8 sections, whose center frequency may change.
 
-    Empty if much of the record is missing. Bands on the course of a moving band are excluded, because its remainder
-    moves as well.
+    Empty if much of the record is missing. Bands within the range of a moving band of the model are excluded, because
+    what that band leaves moves as well.
     """
     known = [e.occupies for e in solution.model if e.moving and e.occupies is not None]
     bands = [own for own in solution.processes if _may_move(own, data)]
@@ -65,9 +65,9 @@ def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
 def screen_drifting_bands(
     bands: list[Process], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Tuple of candidates in which a moving band replaces one of `bands`, alone or with other bands on its course.
+    """Tuple of a refitted `Candidate` for each of `bands` that moves: a moving band replaces it.
 
-    Bands without a candidate are omitted; empty without bands.
+    The moving band may also replace other bands within its range of frequencies. Bands that do not move are omitted.
     """
     if not bands:
         return ()
@@ -76,28 +76,28 @@ def screen_drifting_bands(
 
 
 def _may_move(own: Process, data: Data) -> bool:
-    """True if the band is present, can move, and at least 8 sections of the record resolve it."""
+    """True if the band has power, the catalog has a moving form of it, and at least 8 sections of the record resolve it."""
     return (
         own.theta > 0.0
-        and _movable(own.effect)
+        and _is_movable(own.effect)
         and _section_count(own.effect, data) >= MIN_BAND_SECTIONS
     )
 
 
-def _movable(effect: Stochastic) -> bool:
-    """True if the catalog has a moving band for this effect, and no parameter of the effect is held."""
+def _is_movable(effect: Stochastic) -> bool:
+    """True if the catalog has a moving form of this band, and no parameter of the band is held."""
     if effect.occupies is None or effect.held:
         return False
-    return _moving(effect, (1.0, 1.1)) is not None
+    return _moving_band(effect, (1.0, 1.1)) is not None
 
 
 def _section_count(band: Stochastic, data: Data) -> int:
-    """Largest number of sections of the record, at most 64, that resolve the band; 0 if none does."""
+    """Largest number of time sections of the record, at most 64, that resolve the band; 0 if none does."""
     return data.resolved_sections(band.occupies or (0.0, 0.0), MAX_BAND_SECTIONS, MIN_ORDINATES)
 
 
-def _moving(band: Stochastic, course: tuple[float, ...]) -> Stochastic | None:
-    """Moving band of the catalog with the form of `band` and the center frequencies `course` (Hz).
+def _moving_band(band: Stochastic, course: tuple[float, ...]) -> Stochastic | None:
+    """Moving band of the catalog with the shape of `band` and the center frequencies `course`, Hz, one for each segment.
 
     None if there is none.
     """
@@ -106,9 +106,9 @@ def _moving(band: Stochastic, course: tuple[float, ...]) -> Stochastic | None:
 
 
 def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Candidate | None:
-    """Refitted candidate in which a moving band replaces a band of the model (`own`) and others on its course.
+    """Refitted `Candidate` in which a moving band replaces the band `own` of the model; None if the band does not move.
 
-    None if the frequency does not change, or if the moving band has no power after the refit.
+    The moving band may also replace other bands within its range. None as well if it has no power after the refit.
     """
     low, high = own.effect.occupies or (0.0, 0.0)
     width = (high - low) / (high + low)
@@ -144,21 +144,21 @@ def _replaced_text(replaced: tuple[Effect, ...]) -> str:
 def _replaceable_sets(
     own: Process, moving: Process, solution: Solution
 ) -> list[tuple[Effect, ...]]:
-    """List of tuples of the effects that a moving band may replace: the band alone, and with all others on its course.
+    """List of tuples of the effects that a moving band may replace: the band alone, and all bands within its range.
 
     Only the first if no other band is there; empty if the moving band has no frequency range.
     """
     course = moving.effect.occupies
     if course is None:
         return []
-    bands = (e.effect for e in solution.processes if e is not own and _movable(e.effect))
+    bands = (e.effect for e in solution.processes if e is not own and _is_movable(e.effect))
     beside = tuple(e for e in bands if bands_overlap(e.occupies or (0.0, 0.0), course))
     return [(own.effect,), *([(own.effect, *beside)] if beside else [])]
 
 
 def _refitted_with(course: _Course, solution: Solution, data: Data) -> Solution:
     """Refitted solution in which a moving band on this course replaces the effects of `course.replaced`."""
-    effect = _moving(course.band, tuple(course.places.tolist()))
+    effect = _moving_band(course.band, tuple(course.places.tolist()))
     assert effect is not None
     others = _without(solution.model, course.replaced)
     return solve(data, Model((*others, effect)), like=solution, settled=len(others), rounds=3)
@@ -178,9 +178,10 @@ def _relative_half_width(moving: Effect) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Course:
-    """Course of a moving band: the band, its frequency in each section (Hz), ΔlogL less the cost of describing the course.
+    """Course of the center frequency of a moving band.
 
-    The effects in `replaced` leave the model for it.
+    `band` is the band at one place, `places` the frequency in each section, Hz. `risen` is ΔlogL less the cost of
+    describing the course, nats. The effects in `replaced` leave the model for it.
     """
 
     band: Stochastic
@@ -190,7 +191,7 @@ class _Course:
 
 
 class _Sections:
-    """Sections of a record in which the band of a process is searched."""
+    """Time sections of a record in which the band of a process is located."""
 
     def __init__(self, own: Process, solution: Solution, data: Data) -> None:
         self.own, self.model, self.data = own, solution.model, data
@@ -199,10 +200,12 @@ class _Sections:
     def course(
         self, widths: list[float], theta: float, replaced: tuple[Effect, ...]
     ) -> _Course | None:
-        """Course with the largest ΔlogL among the half-widths `widths`, which are relative to the middle frequency.
+        """Most likely `_Course` among the half-widths `widths`, which are relative to the middle frequency.
 
-        `theta` is the squared coefficient of the band, `replaced` the effects that leave the model. None if nothing is
-        gained or all frequencies are within a half-width of each other.
+        None without a gain.
+
+        `theta` is the squared coefficient of the band, `replaced` the effects that leave the model. None as well if all
+        frequencies are within a half-width of each other.
         """
         low, high = self.own.effect.occupies or (0.0, 0.0)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -235,12 +238,12 @@ class _Sections:
         within: tuple[float, float],
         replaced: tuple[Effect, ...],
     ) -> _Course | None:
-        """Most likely course, within a range (Hz), of a band with the half-width `relative_width` times its frequency.
+        """Most likely `_Course` within a range of frequencies, Hz, for one width of the band; or None.
 
-        The band replaces the effects `replaced`; `theta` is its squared coefficient. The frequency is constant in each of
-        several sections of the record, or follows straight lines between corners. The number of sections or lines is the
-        one with the largest ΔlogL less the cost of the course. None if the range has at most four places, or if the effect
-        has no band at one of them.
+        Its half-width is `relative_width` times its frequency. The band replaces the effects `replaced`; `theta` is its
+        squared coefficient. The frequency is constant in each of several sections of the record, or follows straight
+        lines between corners. The number of sections or lines is the one with the largest ΔlogL less the cost of the
+        course. None if the range has at most four places, or if the effect has no band at one of them.
         """
         step = relative_width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)
@@ -259,39 +262,39 @@ class _Sections:
         def log_likelihoods(rest: Array, band: Stochastic, strength: float) -> Array:
             """Array of the logL of each section if `band`, with squared coefficient `strength`, replaces the searched band.
 
-            `rest` is the expected power of the remaining model in each cell.
+            `rest` is the expected power of the remaining model in each frequency cell.
             """
             there = Model(tuple(band if e is effect else e for e in self.model))
             of_band = cells.expected(there.unit_terms(band, self.data.rate))
             return cells.log_likelihood(rest + strength * of_band)
 
-        rest = self._rest((effect,), cells)
+        rest = self._remaining_power((effect,), cells)
         levels = [level * self.own.theta for level in STRENGTHS]
         known = np.max([log_likelihoods(rest, effect, level) for level in levels], axis=0)
-        rest = self._rest(replaced, cells)
+        rest = self._remaining_power(replaced, cells)
         rows = np.stack([log_likelihoods(rest, band, theta) - known for band in bands], axis=1)
         best: _Course | None = None
         for parts in STRAIGHT_PARTS:
             # Half of the places suffice for the corners: one is at most a quarter of a half-width away.
-            corners, risen = likeliest_polygon(rows[:, ::2], parts)
+            corners, risen = most_likely_polygon(rows[:, ::2], parts)
             if best is None or risen > best.risen:
                 course = _thinned(places[0] + 2.0 * step * corners, _half_width(bands[0]))
                 best = _Course(bands[0], course, risen, replaced)
         while rows.shape[0] >= MIN_BAND_SECTIONS:
-            path, risen = likeliest(rows)
+            path, risen = most_likely_course(rows)
             if best is None or risen > best.risen:
                 course = places[path] + step * _parabola_offset(rows, path)
                 best = _Course(bands[0], course, risen, replaced)
             rows = rows[::2] + rows[1::2]
         return best
 
-    def _rest(self, replaced: tuple[Effect, ...], cells: Cells) -> Array:
-        """Array of the expected squared ordinates of the model without the `replaced` effects in each cell."""
+    def _remaining_power(self, replaced: tuple[Effect, ...], cells: Cells) -> Array:
+        """Array of the expected squared ordinates of the model without the effects `replaced`, in each frequency cell."""
         others = Model(_without(self.model, replaced))
         return cells.expected(self.data.terms(others) if others.stochastic else ())
 
     def _cells(self, within: tuple[float, float], step: float) -> Cells:
-        """Cells of the frequencies `within` (low, high; Hz) and a margin on both sides, `step` Hz wide."""
+        """`Cells` (power of each section in frequency cells `step` Hz wide) of the range `within`, Hz, and a margin."""
         low, high = self.own.effect.occupies or (0.0, 0.0)
         aside = 0.5 * MARGIN * (high - low)
         return self.sections.cells((within[0] - aside, within[1] + aside), step)
@@ -303,13 +306,13 @@ def _half_width(band: Stochastic) -> float:
     return 0.5 * (high - low)
 
 
-def likeliest(gains: Array) -> tuple[NDArray[np.int64], float]:
-    """Pair: most likely frequency index in each section, shape (sections,), and the sum of its gains minus its cost.
+def most_likely_course(gains: Array) -> tuple[NDArray[np.int64], float]:
+    """Pair: most likely frequency index in each section, shape (sections,), and the score of this course, nats.
 
-    `gains` has shape (sections, frequencies). The first frequency is any with equal probability. A
-    step of x half-widths between consecutive sections has a probability proportional to 1/(1 + x²).
-    By the union bound, a sum s occurs by chance with a probability of at most e⁻ˢ, since the mean
-    of e^gain is at most 1 if nothing moves.
+    `gains` has shape (sections, frequencies). The score is the sum of the gains along the course minus the cost of the
+    course. The first frequency is any with equal probability. A step of x half-widths between consecutive sections has
+    a probability proportional to 1/(1 + x²). By the union bound, a score s occurs by chance with a probability of at
+    most e⁻ˢ, since the mean of e^gain is at most 1 if nothing moves.
     """
     sections, places = gains.shape
     steps = np.arange(places)
@@ -328,12 +331,12 @@ def likeliest(gains: Array) -> tuple[NDArray[np.int64], float]:
     return path, float(score.max())
 
 
-def likeliest_polygon(gains: Array, parts: int) -> tuple[Array, float]:
+def most_likely_polygon(gains: Array, parts: int) -> tuple[Array, float]:
     """Pair: frequency index of the most likely piecewise linear course in each section, shape (sections,), and its score.
 
-    The score is the sum of its gains minus its cost. `gains` has shape (sections, frequencies). The course has `parts`
-    straight parts of equal length. At its start and at the end of each part, all frequencies are equally probable. A
-    score s occurs by chance with a probability of at most e⁻ˢ, as for `likeliest`.
+    The score is the sum of its gains minus its cost, nats. `gains` has shape (sections, frequencies). The course has
+    `parts` straight parts of equal length. At its start and at the end of each part, all frequencies are equally
+    probable. A score s occurs by chance with a probability of at most e⁻ˢ, as for `most_likely_course`.
     """
     sections, places = gains.shape
     size, at = sections // parts, np.arange(places)
@@ -353,7 +356,7 @@ def likeliest_polygon(gains: Array, parts: int) -> tuple[Array, float]:
 
 
 def _thinned(course: Array, half: float) -> Array:
-    """Course after averaging pairs of sections, repeatedly, while neighboring frequencies differ by at most `half`.
+    """Array of the course averaged over pairs of sections, repeatedly, while neighbors differ by at most `half`.
 
     `half` is the half-width of the band, in the unit of the course. At least 8 sections remain; a shorter course is
     unchanged.
@@ -367,9 +370,9 @@ def _thinned(course: Array, half: float) -> Array:
 
 
 def _parabola_offset(gains: Array, path: NDArray[np.int64]) -> Array:
-    """Array of offsets, at most ±½ step, from the index in `path` to the maximum of a parabola through the gains.
+    """Array of offsets, for each section, from the index in `path` to the maximum of a parabola through the gains.
 
-    The offset is 0 at the first and last index, and where the gains have no maximum.
+    An offset is at most ±½ step. It is 0 at the first and last index, and where the gains have no maximum.
     """
     at = path.clip(1, gains.shape[1] - 2)
     row = np.arange(at.size)

@@ -34,7 +34,7 @@ from allanite.suggestion.p_values import (
     line_trials,
     log_p_value,
     may_become_significant,
-    min_excess,
+    min_significant_score,
 )
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -56,10 +56,10 @@ def bands_with_excess(
     data: Data,
     white: NDArray[np.float64],
 ) -> tuple[Band, ...]:
-    """Tuple of bands that may hold a line that drifts or is switched.
+    """Tuple of `Band` (complex series of a frequency band): bands that may hold a line that drifts or is switched.
 
     Empty for a summary, which keeps only the lowest ordinates, and if over 10 % of the samples are missing. `white` are
-    the whitened ordinates.
+    the whitened ordinates, `spectral` the candidates found in the spectrum.
     """
     if not has_all_ordinates(data):
         return ()
@@ -73,7 +73,7 @@ def bands_with_excess(
 def screen_drifting_lines(
     bands: tuple[Band, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Tuple of the best drifting line of each kind of the catalog, refitted, if it explains more than `lines`.
+    """Tuple of a refitted `Candidate` of the best drifting line of each kind, if it explains more than the steady `lines`.
 
     Empty without `bands`.
     """
@@ -95,10 +95,10 @@ def blanks_of_screen(screened: str, solution: Solution, data: Data) -> list[Dete
 def solved_with(
     effect: Deterministic, solution: Solution, data: Data
 ) -> tuple[Solution, Deterministic, float]:
-    """Tuple (solution with one more effect, the fitted effect, ΔlogL of that effect alone).
+    """Tuple (solution of the model plus `effect`, the fitted effect, its ΔlogL).
 
-    The ΔlogL uses the noise without the line, so that the line does not count as discrepancy. It is at most the rise of
-    logL of the whole fit.
+    The ΔlogL is that of the effect alone and uses the noise of the new model, so that the line does not count as
+    discrepancy. It is at most the rise of logL of the whole fit.
     """
     refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
     last = refitted.model.deterministic[-1]
@@ -133,7 +133,7 @@ def _bands_to_search(
             # If the neighbors are as high, the excess is wider and is searched at another width.
             beside = np.mean(mean[[max(0, top - width), min(mean.size - 1, top + width)]]) - 1.0
             if (
-                above * np.sqrt(0.5 * width) > min_excess(total.size / width)
+                above * np.sqrt(0.5 * width) > min_significant_score(total.size / width)
                 and beside < MAIN_SHARE * above
             ):
                 yield (top + 1) / (2.0 * data.duration), (top + width) / (2.0 * data.duration)
@@ -159,7 +159,7 @@ def _best_candidate(
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
-    """Candidate of the best drifting line of one kind over all bands.
+    """Refitted `Candidate` of the best drifting line of one kind over all bands, or None.
 
     None if its ΔlogL is less than 8 above that of the best steady line, if it drifts by less than one cycle per record,
     or if it cannot become significant.

@@ -61,7 +61,7 @@ _SeenByOctave = tuple[float, float, float, NDArray[np.float64], float]
 
 
 def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Array of shape (n,): standardized scores (positive) of outliers among the first and last samples, otherwise 0.
+    """Array of shape (n,): normal scores (positive) of outliers among the first and last samples; 0 for all other samples.
 
     The whitened record has no values at the ends. From the middle outwards, each sample is compared with the median of
     the inner neighbors that are no outliers. Scores are in units of the robust deviation of such distances. One record
@@ -76,8 +76,11 @@ def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
     samples = data.residual(solution.model)
     reach = np.arange(END_NEIGHBORS)
 
-    def apart(at: NDArray[np.int64] | int, way: int) -> NDArray[np.float64]:
-        """Array of the distances of samples from the median of their inner neighbors, which are `gap` samples away."""
+    def distances(at: NDArray[np.int64] | int, way: int) -> NDArray[np.float64]:
+        """Array of the absolute distances of the samples `at` from the median of neighbors in the direction `way` (±1).
+
+        The neighbors begin `gap` samples away.
+        """
         behind = np.asarray(at)[..., None] + way * reach
         return np.abs(samples[at] - np.median(samples[behind + way * gap], axis=-1))
 
@@ -85,7 +88,7 @@ def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
         np.int64
     )
     gap = 1
-    usual = apart(places, 1)
+    usual = distances(places, 1)
     scales = {gap: _robust_std(usual.copy())}
     if scales[gap] == 0.0:
         return found
@@ -99,8 +102,8 @@ def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
             if data.missing is not None and data.missing[at]:
                 continue
             if gap not in scales:
-                scales[gap] = _robust_std(apart(places, 1))
-            z = float(apart(at, way)) / scales[gap]
+                scales[gap] = _robust_std(distances(places, 1))
+            z = float(distances(at, way)) / scales[gap]
             found[at] = z if z > limit else 0.0
             gap = gap + 1 if z > limit else 1
     return found
@@ -116,7 +119,7 @@ def only_at_the_ends(effect: Modifier, data: Data) -> bool:
 
 
 def _robust_std(size: NDArray[np.float64]) -> float:
-    """Robust standard deviation of values whose absolute values are `size`: the largest estimate from three quantiles.
+    """Robust standard deviation of values with the absolute values `size`: the largest estimate from three quantiles.
 
     It reorders `size` in place. The quantiles are at 0.6745, 1 and 2 σ of a normal law. With the largest, noise that is
     merely not normal has no outliers.
@@ -172,10 +175,10 @@ def screen_outliers(
 
 
 def _outlier_limit(distance: NDArray[np.float64], n: int, step: float) -> float:
-    """Standardized distance above the median beyond which a sample is an outlier, at least the limit of normal noise.
+    """Standardized distance above the median from which a sample is an outlier, at least that of normal noise.
 
-    `step` is the rounding step in the same unit. For samples below the median, call it with −`distance`: with a limit for
-    each side, the long tail of a skewed distribution is no outlier.
+    `step` is the rounding step in the same unit. For samples below the median, call it with −`distance`: with a limit
+    for each side, the long tail of a skewed distribution is no outlier.
     """
     from scipy.special import ndtri_exp
 
@@ -196,10 +199,10 @@ def _exclusion_candidate(
     chance: float,
     note: str = "",
 ) -> Candidate | None:
-    """Candidate that excludes samples, refitted to the remaining samples.
+    """`Candidate` that excludes samples, refitted to the remaining samples; or None.
 
     `gain` is its ΔlogL, `numbers` its number of parameters, and `chance` its ln p. None if the effect is None or
-    excludes only samples that are already missing, or if the samples are not kept.
+    excludes only samples that are already missing, or if the data are those of a summary.
     """
     if effect is None or not isinstance(data, SampleData):
         return None
@@ -223,7 +226,7 @@ def _exclusion_candidate(
 
 
 def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """Candidate that excludes a stuck value, or else the disturbance with the lowest p-value; None without either.
+    """`Candidate` that excludes a stuck value, or else the disturbance with the lowest p-value; None without either.
 
     A disturbance has twice its usual power in some band, a p-value below 1e-6, and at most 20 % of the record. Each
     octave is searched for one interval; octaves that see the same disturbance begin earlier or end later extend it.
@@ -297,7 +300,7 @@ def _segment_effect(start: float, end: float) -> Modifier | None:
 
 
 def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
-    """Candidate that excludes the longest run of equal values (stuck sensor, lost link); or None.
+    """`Candidate` that excludes the longest run of equal values (stuck sensor, lost link); or None.
 
     None if the run has fewer than 16 samples, more than 20 % of the record or a p-value above 1e-6. None as well if
     more than 10 % of neighbors elsewhere are equal.
@@ -328,7 +331,7 @@ def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
 def _power_ratio(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> float | None:
-    """Largest ratio, over the bands within an octave, of the power in a segment to the median power of other segments.
+    """Maximum, over the bands within an octave, of the power in a segment over the median power of other segments; or None.
 
     The octave has the ordinates `low` … `high`; `first` and `last` are fractions of the record. The ratio is divided by
     10 if half of the other segments have a narrow peak in these ordinates, because such a peak may swell or wander.
@@ -383,10 +386,10 @@ def _is_loud(power: NDArray[np.float64], freedom: float, first: float, last: flo
 
 
 def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], float]]:
-    """List of (first ordinate, end, power over time, degrees of freedom of each value) for each octave.
+    """List of (first ordinate, end, power over time, degrees of freedom of each value) for each whitened octave.
 
-    The octaves are those of a whitened record. The degrees of freedom are reduced by the overdispersion. Octaves with
-    fewer than 64 values or without power are omitted.
+    The degrees of freedom are reduced by the overdispersion. Octaves with fewer than 64 values or without power are
+    omitted.
     """
     return [
         (low, high, power, each / overdispersion(power, each))
@@ -396,9 +399,9 @@ def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], fl
 
 
 def delta_logl_of_separate_levels(whitened: Whitened, first: float, last: float) -> float:
-    """ΔlogL of separate levels of all octaves, louder or quieter, between two fractions of the record.
+    """ΔlogL, at least 0, if all octaves have separate levels, louder or quieter, in one segment.
 
-    Octaves that do not resolve the interval add nothing; at least 0.
+    The segment lies between the fractions `first` and `last` of the record. Octaves that do not resolve it add nothing.
     """
     return sum(
         rise for rise, _ in _octave_levels(octaves_of(whitened.with_normal_tails), first, last)
@@ -408,18 +411,20 @@ def delta_logl_of_separate_levels(whitened: Whitened, first: float, last: float)
 def _delta_logl_of_louder_octaves(
     bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
 ) -> float:
-    """ΔlogL of separate levels between two fractions of the record, from octaves that are louder there."""
+    """ΔlogL if the octaves that are louder in a segment have separate levels there.
+
+    `first` and `last` are its ends as fractions of the record.
+    """
     return sum(rise for rise, louder in _octave_levels(bands, first, last) if louder)
 
 
 def _octave_levels(
     bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
 ) -> Iterator[tuple[float, bool]]:
-    """Iterator, by band, over (ΔlogL of a separate power level from `first` to `last`, True if it is louder there).
+    """Iterator, by octave, over (ΔlogL of a separate level in a segment, True if the octave is louder there).
 
-    `first` and `last` are fractions of the record.
-
-    Bands with too few values to resolve the segment are skipped.
+    `first` and `last` are the ends of the segment as fractions of the record. Octaves with too few values to resolve it
+    are skipped.
     """
     for _, _, power, freedom in bands:
         start, end = (round(part * power.size) for part in (first, last))

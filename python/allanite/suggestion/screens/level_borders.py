@@ -21,10 +21,10 @@ MAX_ROUNDS = 20
 def most_likely_borders(
     power: Array, places: NDArray[np.int64], levels: Array, least: int
 ) -> NDArray[np.int64]:
-    """Array of the borders `places`, each moved to the most likely place for the levels on its two sides.
+    """Array of the borders `places` between constant levels, each moved to its most likely index.
 
-    An interval between two borders keeps at least `least` values, since anything shorter is an outlier. A border
-    between equal levels, or without room to move, stays.
+    `levels` are the mean powers before, between and after the borders. An interval between two borders keeps at least
+    `least` values, since anything shorter is an outlier. A border between equal levels, or without room to move, stays.
     """
     out = places.copy()
     for k, place in enumerate(places):
@@ -61,7 +61,7 @@ def borders_between_values(
 
 
 def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[float]) -> Array:
-    """Array of the mean power of each interval; intervals with the same factor have one mean.
+    """Array of the mean power of each interval between borders; intervals with the same factor have one mean.
 
     `places` are the borders, `factors` those of the intervals after each border; the first interval has the factor 1.
     """
@@ -76,7 +76,7 @@ def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[f
 def borders_within_cells(
     power: Array, places: Sequence[float], factors: Sequence[float]
 ) -> tuple[list[float], list[float]]:
-    """Pair of lists: refined borders, in cells of a power map, and power after each border over that at the start.
+    """Pair of lists: refined borders, in cells of a power map, and power after each border relative to that at the start.
 
     A cell may be a mean over more than its own time. Levels come from cells well inside the intervals, with one mean
     for all intervals of the same factor. The power within 12 cells of a border gives its place between the two levels.

@@ -50,10 +50,10 @@ if TYPE_CHECKING:
 def screen_outliers_and_levels(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, list[Candidate]]:
-    """Pair: candidate of outliers or None, and list of candidates of level changes without these outliers.
+    """Pair: `Candidate` of outliers or None, and list of `Candidate` of level changes found without these outliers.
 
-    Levels are searched without these outliers, if they could be fitted, and then refitted to the given data. If a level
-    change explains most of the louder samples of an interval, outliers are None and left for the next step.
+    The level changes are refitted to the given data. If a level change explains most of the louder samples of an
+    interval, the first element is None, and outliers are left for the next step.
     """
     refit_outliers = screen_outliers(solution, data, whitened.samples)
     found = screen_levels(solution, data, whitened)
@@ -68,9 +68,9 @@ def screen_outliers_and_levels(
 
 
 def _changes_median_size(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
-    """True if the median size of the samples changes by at least half of the change of their rms.
+    """True if the candidate changes the median size of the samples by at least half of the change of their rms.
 
-    False for a p-value above 1 %, a constant level, or a summary.
+    This tells a change of level from outliers. False for a p-value above 1 %, a constant level, or a summary.
     """
     effect = candidate.effect
     assert isinstance(effect, Modifier)
@@ -86,7 +86,7 @@ def _changes_median_size(candidate: Candidate, data: Data, whitened: Whitened) -
 
 
 def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Candidate]:
-    """List of refitted candidates of changes of the white-noise level that explain its power over time best.
+    """List of refitted `Candidate` of changes of the white-noise level that explain its power over time best.
 
     The search covers one interval, several intervals, a periodic level, and levels that follow a logged column.
     Candidates within 3 nats of the best (ΔlogL less BIC cost) are returned. Empty if the power cannot be judged
@@ -119,7 +119,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
 
 
 def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series | None:
-    """`Series` of the power of white noise over time; or None.
+    """`Series`: power of the white noise over time; or None.
 
     None with fewer than 64 values, or if the samples rarely change code, so that the level depends on the bias.
     """
@@ -134,7 +134,7 @@ def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series |
 
 
 def _repeats_waveform(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
-    """True if the periodic change repeats a fixed waveform, so that it is a spectral line instead of a noise level.
+    """True if the periodic level of the candidate is a waveform that repeats: a spectral line instead of a noise level.
 
     The loud samples and those one period later must have a mean product above half of the excess power. False for a
     summary, and for a period of one sample or the record.
@@ -191,7 +191,7 @@ def count_of_level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
 def _with_refined_times(
     candidate: Candidate, series: Series, solution: Solution, data: Data, whitened: Whitened
 ) -> Candidate:
-    """Copy of a candidate with its times refined to single samples, and with the factors that follow from these times.
+    """Copy of a candidate whose times are refined to single samples, with the factors that follow from these times.
 
     Loud samples outside of coarse times would be outliers. A summary has no samples; its cells of power refine the
     times. The same candidate is returned without times, or if refined times are out of order.
@@ -215,7 +215,7 @@ def _with_refined_times(
         )
         if not all(np.diff(borders) > 0.0):
             return candidate
-        factors = tuple(float(np.sqrt(cells.white(level))) for level in relative)
+        factors = tuple(float(np.sqrt(cells.white_ratio(level))) for level in relative)
         return replace(
             candidate, effect=effect.switching_at(tuple(map(cells.time, borders)), factors)
         )
@@ -225,7 +225,7 @@ def _with_refined_times(
     moments = tuple((data.start + places / data.rate).tolist())
     near = np.round([series.place(time) for time in moments]).astype(np.int64)
     levels = interval_powers(series.power, near, factors) / series.power.mean()
-    white = np.array([series.white(float(level)) for level in levels])
+    white = np.array([series.white_ratio(float(level)) for level in levels])
     factors = tuple(np.sqrt(white[1:] / white[0]).tolist())
     return replace(candidate, effect=effect.switching_at(moments, factors))
 
@@ -233,9 +233,9 @@ def _with_refined_times(
 def _with_refined_gate(
     candidate: Candidate, solution: Solution, data: Data, whitened: Whitened
 ) -> Candidate:
-    """Copy of a candidate of a periodic level with period, start, share and factor from single samples.
+    """Copy of a candidate of a periodic level; period, start, share and factor are refined from single samples.
 
-    The same candidate is returned for a summary, or if the gate covers all samples or none.
+    The same candidate is returned for a summary, or if the louder part of the period covers all samples or none.
     """
     effect = candidate.effect
     if whitened.samples.size != data.n:
@@ -264,7 +264,7 @@ def _white_fraction(solution: Solution) -> float:
 
 
 def _square_with_ends(whitened: Whitened) -> NDArray[np.float64]:
-    """Array of the squares of the whitened samples with normal tails.
+    """Array of the squares of the whitened samples with normal tails, shape (n,).
 
     The unknown ends of the record get the mean square of the next four times as many samples.
     """
@@ -285,7 +285,7 @@ def _refitted_candidate(candidate: Candidate, solution: Solution, data: Data) ->
 def overdispersion_without(
     base: Solution, data: Data, levels: list[Candidate], searches: int
 ) -> tuple[float, float]:
-    """Pair (overdispersion of the spectrum, largest relative power) due to the best missing level change.
+    """Pair (overdispersion of the spectrum, largest relative power) caused by the best level change that the model lacks.
 
     Only changes with a p-value below 1 % after `searches` searches count; the pair is (1, 1) without one.
     """
@@ -302,7 +302,7 @@ def overdispersion_without(
 
 
 def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
-    """Candidate (not refitted) for one interval whose white-noise level differs most from all other times; or None.
+    """`Candidate` (not refitted) for the interval whose white-noise level differs most from all other times; or None.
 
     None if ΔlogL is below 3, or if the factor differs from 1 by less than the discrepancy or its standard error. The
     p-value is that of the coarse search, the ends are refined.
@@ -315,7 +315,7 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
         start, end, gain = refined_interval(power, series.freedom, start, end, size // cells)
     inside = series.power[start:end].mean()
     outside = np.delete(series.power, np.s_[start:end]).mean() if end - start < size else 1.0
-    factor = float(np.sqrt(series.white(float(inside / outside))))
+    factor = float(np.sqrt(series.white_ratio(float(inside / outside))))
     changes = (
         cls.from_values(start=series.time(start), end=series.time(end), factor=factor)
         for cls in _screened("level")

@@ -70,7 +70,7 @@ class Series:
     __repr__ = brief
 
     def time(self, place: float) -> float:
-        """Time of the edge before the value at index `place`, s; `place` may be fractional."""
+        """Time, s, of the border before the value with index `place`, which may be fractional."""
         return float(self.start + place * (self.end - self.start) / self.power.size)
 
     @property
@@ -80,11 +80,14 @@ class Series:
         return np.asarray(0.5 * (edges[1:] + edges[:-1]))
 
     def place(self, time: float) -> float:
-        """Fractional index of the edge between values at a `time`, s."""
+        """Fractional index of the border between values at a `time`, s."""
         return float((time - self.start) / (self.end - self.start) * self.power.size)
 
-    def white(self, ratio: float) -> float:
-        """Ratio of white-noise powers from the `ratio` of total powers, which the other noise dilutes; at least 10⁻⁶."""
+    def white_ratio(self, ratio: float) -> float:
+        """Ratio of white-noise powers at two times from the `ratio` of total powers, which other noise dilutes.
+
+        At least 10⁻⁶.
+        """
         return max(1e-6, 1.0 + (ratio - 1.0) / self.share)
 
 
@@ -93,7 +96,9 @@ def series_of(
 ) -> Series:
     """`Series` of power over time, with its degrees of freedom divided by the overdispersion.
 
-    `freedom` is that of independent values. The overdispersion is measured after changes of level are divided out.
+    `power` measures levels, `judged` (with normal tails) decides on them. `freedom` is that of independent values,
+    `share` the share of white noise, `span` the time of start and end, s. The overdispersion is measured after changes
+    of level are divided out.
     """
     places = _level_borders(judged, freedom, turns=False)
     steady = judged / np.repeat(
@@ -103,7 +108,9 @@ def series_of(
 
 
 def screen_several(series: Series, model: Model) -> list[Candidate]:
-    """List with the candidate (not refitted) of several levels, if it gains more than its parameters cost; or empty.
+    """List with one `Candidate` (not refitted) of several levels of the white noise, if it gains more than it costs.
+
+    Or empty.
 
     Each interval has its own level, or two levels alternate. Each parameter costs ½ ln n of logL. The p-value is e to
     the minus gain beyond that. Empty as well if one interval explains more.
@@ -121,7 +128,7 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
         mean = float(series.judged.mean())
         gain = -0.5 * freedom * float(sizes @ np.log(levels / mean))
         own = _levels(series.power, places, turns) / float(series.power.mean())
-        white = np.array([series.white(float(r)) for r in own])
+        white = np.array([series.white_ratio(float(r)) for r in own])
         factors = np.sqrt(white / white[0])
         times = tuple(series.time(p) for p in places)
         back = tuple(1.0 if own[k] == own[0] else float(f) for k, f in enumerate(factors))[1:]
@@ -146,9 +153,9 @@ def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Modifier]
 
 
 def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.int64]:
-    """Array of the borders between intervals of constant level, as indices of values; with `turns`, two levels alternate.
+    """Array of the most likely borders between intervals of constant level, as indices of values.
 
-    The ΔlogL of each border is above its cost.
+    With `turns`, two levels alternate. The ΔlogL of each border is above its cost.
     """
     cells = min(LEVEL_CELLS, power.size // 8)
     edges = np.arange(cells + 1) * power.size // cells
@@ -223,9 +230,9 @@ def _interval_sums(values: Array, borders: list[int]) -> Array:
 def _best_path(
     power: Array, count: Array, levels: list[float], price: float
 ) -> tuple[float, NDArray[np.bool_]]:
-    """Pair: lowest loss of a sequence of two levels with `price` per change (Viterbi), and mask of the second level.
+    """Pair: lowest cost of a sequence of two alternating levels (Viterbi), and mask of the values at the second level.
 
-    The loss is the negative logL plus the price of all changes; `levels` are two mean powers.
+    The cost is the negative logL plus `price` for each change of level; `levels` are the two mean powers.
     """
     cost = np.stack([0.5 * count * (np.log(v) + power / v) for v in levels])
     here = cost[:, 0]
@@ -245,7 +252,10 @@ def _best_path(
 
 
 def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
-    """Array of the mean power of each interval; with `turns`, one mean for all even and one for all odd intervals."""
+    """Array of the mean power of each interval between the borders `places`, at least 1e-12.
+
+    With `turns`, all even intervals have one mean, and all odd ones another.
+    """
     firsts = np.array([0, *places])
     sizes = np.diff([*firsts, power.size])
     sums = np.add.reduceat(power, firsts)
@@ -260,7 +270,7 @@ def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
 def _without_needless_borders(
     power: Array, places: NDArray[np.int64], freedom: float, price: float
 ) -> NDArray[np.int64]:
-    """Array of the borders whose ΔlogL exceeds `price`; two borders within a coarse cell may stand for one change."""
+    """Array of those borders whose ΔlogL exceeds `price`; two borders within a coarse cell may stand for one change."""
     while places.size:
         whole = _loss(power, places, freedom)
         without = [_loss(power, np.delete(places, k), freedom) for k in range(places.size)]
@@ -278,11 +288,12 @@ def _loss(power: Array, places: NDArray[np.int64], freedom: float) -> float:
 
 
 def screen_cycle(series: Series, model: Model) -> Candidate | None:
-    """Candidate (not refitted) of a periodic level with the best period and the gate that explains the power best.
+    """`Candidate` (not refitted) of a white-noise level that changes periodically, with the best period and gate; or None.
 
-    None if H has a p-value above 1 %, the ΔlogL is at most 3, or the catalog has no such level. H is the largest sum of
-    harmonic powers less their cost, over all frequencies. None as well for constant power and for too few values. The
-    candidate's p-value is the larger of those of H and of the gate.
+    A gate is the part of each period with another level. None if H has a p-value above 1 %, the ΔlogL is at most 3, or
+    the catalog has no such level. H is the largest sum of harmonic powers less their cost, over all frequencies. None
+    as well for constant power and for too few values. The candidate's p-value is the larger of those of H and of the
+    gate.
     """
     from scipy.special import log_ndtr
 
@@ -320,7 +331,7 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
         "period": period * step,
         "start": series.start + first / PHASES * period * step,
         "share": (last - first) / PHASES,
-        "factor": float(np.sqrt(series.white(ratio_of))),
+        "factor": float(np.sqrt(series.white_ratio(ratio_of))),
     }
     effect = next((e for cls in kinds if (e := cls.from_values(**values)) is not None), None)
     if effect is None:
@@ -333,9 +344,9 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
 
 
 def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, float, int, int]:
-    """Tuple (ΔlogL, period in cells, first phase, end phase) of the best gate for about `cycles` periods in the record.
+    """Tuple (ΔlogL, period in cells, first phase, end phase) of the most likely gate for a period near 1/`cycles` records.
 
-    A gate is an interval of phases with another noise level. Phases are in 1/64 of a period. The end is exclusive and
+    A gate is the part of each period with another noise level. Phases are in 1/64 of a period. The end is exclusive and
     may be above 64. ΔlogL is −inf if no tried period fills all phases.
     """
     cells = power.size
@@ -354,10 +365,11 @@ def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, floa
 
 
 def refined_gate(square: Array, period: float, first: float, share: float) -> tuple[float, ...]:
-    """Tuple (period, first sample, share) of the gate that explains the squares of samples best, near a coarse gate.
+    """Tuple (period, first sample, share) of the most likely gate near a coarse one, from the squares of single samples.
 
-    Period and start are in samples. The coarse gate is known to 1/64 of a period at both ends of the record. The coarse
-    gate is returned if no finer one is usable.
+    A gate is the part of each period with another noise level; `share` is its length in periods. Period and start are
+    in samples. The coarse gate is known to 1/64 of a period at both ends of the record. It is returned if no finer one
+    is usable.
     """
     n, reach = square.size, 2 * FINE_PHASES
     phases = PHASES * FINE_PHASES
@@ -391,9 +403,10 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
 
 
 def _best_phases(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
-    """Tuple (ΔlogL, first, end) of the interval of at most half of the phases whose level differs most.
+    """Tuple (ΔlogL, first, end) of the interval of at most half of the phases of a period whose level differs most.
 
-    Phases are in 1/64; `end` is exclusive and may be above 64.
+    `sums` and `count` are the sum and number of values at each phase. Phases are in 1/64; `end` is exclusive and may be
+    above 64.
     """
     twice = np.concatenate([[0.0], np.cumsum(np.tile(sums, 2))])
     sizes = np.concatenate([[0.0], np.cumsum(np.tile(count, 2))])
@@ -447,7 +460,7 @@ def log_slope(power: Array, values: Array, freedom: float) -> tuple[float, float
     """
 
     def loss(b: float) -> float:
-        """Negative logL of a slope, up to a constant."""
+        """Negative logL, up to a constant, if the slope is b."""
         return 0.5 * freedom * power.size * float(np.log(np.mean(power * np.exp(-b * values))))
 
     b = 0.0

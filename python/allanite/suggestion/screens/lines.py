@@ -49,10 +49,10 @@ MEDIAN_CHI2_1 = 0.4549
 def _divide_by_level(
     power: NDArray[np.float64], floor: float, bins: Bins
 ) -> list[tuple[int, float]]:
-    """Divide `power` in place by the level of its neighborhood; return a list of (end, level) of each interval.
+    """List of (end, level) of intervals of the periodogram `power`, after `power` is divided in place by these levels.
 
-    The ends are exclusive. A band that the model misses is then no line. Levels are at least `floor`, and at least 1
-    next to an empty bin, where the true level is unknown.
+    A level is the robust mean of an interval, so that a band that the model misses is no line. Ends are exclusive.
+    Levels are at least `floor`, and at least 1 next to an empty bin, where the true level is unknown.
     """
     gone = np.flatnonzero(is_empty(bins))
     edges = np.unique(
@@ -77,7 +77,7 @@ def _divide_by_level(
 def screen_lines(
     solution: Solution, data: Data, whitened: NDArray[np.float64], white: NDArray[np.float64]
 ) -> tuple[Candidate, ...]:
-    """Tuple of refitted candidates of up to 12 lines of the residual, the clearest first, each with its harmonics.
+    """Tuple of refitted `Candidate` of up to 12 lines of the residual, the clearest first, each with its harmonics.
 
     `whitened` is the residual in time; `white` are its ordinates whitened by the model without a discrepancy. Evenly
     spaced lines become one candidate. The search ends at a peak of at most 6, or less than 3 above ln of the trials. A
@@ -94,15 +94,17 @@ def screen_lines(
     for k in range(MAX_LINES_REFITTED):
         stop_if_unwanted()
         trim_memory(data.samples.size)
-        top, above = _strongest(ratio, data)
+        top, above = _clearest_line(ratio, data)
         if ratio[top] <= MIN_LINE_PEAK or above < MIN_SCREEN_GAIN:
             break
         level = next(level for end, level in levels if top < end)
         width, surplus = _best_width(top, solution, data, level)
         base: float
         multiples: Sequence[float]
-        base, multiples = _comb(ratio, top, width)
-        spaced = evenly_spaced(_peaks(ratio, data)) if k == 0 and len(multiples) == 1 else None
+        base, multiples = _fundamental_and_multiples(ratio, top, width)
+        spaced = (
+            evenly_spaced(_line_indices(ratio, data)) if k == 0 and len(multiples) == 1 else None
+        )
         if spaced is not None:
             (base, multiples), width, surplus = spaced, 0, 0.0
             reaches = [(round(m * base), 8) for m in multiples]
@@ -122,7 +124,7 @@ def screen_lines(
 def _refitted(
     effect: Deterministic, start: float, solution: Solution, data: Data, band: tuple[int, float]
 ) -> Candidate | None:
-    """Candidate of a line or comb after the refit near the frequency `start` (Hz); None if ΔlogL is not positive.
+    """`Candidate` of a line or comb after the refit near the frequency `start`, Hz; None if ΔlogL is not positive.
 
     `band` is the half-width (ordinates) and the ΔlogL of the narrow-band noise that explains the line best.
     """
@@ -160,8 +162,8 @@ def _refitted(
     )
 
 
-def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
-    """Pair: frequency index (half cycles per record) of the clearest line, and its peak height minus ln of the trials.
+def _clearest_line(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
+    """Pair: index of the clearest line of a periodogram, in half cycles per record, and its height minus ln of the trials.
 
     The height is −inf if no peak is above 6.
     """
@@ -177,14 +179,14 @@ def _strongest(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
     return int(tops[best]), float(surplus[best])
 
 
-def _peaks(ratio: NDArray[np.float64], data: Data) -> list[int]:
-    """List of the frequency indices (half cycles per record) of at most 48 separate lines, clearest first.
+def _line_indices(ratio: NDArray[np.float64], data: Data) -> list[int]:
+    """List of the indices, in half cycles per record, of at most 48 separate lines of a periodogram, clearest first.
 
     It ends before a peak of at most 6, or less than 3 above ln of the trials.
     """
     left, found = ratio.copy(), []
     for _ in range(MAX_SPACED_LINES):
-        top, above = _strongest(left, data)
+        top, above = _clearest_line(left, data)
         if left[top] <= MIN_LINE_PEAK or above < MIN_SCREEN_GAIN:
             break
         found.append(top)
@@ -193,10 +195,11 @@ def _peaks(ratio: NDArray[np.float64], data: Data) -> list[int]:
 
 
 def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
-    """Pair: the lowest of evenly spaced lines among `places`, and an ascending list of all as multiples of it; or None.
+    """Pair (lowest, multiples) of evenly spaced lines among the indices `places`, or None.
 
-    The comb has at least 5 lines, at 60 % or more of the places between its lowest and its highest line. None if there
-    is no such comb, or if its lines are harmonics of the spacing.
+    `multiples` is the ascending list of these lines as multiples of the lowest. There are at least 5, at 60 % or more
+    of the places between the lowest and the highest. None if there are no such lines, or if they are harmonics of the
+    spacing.
     """
     at = np.sort(np.array(places, dtype=np.float64))
     best: tuple[int, float, float, NDArray[np.float64]] | None = None
@@ -222,7 +225,9 @@ def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
 
 
 def _remove_line(ratio: NDArray[np.float64], place: int, reach: int) -> None:
-    """Set a line at index `place` and its side lobes in `ratio` to zero, in place.
+    """Set a line of the periodogram `ratio` to zero, in place, from `place` − `reach` to `place` + `reach`.
+
+    With side lobes.
 
     A side lobe d half cycles from the line has sin²(πd/2)/(πd/2)² of its power.
     """
@@ -235,9 +240,9 @@ def _remove_line(ratio: NDArray[np.float64], place: int, reach: int) -> None:
 def _periodic_effects(
     start: float, multiples: Sequence[float], solution: Solution, data: Data
 ) -> Iterator[Deterministic]:
-    """Iterator over effects, one for each suitable periodic kind of the catalog, with a line at `start`, Hz.
+    """Iterator over effects with a line at `start`, Hz, and its `multiples`, one for each suitable kind of the catalog.
 
-    `multiples` are the harmonics found. The kinds come in reverse order of the catalog, so those of users come first.
+    The kinds come in reverse order of the catalog, so those of users come first.
     """
     for cls in reversed(tuple(CATALOGUE)):
         if cls.screened == "line" and issubclass(cls, Deterministic):
@@ -249,8 +254,8 @@ def _periodic_effects(
 def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:
     """Pair: half-width (ordinates) and ΔlogL of the narrow-band noise that explains a line best.
 
-    A Lorentzian of any height and a half-width of 1, 2, 4, … 64 is fitted to the single ordinates near the line
-    (Whittle likelihood). Half-widths up to 2 are returned as 0.
+    `top` is the ordinate of the line. A Lorentzian of any height and a half-width of 1, 2, 4, … 64 is fitted to the
+    single ordinates near it (Whittle likelihood). Half-widths up to 2 are returned as 0.
     """
     j = np.arange(
         max(1, top - WIDTH_ORDINATES),
@@ -271,9 +276,10 @@ def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple
 
 
 def _wandering_note(frequency: float, width: int, surplus: float, data: Data) -> str:
-    """Sentence for a line that is narrow-band noise rather than a pure line; otherwise an empty text.
+    """Sentence that a line is narrow-band noise rather than a pure line; "" if it is a pure line.
 
-    Empty if the band has no width, or a ΔlogL of less than 8 more than the line.
+    `width` is its half-width in ordinates, `surplus` the ΔlogL of the band beyond that of the line, which must be at
+    least 8.
     """
     if width == 0 or surplus < MIN_DELTA_LOGL_OVER_SIMPLER:
         return ""
@@ -284,8 +290,10 @@ def _wandering_note(frequency: float, width: int, surplus: float, data: Data) ->
     )
 
 
-def _comb(ratio: NDArray[np.float64], top: int, width: int) -> tuple[int, list[int]]:
-    """Pair: ordinate of the fundamental of the line at `top`, and list of its multiples that stand out.
+def _fundamental_and_multiples(
+    ratio: NDArray[np.float64], top: int, width: int
+) -> tuple[int, list[int]]:
+    """Pair: ordinate of the fundamental of the line at ordinate `top`, and list of its multiples that stand out.
 
     (`top`, [1]) without harmonics. The fundamental with the most multiples is taken: up to the 12th for the line
     divided by 1 to 3, up to the 64th where 60 % of them stand out.

@@ -42,15 +42,15 @@ class Excess:
 
 
 def widths_tried(n: int) -> int:
-    """Number of band widths (narrower than a bin) that a search tries in a record of n samples; at least 1."""
+    """Number of widths of bands narrower than a bin that a search tries in a record of n samples; at least 1."""
     return max(1, sum(width <= MAX_NARROW_WIDTH * n for width in WIDTHS))
 
 
 def narrow_bands(solution: Solution, data: Data, white: NDArray[np.float64]) -> Iterator[Excess]:
-    """Iterator over the band with the clearest excess of power over the model, one `Excess` for each width.
+    """Iterator over an `Excess` for each width: the narrow band with the clearest excess of power over the model.
 
-    Bands are searched in the whitened ordinates `white`, only at frequencies where bins are wider
-    than the band. Widths without any excess are skipped.
+    Bands are searched in the whitened ordinates `white`, only at frequencies where bins are wider than the band. Widths
+    without any excess are skipped.
     """
     total = np.square(white)
     np.cumsum(total, out=total)

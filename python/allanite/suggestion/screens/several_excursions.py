@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def merged_excursions(events: Sequence[Deterministic]) -> Deterministic | None:
-    """Effect of the catalog that has all the excursions of `events`; None if no kind can."""
+    """Effect of the catalog that contains all excursions of `events`, e.g. for a joint fit; None if no kind can."""
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Deterministic))
     return next((one for cls in kinds if (one := cls.together(events)) is not None), None)
 
@@ -43,10 +43,10 @@ def _excursion_times(event: Deterministic) -> list[tuple[float, float]]:
 def several_excursions(
     kind: type[Deterministic], first: Deterministic, places: float, solution: Solution, data: Data
 ) -> tuple[Deterministic, float] | None:
-    """Pair: effect with the 2 to 32 excursions least likely by chance, and the cost of their number in ln p; or None.
+    """Pair: effect with the 2 to 32 excursions least likely by chance, and ln of the number of such sets; or None.
 
-    None if a second excursion does not lower the p-value, or if they cannot be merged. `solution` is that of the model
-    without excursions.
+    The second element is the cost of the choice in ln p, relative to a single excursion. None if a second excursion
+    does not lower the p-value, or if they cannot be merged. `solution` is that of the model without excursions.
 
     Parameters
     ----------
@@ -106,7 +106,10 @@ def _solution_with_excursions(
 
 
 def _log_p(count: int, places: float, fitted: Solution, solution: Solution) -> float:
-    """Ln of the p-value of the ΔlogL of `count` excursions as the best of all possible sets; at most 0."""
+    """Ln of the p-value, at most 0, of the ΔlogL of `count` excursions as the best of all possible sets.
+
+    `fitted` is the solution with the excursions, `solution` that without.
+    """
     gain = fitted.log_likelihood - solution.log_likelihood
     return min(
         0.0, log_chi2_tail(gain, count) + _log_choices(count, places) + float(np.log(places))

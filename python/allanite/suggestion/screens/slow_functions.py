@@ -66,10 +66,11 @@ def screen_slow(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> Screen:
-    """`Screen` of a family of slow functions: best grid point of each effect, refitted, and forms with more parameters.
+    """`Screen` of a family of slow functions: `Candidate` of the best grid point of each effect, and of richer forms.
 
-    A grid point with a ΔlogL below 3 has no candidate. `rival` is the solution with the best wandering process, beyond
-    which a function must explain something. `whitened` returns the whitened record of the solution, if it is needed.
+    A grid point with a ΔlogL below 3 has no candidate. `rival` is the solution with the best slowly drifting random
+    process, beyond which a function must explain something. `whitened` returns the whitened record of the solution, if
+    it is needed.
     """
     found: list[Candidate] = []
     arcs: list[float] = []
@@ -90,7 +91,7 @@ def screen_slow(
             _refitted_candidate(points[top], solution, data, rival, whitened) if worth else None
         )
         if simple is not None and simple.solution is not None:
-            placed = is_placed(simple.solution.effects[-1], data)
+            placed = has_known_time(simple.solution.effects[-1], data)
             found += [simple] if placed else []
             alone = log_p_value(Family(blank.family, (arcs[-1],)), simple.judged_gain or 0.0)
             named = simple if placed and alone < np.log(FALSE_ALARM_PROBABILITY) else None
@@ -106,7 +107,7 @@ def screen_slow(
     return Screen(tuple(found), tuple(arcs), tuple(families))
 
 
-def is_placed(own: object, data: Data) -> bool:
+def has_known_time(own: object, data: Data) -> bool:
     """False if the time of a fitted one-time event `own` is hardly known or may be outside the record; True otherwise.
 
     True for all other fitted effects. The limit of a standard error is 2 % of the record. The 95 % interval of a time
@@ -133,10 +134,10 @@ def _richer_forms(
     solution: Solution,
     data: Data,
 ) -> dict[Deterministic, tuple[float, float, Noise]]:
-    """Dict from forms with more parameters, shapes optimized, to (angle of its grid, number of starts, noise used).
+    """Dict from effects with more parameters, shapes optimized, to (angle of the grid, number of starts, noise used).
 
-    They include excursions between any two times of the grid, which need not begin where the simple
-    form was found, and the richer forms of an excursion.
+    They include excursions between any two times of the grid, which need not begin where the candidate `simple` was
+    found, and the richer forms of an excursion.
     """
     base, known = solution.noise(data), solution.model.deterministic
     beside = None if simple is None else simple.solution
@@ -144,7 +145,7 @@ def _richer_forms(
     found: dict[Deterministic, tuple[float, float, Noise]] = {}
 
     def add_extended(plain: Effect, starts: float, noise: Noise) -> None:
-        """Add to `found` the effects `plain.extended()`, which may start at any of `starts` independent places."""
+        """Add the richer forms `plain.extended()` to `found`; each could start at any of `starts` independent places."""
         for blank in plain.extended():
             assert isinstance(blank, Deterministic)
             grid = grid_points(blank, data)
@@ -174,17 +175,17 @@ def _significant_richer_forms(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """List of the refitted candidates of those `forms` that explain significantly more than `simple`.
+    """List of refitted `Candidate` of those `forms` that explain significantly more (1 %) than the candidate `simple`.
 
-    The limit is a p-value of 1 %; None as `simple` stands for no function. Refuted forms, forms of an event already in
-    the list, and forms that are not significant by themselves are omitted.
+    None as `simple` stands for no function. Refuted forms, forms of an event already in the list, and forms that are
+    not significant by themselves are omitted.
     """
     found: list[Candidate] = []
     for effect, (arc, starts, noise) in forms.items():
         plain = 0.0
         if simple is not None and isinstance(simple.effect, Deterministic):
-            plain = _gain(simple.effect, solution, noise, data)
-        best = (1.0 + MAX_NOISE_REFIT_FRACTION) * _gain(effect, solution, noise, data)
+            plain = _matched_delta_logl(simple.effect, solution, noise, data)
+        best = (1.0 + MAX_NOISE_REFIT_FRACTION) * _matched_delta_logl(effect, solution, noise, data)
         if not may_become_significant(Family(effect.family, (arc,)), best - plain):
             continue
         # Neither could it be significant by itself, even without the other searches of the check.
@@ -208,12 +209,12 @@ def _several_excursions(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """List with the refitted candidate of several excursions; empty without one.
+    """List with the refitted `Candidate` of several excursions as one effect; or empty.
 
     Empty if one of those found `singly` has a p-value below 1e-4, if `forms` has no excursion, or if the model has one.
     """
     alone = [
-        (_gain(effect, solution, noise, data), arc * starts, effect)
+        (_matched_delta_logl(effect, solution, noise, data), arc * starts, effect)
         for effect, (arc, starts, noise) in forms.items()
         if effect.returns
     ]
@@ -244,8 +245,10 @@ def _is_same_event(one: Candidate, other: Candidate, data: Data) -> bool:
     return float(np.abs(np.subtract(a, b)).max()) < data.duration / TIME_CELLS
 
 
-def _gain(effect: Deterministic, solution: Solution, noise: Noise, data: Data) -> float:
-    """ΔlogL of a slow function by the matched filter, with the given `noise` instead of that of the solution."""
+def _matched_delta_logl(
+    effect: Deterministic, solution: Solution, noise: Noise, data: Data
+) -> float:
+    """ΔlogL of a slow function with shape values by the matched filter, with the given `noise`."""
     known = solution.model.deterministic
     return float(matched_gains([effect], solution.ordinates, noise, data, known)[0][0])
 
@@ -253,7 +256,7 @@ def _gain(effect: Deterministic, solution: Solution, noise: Noise, data: Data) -
 def _with_best_shapes(
     effect: Deterministic, names: tuple[str, ...], solution: Solution, noise: Noise, data: Data
 ) -> Deterministic:
-    """Copy of the effect with the best shapes between the neighbors of its grid point, optimized in turn.
+    """Copy of the effect whose shapes `names` are optimized in turn, each between the neighbors of its grid point.
 
     Each shape is the best of 33 values and the present one.
     """
@@ -278,18 +281,20 @@ def _refitted_candidate(
     whitened: Callable[[], Whitened],
     over: tuple[float, Family] | None = None,
 ) -> Candidate | None:
-    """Refitted candidate of a slow function; None if it is refuted.
+    """Refitted `Candidate` of a slow function; None if it is refuted.
 
     It is refuted if it gains nothing, if it contradicts its column at one of two time scales, or if an event rests on a
     few samples. With `over`, a ΔlogL and a family, its gain above that ΔlogL must be significant (1 %) and the time of
     the event known. `gain` is the ΔlogL beyond the model. `judged_gain`, for the p-value, is at most that beyond the
-    best wandering process.
+    solution `rival` with the best slowly drifting random process.
     """
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
     if over is not None:
         added = log_p_value(over[1], gain - over[0])
-        if added >= np.log(FALSE_ALARM_PROBABILITY) or not is_placed(refitted.effects[-1], data):
+        if added >= np.log(FALSE_ALARM_PROBABILITY) or not has_known_time(
+            refitted.effects[-1], data
+        ):
             return None
     if rival is not None and gain > 0.0:
         model = rival.model + refitted.model.effects[-1]
@@ -312,7 +317,7 @@ def _refitted_candidate(
 
 
 def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> bool:
-    """True if the trimmed mean of a short event has less than half of its mean: it rests on outliers.
+    """True if a short event depends on a few outliers: its trimmed mean is less than half of its mean.
 
     The means are relative to an equal time before the event. False for events above 4096 samples, events without
     duration, and summaries. With fewer than 16 samples in the event or before it: True if those in the event are fewer.
@@ -340,7 +345,7 @@ def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> b
 def _share_with_normal_tails(
     event: Deterministic, data: Data, whitened: Callable[[], Whitened]
 ) -> float:
-    """Fraction, at most 1, of a short event's evidence that remains if the samples become normal ones of the same order.
+    """Fraction, at most 1, of a short event's evidence that remains if the samples become normal scores.
 
     It is 1 for long events. The mean of a few samples with heavy tails, or of a coarse step, is not normal.
     """
@@ -386,8 +391,8 @@ def score(candidate: Candidate) -> float:
     return candidate.gain - parameters_cost(candidate.solution.effects[-1], candidate.solution)
 
 
-def with_gains_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
-    """Dict from family to `Screen`; functions 3 nats or more below the best score get a smaller `judged_gain`.
+def with_gains_next_to_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
+    """Dict from family to `Screen`, in which functions 3 nats or more below the best score get a smaller `judged_gain`.
 
     It is the smallest ΔlogL that the function has in a model with one of the best. A step at the start looks like a
     warm-up, and like any temperature that rises from there. Without candidates, `screens` is returned.
@@ -401,7 +406,7 @@ def with_gains_beside_best(screens: dict[str, Screen], data: Data) -> dict[str, 
     best = [c for c in found if score(c) > top - MAX_RIVAL_LOG_EVIDENCE]
 
     def with_smallest_gain(candidate: Candidate) -> Candidate:
-        """Copy of a candidate whose `judged_gain` is its smallest ΔlogL next to one of the best; a best one itself.
+        """Copy of a candidate with `judged_gain` lowered to its ΔlogL in a model with one of the best; a best one itself.
 
         The present `judged_gain` also counts; the smallest is at least 0.
         """

@@ -56,7 +56,7 @@ DESIGN_SCAN_STEPS = 5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """An effect that may be missing, its ΔlogL (`gain`, nats), and the refitted solution with it, if it was refitted.
+    """Effect that a model may lack, its ΔlogL (`gain`, nats), and the refitted solution with it (None if not refitted).
 
     `family` names the candidates that share its false alarms (`Family`).
     """
@@ -81,7 +81,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Screen:
-    """Candidates of a screen, and for each kind the angle by which its direction turns along its grid, for p-values."""
+    """Result of a search: candidates, and for each kind the total angle of its grid of shapes, rad, for p-values."""
 
     candidates: tuple[Candidate, ...]
     arcs: tuple[float, ...]
@@ -110,7 +110,7 @@ def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
 def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float64]:
     """Array of the derivative of the bin power with respect to a small amount of the effect, shape (bins,).
 
-    For a modifier it is the change of the white noise's power at coefficient 1, or 0 without white noise.
+    For a modifier it is the change of the power of white noise with coefficient 1, or 0 without white noise.
     """
     model = solution.model
     if isinstance(effect, Modifier):
@@ -127,10 +127,10 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
 def directions(
     solution: Solution, data: Data, kinds: Iterable[type[Effect]] = CATALOGUE
 ) -> Iterator[tuple[type[Effect], list[Effect], NDArray[np.float64]]]:
-    """Iterator over (kind, grid points, unit vectors of their effect on the spectrum) for the `kinds` that may be missing.
+    """Iterator over (kind, grid points, unit vectors) for the `kinds` that the model may lack.
 
-    The vectors, shape (points, bins), are changes of bin power in units of its scatter, after projecting out the
-    directions of the model's own effects. Points without any other effect are omitted.
+    A unit vector, shape (bins,), is the change of bin power by a grid point in units of its scatter, after projecting
+    out the directions of the model's own effects. Points that change nothing else are omitted.
     """
     root = np.sqrt(0.5 * solution.count)
     # Directions of the model's own effects: the refit moves along them anyway.
@@ -160,7 +160,10 @@ def directions(
 
 
 def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) -> Screen:
-    """`Screen` with the best refitted candidate of every kind; `white` are the ordinates whitened without a discrepancy."""
+    """`Screen` with the best refitted `Candidate` of every random process and filter.
+
+    `white` are the residual ordinates whitened by the model without a discrepancy.
+    """
     part = RandomPart(data, solution.power, solution.count)
     found: list[Candidate] = []
     arcs: list[float] = []
@@ -181,16 +184,16 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
 
 
 def candidates_elsewhere(first: Effect, solution: Solution, data: Data) -> Iterator[Candidate]:
-    """Yields candidates of the kind of a band `first` at frequencies that neither it nor an earlier candidate occupies.
+    """Iterator over refitted `Candidate` of the kind of a band `first`, at frequencies that no earlier one occupies.
 
-    They start from the `MAX_FORMS_TRIED` best grid points, each of which is refitted by itself: the best one of many would
-    lead to `first` again.
+    They start from the `MAX_FORMS_TRIED` best grid points, each of which is refitted by itself: the best one of many
+    would lead to `first` again.
     """
     part = RandomPart(data, solution.power, solution.count)
     taken = [first.occupies]
 
     def is_taken(effect: Effect) -> bool:
-        """True if a band overlaps one that is taken."""
+        """True if the band of the effect overlaps `first` or the band of an earlier candidate."""
         own = effect.occupies
         return any(own and band and bands_overlap(own, band) for band in taken)
 
@@ -218,10 +221,10 @@ def bands_overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
 def _narrow_band_candidate(
     point: Effect, base: Solution, part: RandomPart, white: NDArray[np.float64], arc: float
 ) -> Candidate | None:
-    """Candidate for the clearest band narrower than a bin, from single ordinates; None if it cannot be significant.
+    """Refitted `Candidate` for the clearest band narrower than a bin, from single ordinates; or None.
 
-    None as well if the kind of `point` has no movable band, or if more than `MAX_MISSING_FRACTION` of the samples are
-    lost.
+    None if it cannot be significant, if the kind of `point` has no movable band, or if more than `MAX_MISSING_FRACTION`
+    of the samples are missing.
     """
     data = part.data
     if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
@@ -250,8 +253,8 @@ def _residual_maxima(
 ) -> list[Effect]:
     """List, in grid order, of up to 60 grid points at which the residual is larger than at both neighbors.
 
-    The residual is projected on the direction of each point; the largest are kept. For narrow effects only, since
-    effects elsewhere in the model cannot have absorbed them.
+    The residual is projected on the direction of each point (`unit`); the largest are kept. For narrow effects only,
+    since effects elsewhere in the model cannot have absorbed them.
     """
     residual = (solution.power / solution.spectrum - 1.0) * np.sqrt(0.5 * solution.count)
     score = unit @ residual
@@ -265,9 +268,10 @@ def _residual_maxima(
 def _with_richer_form(
     ends: list[tuple[Model, Maximum]], model: Model, best: Maximum, part: RandomPart
 ) -> tuple[Model, Maximum]:
-    """Pair (model, maximum) whose last effect has more parameters, if that gains 8 nats; otherwise `model` and `best`.
+    """Pair (model, maximum) in which the last effect has a form with more parameters, if that gains 8 nats.
 
-    The forms (`Effect.extended`) of the eight most likely `ends` are tried, and only if the model has a discrepancy.
+    Otherwise `model` and `best` are returned. The forms (`Effect.extended`) of the eight most likely `ends` are tried,
+    and only if the model has a discrepancy.
     """
     if best.scale is None:
         return model, best
@@ -287,10 +291,10 @@ def _with_richer_form(
 
 
 def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
-    """Pair (model, maximum) with polished shapes, and with other filter designs if the model has a discrepancy.
+    """Pair (model, maximum) with optimized shapes, and with other filter designs if the model has a discrepancy.
 
-    A design with fewer parameters may lose `MAX_SIMPLER_LOSS` of logL for each parameter less. Reason: the present shapes
-    and designs were fitted without the last effect, and may imitate it.
+    A design with fewer parameters may lose `MAX_SIMPLER_LOSS` of logL for each parameter less. Reason: the present
+    shapes and designs were fitted without the last effect, and may imitate it.
     """
     found = polish(model, free_places(model), best, part, roughly=True)
     if best.scale is None:
@@ -326,7 +330,7 @@ def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Mo
 
 
 def _has_similar_shapes(point: Effect, effect: Effect) -> bool:
-    """True if all shapes of a grid point are within a factor of two of those of an effect."""
+    """True if all shapes of the grid point `point` are within a factor of two of those of `effect`."""
     return all(
         effect.values[name] / MAX_SHAPE_RATIO
         < point.values[name]
@@ -338,9 +342,10 @@ def _has_similar_shapes(point: Effect, effect: Effect) -> bool:
 def _refitted_candidate(
     points: list[Effect], base: Solution, part: RandomPart, arc: float
 ) -> Candidate | None:
-    """Candidate from the best of many grid points after polishing the best few and refitting the model.
+    """Refitted `Candidate` from the best of many grid points of an effect, after the best few are optimized; or None.
 
-    None if no grid point raises logL by 0.5, or if `_candidate_of_last_effect` refutes the refitted effect.
+    None if no grid point raises logL by 0.5, or if `_candidate_of_last_effect` refutes the refitted effect. `arc` is
+    the angle of the grid, rad.
     """
     scanned = scan_added_effect(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SCORE_GAIN:
@@ -366,9 +371,10 @@ def _refitted_candidate(
 def _candidate_of_last_effect(
     solution: Solution, base: Solution, data: Data, arc: float
 ) -> Candidate | None:
-    """Candidate from the last effect of a refitted model; None if it gains nothing or does not show its feature.
+    """`Candidate` of the last effect of a refitted model; None if it gains nothing or does not show its feature.
 
-    None as well for a narrow effect if the model without narrow bands is not flat near it. `arc` is the angle of its grid.
+    None as well for a narrow effect if the model without narrow bands is not flat near it. `arc` is the angle of its
+    grid, rad.
     """
     fitted = solution.model.effects[-1]
     if not fitted.shows(solution.model, data.rate, data.duration):

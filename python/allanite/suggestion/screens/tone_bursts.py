@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 def screen_tone_bursts(
     bands: tuple[Band, ...], lasting: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Tuple of the best tone burst of each kind of the catalog, refitted, if it beats the lines and bands in `lasting`.
+    """Tuple of a refitted `Candidate` of the best tone burst of each kind, if it beats the lines and bands in `lasting`.
 
     Bands of more than 4096 values are not searched. Empty without a burst.
     """
@@ -57,7 +57,7 @@ def _best_candidate(
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
-    """Candidate of the best tone burst over all bands; None if any of the following holds.
+    """Refitted `Candidate` of the best tone burst over all bands; None if any of the following holds.
 
     * Its ΔlogL, divided by the relative noise power of the segment, is less than 8 above that of a steady line at its
       frequency, or of a `lasting` candidate nearby.
@@ -100,7 +100,7 @@ def _best_candidate(
 
 
 def _is_on_course(frequency: float, solution: Solution) -> bool:
-    """True if the frequency, Hz, lies in the range of a moving band of the model: its turning points look like bursts."""
+    """True if a moving band of the model passes the frequency, Hz: the turning points of such a band look like bursts."""
     courses = [e.occupies for e in solution.model if e.moving]
     return any(course is not None and course[0] <= frequency <= course[1] for course in courses)
 
