@@ -30,6 +30,7 @@ from allanite.suggestion import constants
 
 STEPS = "allanite.study.steps"
 RANKING = "allanite.suggestion.ranking"
+SCORE = "allanite.fit.rivals.score"
 ADD = "allanite.study.moves.add"
 
 
@@ -107,7 +108,7 @@ SWITCHES: dict[str, tuple[str, str, Callable[..., Any], Callable[[Any, Any], boo
     "further steps from one check": ("allanite.study.search", "further_steps", _nothing, _true),
     "rank: exclusions that nothing else explains go first": (RANKING, "goes_first", _no, _true),
     "rank: a level change far ahead goes first": (RANKING, "is_far_ahead", _no, _true),
-    "score: priors": (RANKING, "prior", _zero, _true),
+    "score: priors": (SCORE, "prior", _zero, _true),
 }
 CONSTANTS = {
     name: value
