@@ -99,7 +99,7 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
             # Ordinate k of the Fourier transform is ordinate 2k of the cosine transform.
             pairs[a, b] = [
                 (first, end)
-                for first, end in _octaves(data_a.n // 2)
+                for first, end in _octave_edges(data_a.n // 2)
                 if not any(is_mostly_empty(d.bins, 2 * first, 2 * end) for d in (data_a, data_b))
             ]
     names = [name for name in fits if any(name in pair for pair in pairs)]
@@ -127,7 +127,7 @@ def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
     return np.fft.rfft(samples)
 
 
-def _octaves(last: int) -> list[tuple[int, int]]:
+def _octave_edges(last: int) -> list[tuple[int, int]]:
     """List of (first, end) indices of the Fourier frequencies of each octave, lowest octave first.
 
     `end` is exclusive and at most `last`. Frequency 0 is excluded. Octaves with fewer than `MIN_BAND_ORDINATES`

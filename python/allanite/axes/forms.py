@@ -234,10 +234,10 @@ def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
         for kind in Counter(e.kind for e in model):
             shapes = sorted(_first_shape(e) for e in model if e.kind == kind)
             most[kind] = max(most.get(kind, []), shapes, key=len)
-    return [_labels(model, most) for model in models]
+    return [_labels_of_model(model, most) for model in models]
 
 
-def _labels(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
+def _labels_of_model(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
     """Tuple of labels of the effects of one model, such as ``SIN`` and ``SIN2``.
 
     `most` maps each kind to the logarithms of the first shape parameters of its labels 1, 2, …. Effects get the labels

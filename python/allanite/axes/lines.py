@@ -92,7 +92,7 @@ def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
 
     Repetition rates count as lines. Empty without any.
     """
-    return tuple(_common_line(group) for group in _groups(fits, _frequencies))
+    return tuple(_common_line(group) for group in _agreeing_groups(fits, _frequencies))
 
 
 def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
@@ -101,11 +101,11 @@ def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
         CommonEvent(
             *_weighted_mean(group), tuple(s.column for s in group), tuple(s.kind for s in group)
         )
-        for group in _groups(fits, _times)
+        for group in _agreeing_groups(fits, _event_times)
     )
 
 
-def _groups(
+def _agreeing_groups(
     fits: Mapping[str, Fit], occurrences_of: Callable[[str, Fit], list[_Occurrence]]
 ) -> list[list[_Occurrence]]:
     """List of lists: groups of frequencies or times that agree within their errors, lowest first.
@@ -156,7 +156,7 @@ def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
     return out
 
 
-def _times(column: str, fit: Fit) -> list[_Occurrence]:
+def _event_times(column: str, fit: Fit) -> list[_Occurrence]:
     """List of `_Occurrence`: times (s) at which steps, excursions and other single events of a fit begin.
 
     Events whose time has no standard error are left out.

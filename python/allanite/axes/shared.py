@@ -103,7 +103,7 @@ def shared_noise(
     named = [_source_of(line.columns, pairs, line) for line, pairs in of_lines.items()]
     return (
         *named,
-        *(_source_of(tuple(c for c in fits if c in _columns(g)), g, None) for g in groups),
+        *(_source_of(tuple(c for c in fits if c in _columns_of_pairs(g)), g, None) for g in groups),
     )
 
 
@@ -120,7 +120,7 @@ def _source_of(
     return SharedNoise(columns, low, high, pair, band, line)
 
 
-def _columns(pairs: Iterable[_Pair]) -> set[str]:
+def _columns_of_pairs(pairs: Iterable[_Pair]) -> set[str]:
     """Set of the names of all columns of some pairs."""
     return {column for pair, _ in pairs for column in pair}
 
@@ -135,7 +135,7 @@ def _are_neighbors(one: Sequence[_Pair], other: Sequence[_Pair]) -> bool:
     (_, a), (_, b) = one[0], other[0]
     if a.high != b.low and a.low != b.high:
         return False
-    mine, yours = _columns(one), _columns(other)
+    mine, yours = _columns_of_pairs(one), _columns_of_pairs(other)
     return mine <= yours or mine >= yours
 
 

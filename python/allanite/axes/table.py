@@ -35,11 +35,11 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
     lines = [*wrap(heading(found), width)]
     for sensor in found.common.sensors:
         studies = {name: found.studies[name] for name in sensor.columns}
-        lines += ["", *_block(sensor, studies, width)]
+        lines += ["", *_sensor_lines(sensor, studies, width)]
     compared = convention(study.fit for study in found.studies.values())
     if compared:
         lines += ["", *wrap(compared, width)]
-    for head, sentences in _sections(found, words).items():
+    for head, sentences in _sentences_by_section(found, words).items():
         if sentences:
             lines += ["", head]
             for sentence in sentences:
@@ -47,7 +47,9 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
     return "\n".join(lines)
 
 
-def _sections(found: Characterization, words: Mapping[str, str] = CALL) -> dict[str, list[str]]:
+def _sentences_by_section(
+    found: Characterization, words: Mapping[str, str] = CALL
+) -> dict[str, list[str]]:
     """Dict from the head of each section below the table to its sentences."""
     sections = {
         "at work": [f"{name}: {'; '.join(w.reasons)}" for name, w in found.working.items()],
@@ -67,7 +69,7 @@ def _wrapped_lines(text: str, width: int) -> list[str]:
     return wrap(text, width, initial_indent="  ", subsequent_indent="    ")
 
 
-def _block(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str]:
+def _sensor_lines(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str]:
     """List of texts: lines of the table of one sensor, its legend and its sentences; axes beyond `width` follow below."""
     lines = []
     names = list(studies)
@@ -100,5 +102,7 @@ def html(found: Characterization) -> str:
         body = [(row.label, *row.cells) for row in rows(studies)]
         out.append(html_table(sensor.name, ("", *sensor.columns), body))
         out.append(html_list([legend(studies), *common_form_sentences(sensor)]))
-    out.append(html_list([text for texts in _sections(found).values() for text in texts]))
+    out.append(
+        html_list([text for texts in _sentences_by_section(found).values() for text in texts])
+    )
     return "".join(out)

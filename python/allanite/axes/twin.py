@@ -122,7 +122,7 @@ def twin(
         size = {"duration": duration} if n is None else {"n": n}
         if duration is None and n is None:
             size = {"n": round(recorded["duration_s"] * at)}
-        kept, without = _simulatable(model, covariates or {})
+        kept, without = _simulatable_model(model, covariates or {})
         left_out += [f"{name}: {what}" for what in without]
         known = document.get("samples", {}).get(name, {})
         kept, step = _without_rounding(kept, known.get("step"), at)
@@ -167,7 +167,9 @@ def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _simulatable(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Model, list[str]]:
+def _simulatable_model(
+    model: Model, covariates: Mapping[str, ArrayLike]
+) -> tuple[Model, list[str]]:
     """Tuple (model of the effects that can be simulated, list of a sentence on each omitted effect).
 
     Omitted are outliers (excluded samples), and effects of logged columns that are not given.

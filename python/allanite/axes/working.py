@@ -242,10 +242,10 @@ def _working_state(fit: Fit, log: Recording) -> Working:
         raise InputError(
             f"{recording.columns[0]}: the model at rest, {model.name}, has no white noise"
         )
-    f, S, count, variance = _spectrum(log.to(recording.unit))
+    f, S, count, variance = _welch_spectrum(log.to(recording.unit))
     nu = 2.0 * count / OVERLAP_VARIANCE_RATIO
     quiet = model.psd(f, recording.rate)
-    lines, smooth = _lines(f, S, nu, log.rate)
+    lines, smooth = _lines_and_smooth_spectrum(f, S, nu, log.rate)
     begin = _end_of_motion(f, smooth, quiet, nu)
     unit = Model((white.with_values(**{white.coefficient: 1.0}), *model.modifiers))
     each = unit.psd(f, recording.rate)
@@ -260,7 +260,7 @@ def _working_state(fit: Fit, log: Recording) -> Working:
     N = float(np.sqrt(at_rest**2 + excess))
     ends = [np.sqrt(max(N**2 + side * 1.96 * error, 0.0)) for side in (-1.0, 1.0)]
     floor = quiet + excess * each
-    bands, broad = _bands(f, smooth, floor, float(f[near][-1]))
+    bands, broad = _vibration_bands(f, smooth, floor, float(f[near][-1]))
     tones = [(one.frequency, one.rms) for one in lines]
     tones += [(float(np.sqrt(low * high)), rms) for low, high, rms in bands]
     sines = [single_line(frequency, float(np.sqrt(2.0) * rms)) for frequency, rms in tones]
@@ -290,7 +290,7 @@ def _working_state(fit: Fit, log: Recording) -> Working:
     )
 
 
-def _spectrum(log: Recording) -> tuple[Array, Array, int, float]:
+def _welch_spectrum(log: Recording) -> tuple[Array, Array, int, float]:
     """Tuple (frequencies in Hz, two-sided Welch density, number of averaged segments, variance of the samples).
 
     The lowest `OMITTED_BINS` bins and the last one are omitted. Gaps are filled.
@@ -304,7 +304,9 @@ def _spectrum(log: Recording) -> tuple[Array, Array, int, float]:
     return f[OMITTED_BINS:-1], 0.5 * S[OMITTED_BINS:-1], count, float(x.var())
 
 
-def _lines(f: Array, S: Array, nu: float, rate: float) -> tuple[tuple[Line, ...], Array]:
+def _lines_and_smooth_spectrum(
+    f: Array, S: Array, nu: float, rate: float
+) -> tuple[tuple[Line, ...], Array]:
     """Tuple (lines of a spectrum, density in which the median of the neighboring frequencies replaces each line).
 
     `nu` is the number of degrees of freedom of a density, `rate` the sampling rate in Hz. Noise makes a line in one of
@@ -383,7 +385,7 @@ def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
     return float(f[spans[valley].start]) if apart.any() else float(f[0])
 
 
-def _bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], float]:
+def _vibration_bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], float]:
     """Tuple (list of bands with vibration above `low` Hz, upper end of the noise floor in Hz).
 
     A band is (lowest frequency in Hz, highest frequency in Hz, rms). It is listed if its power exceeds the floor by more

@@ -78,7 +78,7 @@ def curve_of(fit: Fit, temperature: Array, tried: Sequence[Tried] = ()) -> Curve
     reference = float(temperature.mean())
     grid = np.linspace(float(temperature.min()), float(temperature.max()), POINTS)
     coefficients, loop = _coefficients_and_loop(fit)
-    bias = _curves(coefficients[None], reference, grid, reference)[0]
+    bias = _bias_curves(coefficients[None], reference, grid, reference)[0]
     sources = [(one.fit, one.log_evidence) for one in with_near_best_evidence(tried)] or [
         (fit, 0.0)
     ]
@@ -91,7 +91,7 @@ def curve_of(fit: Fit, temperature: Array, tried: Sequence[Tried] = ()) -> Curve
         if count:
             center = float(np.mean(next(iter(source.data.covariates.values()))))
             deviations.append(
-                _curves(_random_coefficients(source, int(count), rng), center, grid, reference)
+                _bias_curves(_random_coefficients(source, int(count), rng), center, grid, reference)
                 - bias
             )
     deviation = np.concatenate(deviations)
@@ -104,7 +104,7 @@ def curve_of(fit: Fit, temperature: Array, tried: Sequence[Tried] = ()) -> Curve
     return Curve(reference, coefficients, grid, bias, bias - half, bias + half, loop)
 
 
-def _curves(coefficients: Array, center: float, grid: Array, reference: float) -> Array:
+def _bias_curves(coefficients: Array, center: float, grid: Array, reference: float) -> Array:
     """Array of the bias polynomials at the temperatures `grid`, shifted to 0 at `reference`, shape (laws, temperatures).
 
     `coefficients` (laws, 3) are those of the powers of T − `center`.

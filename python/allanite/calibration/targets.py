@@ -209,7 +209,7 @@ def _ardupilot(found: ThermalCalibration) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _c(found: ThermalCalibration) -> str:
+def _c_header(found: ThermalCalibration) -> str:
     """Text of a C header with one function NAME_bias(celsius) for each axis, a cubic polynomial.
 
     Temperatures outside of the measured range are limited to it.
@@ -301,7 +301,7 @@ def _json(found: ThermalCalibration) -> str:
 TARGETS: dict[str, Callable[[ThermalCalibration], str]] = {
     "px4": _px4,
     "ardupilot": _ardupilot,
-    "c": _c,
+    "c": _c_header,
     "csv": _csv,
     "json": _json,
 }

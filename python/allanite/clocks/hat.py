@@ -223,7 +223,9 @@ def three_cornered_hat(
         )
         good = ~np.isnan(own).any(axis=0)
         scatter = 0.5 * own[:, good] @ own[:, good].T / np.count_nonzero(good)
-        rows.append((m / recording.rate, edf, variance, *_intervals(scatter, edf, variance, rng)))
+        rows.append(
+            (m / recording.rate, edf, variance, *_deviation_intervals(scatter, edf, variance, rng))
+        )
     if not rows:
         raise InputError(
             "the record is too short for three clocks: no averaging time has two degrees of freedom"
@@ -344,7 +346,7 @@ def _variances_of_clocks(names: list[str], allan: dict[tuple[str, str], Array]) 
     return np.array(out)
 
 
-def _intervals(
+def _deviation_intervals(
     scatter: Array, edf: float, variance: Array, rng: np.random.Generator
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Three arrays of shape (clocks,): low and high end of the 95 % interval of each deviation; True if it is detected.

@@ -109,7 +109,9 @@ class Mask:
     source: str = ""
 
 
-def _limit(source: str, *pieces: tuple[float, float, tuple[tuple[float, float], ...]]) -> Limit:
+def _limit_of_pieces(
+    source: str, *pieces: tuple[float, float, tuple[tuple[float, float], ...]]
+) -> Limit:
     """`Limit` from its source and from tuples (low, high, terms), one per piece."""
     return Limit(tuple(Piece(low, high, terms) for low, high, terms in pieces), source)
 
@@ -135,12 +137,12 @@ _MASKS = (
     _mask(
         "G.811",
         "primary reference clock",
-        _limit(
+        _limit_of_pieces(
             "G.811 (09/1997) clause 6.1, figure 1",
             (0.1, 1e3, _PRIMARY_CLOCK_MTIE),
             (1e3, np.inf, ((0.01, 1.0), (290.0, 0.0))),
         ),
-        _limit(
+        _limit_of_pieces(
             "G.811 (09/1997) clause 6.1, figure 2",
             (0.1, 100.0, ((3.0, 0.0),)),
             (100.0, 1e3, ((0.03, 1.0),)),
@@ -150,13 +152,13 @@ _MASKS = (
     _mask(
         "G.8262-1",
         "Ethernet equipment clock, option 1, constant temperature",
-        _limit(
+        _limit_of_pieces(
             "G.8262 (07/2010) table 1",
             (0.1, 1.0, ((40.0, 0.0),)),
             (1.0, 100.0, ((40.0, 0.1),)),
             (100.0, 1e3, ((25.25, 0.2),)),
         ),
-        _limit(
+        _limit_of_pieces(
             "G.8262 (07/2010) table 3",
             (0.1, 25.0, ((3.2, 0.0),)),
             (25.0, 100.0, ((0.64, 0.5),)),
@@ -166,13 +168,13 @@ _MASKS = (
     _mask(
         "G.8262-2",
         "Ethernet equipment clock, option 2, constant temperature",
-        _limit(
+        _limit_of_pieces(
             "G.8262 (07/2010) table 4",
             (0.1, 1.0, ((20.0, 0.0),)),
             (1.0, 10.0, ((20.0, 0.48),)),
             (10.0, 1e3, ((60.0, 0.0),)),
         ),
-        _limit(
+        _limit_of_pieces(
             "G.8262 (07/2010) table 5",
             (0.1, 2.5, ((3.2, -0.5),)),
             (2.5, 40.0, ((2.0, 0.0),)),
@@ -183,12 +185,12 @@ _MASKS = (
     _mask(
         "G.8272-A",
         "primary reference time clock, class A",
-        _limit(
+        _limit_of_pieces(
             "G.8272 (11/2018) table 1",
             (0.1, 273.0, _PRIMARY_CLOCK_MTIE),
             (273.0, 1e5, ((100.0, 0.0),)),
         ),
-        _limit(
+        _limit_of_pieces(
             "G.8272 (11/2018) table 3",
             (0.1, 100.0, ((3.0, 0.0),)),
             (100.0, 1e3, ((0.03, 1.0),)),
@@ -200,12 +202,12 @@ _MASKS = (
     _mask(
         "G.8272-B",
         "primary reference time clock, class B",
-        _limit(
+        _limit_of_pieces(
             "G.8272 (11/2018) table 2",
             (0.1, 54.5, _PRIMARY_CLOCK_MTIE),
             (54.5, 1e5, ((40.0, 0.0),)),
         ),
-        _limit(
+        _limit_of_pieces(
             "G.8272 (11/2018) table 4",
             (0.1, 100.0, ((1.0, 0.0),)),
             (100.0, 500.0, ((0.01, 1.0),)),
@@ -218,8 +220,8 @@ _MASKS = (
         _mask(
             f"G.8273.2-{grade}",
             f"telecom boundary or time slave clock, class {grade}, constant temperature",
-            _limit("G.8273.2 (06/2023) table 7-4", (0.0, 1e3, ((mtie, 0.0),))),
-            _limit("G.8273.2 (06/2023) table 7-5", (0.0, 1e3, ((tdev, 0.0),))),
+            _limit_of_pieces("G.8273.2 (06/2023) table 7-4", (0.0, 1e3, ((mtie, 0.0),))),
+            _limit_of_pieces("G.8273.2 (06/2023) table 7-5", (0.0, 1e3, ((tdev, 0.0),))),
             filter_hz=0.1,
             time_error=largest * NS,
             constant=constant * NS,

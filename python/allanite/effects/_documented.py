@@ -34,7 +34,9 @@ def document(cls: type) -> None:
     own = vars(cls)
     declared: Sequence[Parameter] = getattr(cls, "parameters", ())
     if own.get("__doc__") and declared and "Parameters\n" not in own["__doc__"]:
-        cls.__doc__ = _inserted(own["__doc__"], _sections(declared), ("References\n", "Examples\n"))
+        cls.__doc__ = _with_text_inserted(
+            own["__doc__"], _parameter_sections(declared), ("References\n", "Examples\n")
+        )
     for name, member in own.items():
         method = member.__func__ if isinstance(member, classmethod) else member
         if name.startswith("_") or not isinstance(method, FunctionType) or not method.__doc__:
@@ -43,7 +45,7 @@ def document(cls: type) -> None:
         if first is not cls and method.__code__.co_argcount > 1:
             text = f"For the parameters see `{first.__name__}.{name}`."
             if text not in method.__doc__:
-                method.__doc__ = _inserted(method.__doc__, text, ("Raises\n",))
+                method.__doc__ = _with_text_inserted(method.__doc__, text, ("Raises\n",))
 
 
 def unit_of(parameter: Parameter) -> str:
@@ -53,7 +55,7 @@ def unit_of(parameter: Parameter) -> str:
     return UNITS_BY_POWER.get(parameter.unit, f"U·s^{parameter.unit:g}")
 
 
-def _inserted(doc: str, text: str, before: tuple[str, ...]) -> str:
+def _with_text_inserted(doc: str, text: str, before: tuple[str, ...]) -> str:
     """Docstring `doc` with `text` inserted before the first of the sections `before` that it has, otherwise appended."""
     doc = cleandoc(doc)
     places = (doc.find(f"\n\n{section}-") for section in before)
@@ -61,19 +63,19 @@ def _inserted(doc: str, text: str, before: tuple[str, ...]) -> str:
     return f"{doc[:at]}\n\n{text}{doc[at:]}"
 
 
-def _sections(declared: Sequence[Parameter]) -> str:
-    """Text of the numpydoc sections on parameters, derived attributes (if any) and errors."""
+def _parameter_sections(declared: Sequence[Parameter]) -> str:
+    """Text of the numpydoc sections on `declared` parameters, derived attributes (if any) and errors."""
     derived = [p for p in declared if p.role == "derived"]
     given = "\n".join(
-        [*(_entry(p) for p in declared if p not in derived), HOLD_ENTRY, LIMITS_ENTRY]
+        [*(_parameter_entry(p) for p in declared if p not in derived), HOLD_ENTRY, LIMITS_ENTRY]
     )
     parts = [INTRODUCTION, f"Parameters\n----------\n{given}"]
     if derived:
-        parts.append("Attributes\n----------\n" + "\n".join(map(_entry, derived)))
+        parts.append("Attributes\n----------\n" + "\n".join(map(_parameter_entry, derived)))
     return "\n\n".join([*parts, RAISES_SECTION])
 
 
-def _entry(p: Parameter) -> str:
+def _parameter_entry(p: Parameter) -> str:
     """Two-line numpydoc entry (text) of a parameter.
 
     The first line has the name, unit, role (only a choice or derived) and "optional"; texts have no unit. The second line

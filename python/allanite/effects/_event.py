@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from allanite.effects._declared import Array, Parameter
 from allanite.effects._known import Deterministic
 
-#: Number of ordinates per block in `_waves`: the square root of the 4096 ordinates of a search.
+#: Number of ordinates per block in `_shifted_sines`: the square root of the 4096 ordinates of a search.
 BLOCK_ORDINATES = 64
 #: Minimum number of sines (times × ordinates) that are computed by blocks; fewer are computed one by one. Chosen by
 #: judgment; not measured.
@@ -80,7 +80,7 @@ def sines(k: Array, j: NDArray[np.int64], n: int) -> Array:
 
     For consecutive j the sines are computed by blocks with sin(a + b), since a search needs millions of them.
     """
-    return _waves(k, j, n, 0.0)
+    return _shifted_sines(k, j, n, 0.0)
 
 
 def cosines(k: Array, j: NDArray[np.int64], n: int) -> Array:
@@ -88,10 +88,10 @@ def cosines(k: Array, j: NDArray[np.int64], n: int) -> Array:
 
     See `sines`.
     """
-    return _waves(k, j, n, 0.5 * np.pi)
+    return _shifted_sines(k, j, n, 0.5 * np.pi)
 
 
-def _waves(k: Array, j: NDArray[np.int64], n: int, phase: float) -> Array:
+def _shifted_sines(k: Array, j: NDArray[np.int64], n: int, phase: float) -> Array:
     """Array of sin(πjk/n + phase) for all k and j, shape (k.size, j.size).
 
     Many values at successive j are computed by blocks with sin(a + b).

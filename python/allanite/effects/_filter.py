@@ -166,9 +166,9 @@ class Filter(Modifier):
             rest = [term for term in terms if not isinstance(term, Exponential)]
             passed = _filtered_sum(waves, response, 0.0)
             return _merged_terms(
-                [*passed, *(p for term in rest for p in _filtered(term, response))]
+                [*passed, *(p for term in rest for p in _filtered_term(term, response))]
             )
-        return _merged_terms([part for term in terms for part in _filtered(term, response)])
+        return _merged_terms([part for term in terms for part in _filtered_term(term, response)])
 
 
 @cleared_by_free_buffers
@@ -212,10 +212,10 @@ def _sum_of_lags(one: Array, other: Array) -> Array:
 
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
-def _filtered(term: Term, response: Response) -> tuple[Term, ...]:
+def _filtered_term(term: Term, response: Response) -> tuple[Term, ...]:
     """Tuple of the terms of one process after a filter. Cached.
 
-    Power laws with other exponents than −2 are approximated (`_bank`), exactly scaled at frequency zero.
+    Power laws with other exponents than −2 are approximated (`_sum_of_low_passes`), exactly scaled at frequency zero.
     """
     if isinstance(term, Blue):
         term = Lags((2.0 * term.variance, -term.variance))
@@ -225,7 +225,9 @@ def _filtered(term: Term, response: Response) -> tuple[Term, ...]:
         return tuple(_filtered_sum([term], response, 0.0))
     # The term times the gain at frequency zero, exactly, plus the difference computed with its bank of lags.
     own = [term.scaled(response.at_zero)] if response.at_zero else []
-    return tuple(own + _filtered_sum(_bank(term, response), response, response.at_zero))
+    return tuple(
+        own + _filtered_sum(_sum_of_low_passes(term, response), response, response.at_zero)
+    )
 
 
 def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[Term]:
@@ -300,7 +302,7 @@ def _separated_pole(phi: complex, response: Response) -> complex:
     return phi
 
 
-def _bank(term: Term, response: Response) -> list[Term]:
+def _sum_of_low_passes(term: Term, response: Response) -> list[Term]:
     """List of white noise, exponentials and random walks whose sum approximates a power law or flicker term.
 
     They reach from the sampling rate to 300 times the slowest time constant of the filter.

@@ -67,13 +67,13 @@ def model_from_dict(document: dict[str, Any], source: str) -> Model:
     with invalid_as_input_error(
         f"{source}: the effects do not have the format of a model, fit or check file"
     ):
-        effects = [_effect(entry, source) for entry in document.get("effects", [])]
+        effects = [_effect_of_entry(entry, source) for entry in document.get("effects", [])]
     if not effects:
         raise InputError(f"{source}: the document contains no effects")
     return Model(tuple(effects))
 
 
-def _effect(entry: dict[str, Any], source: str) -> Effect:
+def _effect_of_entry(entry: dict[str, Any], source: str) -> Effect:
     """`Effect` of a JSON entry; InputError if its kind is unknown.
 
     Names at a limit (``at_limit``), derived parameters and unknown parameters are ignored.

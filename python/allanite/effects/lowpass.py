@@ -88,7 +88,7 @@ def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
             h = np.arange(int(np.ceil(length)))
             found: tuple[Term, ...] = (Lags(tuple(1.0 - h / length)),)
         else:
-            taps = _taps(design, order, _clipped_cutoff(cutoff))
+            taps = _polyphase_taps(design, order, _clipped_cutoff(cutoff))
             products = sum(np.correlate(t, t, "full")[t.size - 1 :] for t in taps)
             found = (Lags(tuple(np.asarray(products))),)
     elif design == "sampled":
@@ -114,23 +114,31 @@ def generators(design: str, order: int, cutoff: float, white: float) -> Generato
         parts = zip((low, low + 1), sizes, strict=True)
         return [("moving_average", [float(np.sqrt(v)), float(k)]) for k, v in parts if v > 0.0]
     if design in {"moving_average", "fir"}:
-        taps = _taps(design, order, _clipped_cutoff(cutoff))
+        taps = _polyphase_taps(design, order, _clipped_cutoff(cutoff))
         gain = np.sqrt(white / sum(float(t.sum()) ** 2 for t in taps))
         return [("finite", [float(gain * c) for c in t]) for t in taps]
-    return [("filtered", [float(np.sqrt(white)), *_sections(*_roots(design, order, cutoff))])]
+    return [
+        (
+            "filtered",
+            [
+                float(np.sqrt(white)),
+                *_second_order_sections(*_poles_and_zeros(design, order, cutoff)),
+            ],
+        )
+    ]
 
 
 def response(design: str, order: int, cutoff: float) -> Response:
     """`Response` of a recursive design with gain 1 at frequency zero; cutoff in cycles per sample."""
-    poles, zeros = _roots(design, order, cutoff)
+    poles, zeros = _poles_and_zeros(design, order, cutoff)
     gain = np.prod(1.0 - poles) / np.prod(1.0 - zeros)
     return Response(float(gain.real), tuple(map(complex, zeros)), tuple(map(complex, poles)))
 
 
-def _roots(design: str, order: int, cutoff: float) -> tuple[Poles, Poles]:
+def _poles_and_zeros(design: str, order: int, cutoff: float) -> tuple[Poles, Poles]:
     """Pair of arrays: poles and zeros of a recursive design at a cutoff in cycles per sample."""
     if design == "sampled":
-        poles = np.exp(2.0 * np.pi * cutoff * _butterworth(order))
+        poles = np.exp(2.0 * np.pi * cutoff * _butterworth_poles(order))
         return poles, _sampled_zeros(order, cutoff, poles)
     zeros = np.full(order, 0.0 if design == "smoothed" else -1.0, dtype=complex)
     return _digital_poles(design, order, cutoff), zeros
@@ -141,7 +149,7 @@ def _clipped_cutoff(cutoff: float) -> float:
     return float(np.clip(cutoff, MIN_CUTOFF, 10.0))
 
 
-def _butterworth(order: int) -> Poles:
+def _butterworth_poles(order: int) -> Poles:
     """Array of the poles of the continuous Butterworth low-pass with cutoff 1 rad/s, in exact conjugate pairs."""
     k = np.arange(order)
     out = np.exp(1j * np.pi * (2 * k + order + 1) / (2 * order))
@@ -151,7 +159,7 @@ def _butterworth(order: int) -> Poles:
     return out
 
 
-def _modes(poles: Poles, weights: Poles) -> tuple[Term, ...]:
+def _exponentials(poles: Poles, weights: Poles) -> tuple[Term, ...]:
     """Tuple of the exponential terms of the autocovariance Σ weight·pole^h.
 
     A conjugate pair becomes one term with twice the weight; poles below the real axis are skipped.
@@ -169,9 +177,9 @@ def _sampled_terms(order: int, cutoff: float) -> tuple[Term, ...]:
 
     The weights are residues of H(s)H(−s).
     """
-    s = _butterworth(order)
+    s = _butterworth_poles(order)
     weights = np.array([1.0 / (np.prod(p - s[s != p]) * np.prod(-p - s)) for p in s], dtype=complex)
-    return _modes(np.exp(2.0 * np.pi * cutoff * s), weights)
+    return _exponentials(np.exp(2.0 * np.pi * cutoff * s), weights)
 
 
 def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
@@ -183,7 +191,7 @@ def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
     if design == "digital":
         # Avoid a cutoff of a quarter of the rate, where odd orders have a pole at zero.
         k = np.tan(np.pi * (f if abs(f - 0.25) > MIN_POLE / 4.0 else 0.25 - MIN_POLE / 4.0))
-        s = k * _butterworth(order)
+        s = k * _butterworth_poles(order)
         return np.asarray((1.0 + s) / (1.0 - s))
     # Power gain of each section at the cutoff, so that all together have ½.
     share = 0.5 ** (1.0 / order)
@@ -212,7 +220,7 @@ def _digital_terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
             for p, t in zip(poles, top, strict=True)
         ]
     )
-    modes = _modes(poles, weights)
+    modes = _exponentials(poles, weights)
     if design == "smoothed":
         return modes
     return (*modes, White(float((1.0 / np.prod(-poles)).real)))
@@ -240,7 +248,7 @@ def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
     return np.concatenate([inside, [0.0]])
 
 
-def _sections(poles: Poles, zeros: Poles) -> list[float]:
+def _second_order_sections(poles: Poles, zeros: Poles) -> list[float]:
     """Flat list of b0, b1, b2, a1, a2 of each second-order section of a cascade; each has gain 1 at frequency zero."""
     upper = [p for p in poles if p.imag > 0.0]
     real = [p for p in poles if p.imag == 0.0]
@@ -261,7 +269,7 @@ def _sections(poles: Poles, zeros: Poles) -> list[float]:
 
 @cleared_by_free_buffers
 @lru_cache(maxsize=4096)
-def _taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
+def _polyphase_taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
     """Tuple of four arrays: the polyphase components of the impulse response of an FIR low-pass at four times the rate.
 
     Component i has the values i, i + 4, i + 8, …; all have the same length. `cutoff` in cycles per sample. Cached.

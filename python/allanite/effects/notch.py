@@ -122,11 +122,11 @@ class Notch(Filter):
         left = self.left or 0.0
         share = (1.0 - left) * (1.0 + a[0] + a[1]) / (2.0 + b[0])
         top = [left + share, left * a[0] + share * b[0], left * a[1] + share * b[1]]
-        zeros = _roots(top[1] / top[0], top[2] / top[0])
+        zeros = _quadratic_roots(top[1] / top[0], top[2] / top[0])
         return Response(float(top[0]), zeros, pair)
 
 
-def _roots(b: float, c: float) -> tuple[complex, complex]:
+def _quadratic_roots(b: float, c: float) -> tuple[complex, complex]:
     """Pair of the complex roots of z² + bz + c; of real ones, the larger in size first."""
     apart = 0.25 * b * b - c
     if apart < 0.0:

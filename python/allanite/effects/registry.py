@@ -63,7 +63,7 @@ class Catalogue:
 
         A class that is present already stays in its place.
         """
-        _require(effect)
+        _require_declarations(effect)
         with self._lock:
             if effect in self._effects:
                 return
@@ -94,7 +94,7 @@ def _is_same_class(one: type[Effect], other: type[Effect]) -> bool:
     return (one.__module__, one.__qualname__) == (other.__module__, other.__qualname__)
 
 
-def _require(effect: type[Effect]) -> None:
+def _require_declarations(effect: type[Effect]) -> None:
     """Raise InputError if an effect class lacks a declaration that the catalog needs, or has an invalid name."""
     if not (isinstance(effect, type) and issubclass(effect, Effect)):
         raise InputError(f"{effect!r} is not a class derived from allanite.Effect")

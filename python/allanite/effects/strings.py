@@ -195,7 +195,7 @@ def parse_with_units(text: str, unit: str | None = None) -> tuple[Model, str | N
     reader = _Reader(text, unit)
     effects: list[Effect] = []
     while True:
-        effects.append(_effect(reader))
+        effects.append(_take_effect(reader))
         reader.skip_space()
         if reader.at == len(text):
             break
@@ -209,7 +209,7 @@ def parse_with_units(text: str, unit: str | None = None) -> tuple[Model, str | N
     return Model(tuple(effects)), reader.unit
 
 
-def _effect(reader: _Reader) -> Effect:
+def _take_effect(reader: _Reader) -> Effect:
     """Next `Effect` of a model string, consumed; InputError for unknown names or invalid syntax."""
     name, start = reader.take_name("the name of an effect")
     cls = find(name)

@@ -130,7 +130,7 @@ def read(
     Recording(gx: 200 samples at 100 Hz (2 s) in deg/s; logged columns temp)
     """
     request = request_of(rate, unit, quantity, column, covariate, time_column, piece, topic, scale)
-    recording, others = _read(path, request)
+    recording, others = _read_recording(path, request)
     all_findings = [
         Finding(
             "other_rate",
@@ -200,19 +200,21 @@ def read_sensors(path: Any, **options: Unpack[ReadOptions]) -> list[Recording]:
         One recording, or one of the gyroscope and one of the accelerometer.
     """
     request = request_of(**options)
-    recording, others = _read(path, request)
-    other_recordings = (_read(path, replace(request, topics=(topic,)))[0] for topic in others)
+    recording, others = _read_recording(path, request)
+    other_recordings = (
+        _read_recording(path, replace(request, topics=(topic,)))[0] for topic in others
+    )
     return [recording, *other_recordings]
 
 
-def _read(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
+def _read_recording(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
     """Tuple (recording, topics): recording of a log, and topics of the same device with another sampling rate.
 
     The samples of these topics are not read; the tuple of topics is usually empty.
     """
     if is_frame(path):
         table = table_of(path)
-        return _recording(None, request, table, layout_of(table, request)), ()
+        return _recording_of_table(None, request, table, layout_of(table, request)), ()
     path = Path(path)
     with about(path):
         decided: list[Layout] = []
@@ -228,10 +230,12 @@ def _read(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
 
         table = read_table(path, pick, request.topics)
         layout = decided[0] if decided else layout_of(table, request)
-        return _recording(path, request, table, layout), table.others
+        return _recording_of_table(path, request, table, layout), table.others
 
 
-def _recording(path: Path | None, request: Request, table: Table, layout: Layout) -> Recording:
+def _recording_of_table(
+    path: Path | None, request: Request, table: Table, layout: Layout
+) -> Recording:
     """`Recording` of the columns of a table that the layout selects, with all findings about the log and its columns.
 
     Raises `InputError` if the requested rate contradicts the file or the stamps, and for columns of different lengths.

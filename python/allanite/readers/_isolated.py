@@ -80,7 +80,7 @@ def isolated(
 
 def limits_of(path: Path, seconds_per_megabyte: float) -> Limits:
     """`Limits` (processor and wall time, s) of the child process that reads a log; both grow with the log's size."""
-    seconds = CPU_SECONDS + CPU_TIME_FACTOR * seconds_per_megabyte * _size(path) / 1e6
+    seconds = CPU_SECONDS + CPU_TIME_FACTOR * seconds_per_megabyte * _size_in_bytes(path) / 1e6
     return Limits(cpu=seconds, wall=WALL_TIME_FACTOR * seconds)
 
 
@@ -101,7 +101,7 @@ def _all_columns(first_rows: Table) -> list[int]:
     return list(range(len(first_rows.names)))
 
 
-def _size(path: Path) -> int:
+def _size_in_bytes(path: Path) -> int:
     """Size of a log in bytes; for a folder, the sum of the files directly in it."""
     if path.is_dir():
         return sum(file.stat().st_size for file in path.iterdir() if file.is_file())

@@ -60,7 +60,7 @@ def kind_of_numbers(values: NDArray[Any]) -> str | None:
         again = steps < 0
         if usual == 1 and again.any() and np.ptp(x) in SPANS:
             return "counter"
-        # A sensor that warms up also rises, but falls_often now and then within its noise.
+        # A sensor that warms up also rises, but falls now and then within its noise.
         return "clock" if rising.mean() > 0.98 or again.mean() < 0.02 else None
     if rising.all():
         return "clock"  # the clock of a log that is sent in bursts

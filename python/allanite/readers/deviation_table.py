@@ -82,7 +82,7 @@ def refuse_deviation_header(lines: Sequence[str]) -> None:
         if re.match(r"^\s*[-+.]?\d", line):
             return
         if is_deviation_header(line):
-            raise _refusal("")
+            raise _deviation_table_error("")
 
 
 def _is_deviation(tau: Array, column: Array) -> bool:
@@ -105,10 +105,10 @@ def refuse_deviation_table(table: Table) -> None:
         table.columns[0],
     )
     span = "" if tau is None or len(tau) == 0 else f" (τ from {tau[0]:.4g} to {tau[-1]:.4g} s)"
-    raise _refusal(span)
+    raise _deviation_table_error(span)
 
 
-def _refusal(span: str) -> InputError:
+def _deviation_table_error(span: str) -> InputError:
     """`InputError` (not raised) for a table of deviations; `span` is inserted into its message, such as " (τ from …)"."""
     return InputError(
         f"a table of deviations{span}, not a log of samples",

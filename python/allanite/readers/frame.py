@@ -33,7 +33,7 @@ def table_of(frame: Any) -> Table:
     """
     time = stamps_of_index(frame)
     names, units, columns = [], [], []
-    for title, values, stated in _columns(frame):
+    for title, values, stated in _named_columns(frame):
         name, unit = split_unit(title)
         array = np.asarray(values)
         if array.dtype.kind == "b":
@@ -66,7 +66,7 @@ def _as_text(array: NDArray[Any]) -> NDArray[Any]:
     return np.array(values, dtype=np.str_)
 
 
-def _columns(frame: Any) -> list[tuple[str, Any, str | None]]:
+def _named_columns(frame: Any) -> list[tuple[str, Any, str | None]]:
     """List of (name, values, unit or None), one for each column of a frame, series, xarray object or Arrow table.
 
     Units come only from attributes of xarray or pandas objects. An object without columns is an array; its columns are

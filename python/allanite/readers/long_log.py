@@ -108,7 +108,7 @@ def summary_of_log(
         if stamps is not None:
             chunks = fill_gaps_in_chunks(chunks, stamps)
         if layout.quantity == "angle":
-            chunks = _differences(chunks)
+            chunks = _differences_of_chunks(chunks)
         if (factors != 1.0).any():
             chunks = (chunk * factors for chunk in chunks)
         summary = summary_of_chunks(
@@ -131,11 +131,11 @@ def _stamps_of(rows: _Rows, layout: Layout, request: Request) -> Stamps | None:
     if roles.parts is None:
         times: Iterable[NDArray[Any]] = (chunk[:, 0] for chunk in chunks)
     else:
-        times, unit = _joined(chunks, roles.parts), "s"
+        times, unit = _times_of_chunks(chunks, roles.parts), "s"
     return read_stamps_in_chunks(times, unit, request.rate, request.piece)
 
 
-def _joined(chunks: Iterable[NDArray[Any]], parts: TimeParts) -> Iterator[Array]:
+def _times_of_chunks(chunks: Iterable[NDArray[Any]], parts: TimeParts) -> Iterator[Array]:
     """Yield the time of each row of the chunks, s since the first row; their columns are the parts of the time."""
     origin: list[float] | None = None
     for chunk in chunks:
@@ -144,7 +144,7 @@ def _joined(chunks: Iterable[NDArray[Any]], parts: TimeParts) -> Iterator[Array]
         yield parts.joined(arrays, origin)
 
 
-def _differences(chunks: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
+def _differences_of_chunks(chunks: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
     """Yield the differences of consecutive rows of each chunk, also to the last row of the chunk before.
 
     Integers are subtracted as int64; the first chunk yields one row less.

@@ -37,7 +37,7 @@ def unpacked(path: Path) -> Iterator[Path]:
         target = Path(folder) / (inner if Path(inner).suffix else f"{inner}.csv")
         try:
             with gzip.open(path, "rb") as source, target.open("wb") as sink:
-                _copy(source, sink)
+                _copy_stream(source, sink)
         except (EOFError, gzip.BadGzipFile, zlib.error) as error:
             raise InputError(f"damaged or truncated gzip file ({error})") from None
         if is_packed(target):
@@ -73,7 +73,7 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
                 chosen = _log_to_read(logs, topics)
                 target = Path(folder) / f"{chosen}.csv"
                 with archive.open(logs[chosen]) as source, target.open("wb") as sink:
-                    _copy(source, sink)
+                    _copy_stream(source, sink)
         except (
             zipfile.BadZipFile,
             zlib.error,
@@ -115,7 +115,7 @@ def _log_to_read(logs: dict[str, str], topics: Sequence[str]) -> str:
     return next(iter(logs))
 
 
-def _copy(source: IO[bytes] | gzip.GzipFile, sink: IO[bytes]) -> None:
+def _copy_stream(source: IO[bytes] | gzip.GzipFile, sink: IO[bytes]) -> None:
     """Copy a stream to another in blocks of 1 MB; raises `InputError` if the copy exceeds the memory budget."""
     size = 0
     while piece := source.read(1 << 20):

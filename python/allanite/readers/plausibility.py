@@ -54,7 +54,7 @@ def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False)
     """
     measured = recording.measured
     doubted = _doubts_of_triads(measured)
-    doubts = [_finding(measured, doubt) for doubt in doubted]
+    doubts = [_unit_doubt_finding(measured, doubt) for doubt in doubted]
     if anyway:
         return measured.with_findings(doubts)
     if for_fit:
@@ -149,7 +149,7 @@ def unit_doubts(recording: Recording) -> list[Finding]:
 
     Often empty.
     """
-    return [_finding(recording, doubt) for doubt in _doubts_of_triads(recording)]
+    return [_unit_doubt_finding(recording, doubt) for doubt in _doubts_of_triads(recording)]
 
 
 def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
@@ -187,7 +187,7 @@ def _other_unit_by_gravity(mean: float, stated: str | None) -> str | None:
     return None if likely == stated else likely
 
 
-def _finding(recording: Recording, doubt: _Doubt) -> Finding:
+def _unit_doubt_finding(recording: Recording, doubt: _Doubt) -> Finding:
     """Warning `Finding` with the kind ``"unit_doubt"`` about a triad, with the remedy to give the likely unit.
 
     If no unit is stated, the remedy also names a unit for gyroscopes without one.

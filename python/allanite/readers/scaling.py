@@ -20,14 +20,14 @@ def parse_scales(texts: Sequence[str]) -> dict[str, float]:
     found: dict[str, float] = {}
     for text in texts:
         name, equals, factor = text.rpartition("=")
-        value = _number(factor)
+        value = _number_or_fraction(factor)
         if not (equals and name.strip()) or value is None or not math.isfinite(value) or not value:
             raise InputError(f"scale {text!r}: write NAME=FACTOR, e.g. gx=1/131")
         found[name.strip()] = value
     return found
 
 
-def _number(text: str) -> float | None:
+def _number_or_fraction(text: str) -> float | None:
     """Value of a text with a number or a fraction of two numbers; None for any other text or a denominator of 0."""
     top, slash, bottom = text.partition("/")
     try:

@@ -37,11 +37,11 @@ def core_errors_with_remedy(name: str) -> Iterator[None]:
         yield
     except AllaniteError as error:
         error.found = error.found.removeprefix(f"{name}: ")
-        error.found += _remedy(error.found)
+        error.found += _row_error_remedy(error.found)
         raise
 
 
-def _remedy(found: str) -> str:
+def _row_error_remedy(found: str) -> str:
     """Remedy to append to the message of an error about a row of a text log; an empty text for other errors.
 
     A decimal comma splits each number into two columns. A row then has twice the columns of the header, or one less if the
@@ -121,10 +121,10 @@ def read(path: Path, pick: Picker) -> Table:
                 f"binary data, not a text log; if its suffix is wrong, rename it (known: {' '.join(FORMATS.suffixes)})"
             )
     with core_errors_with_remedy(str(path)):
-        return _read(path, pick)
+        return _read_table(path, pick)
 
 
-def _read(path: Path, pick: Picker) -> Table:
+def _read_table(path: Path, pick: Picker) -> Table:
     """`Table` with the picked columns of a text log; the other columns are None.
 
     `pick` sees the first rows. Raises `InputError` for a table of deviations, damaged cells, or too little memory.

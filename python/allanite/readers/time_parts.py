@@ -142,10 +142,10 @@ def find_time_parts(
         part = 1.0 if _are_between_0_and(numbers[two], span + 1) and not in_ms else 1e-3
         if _are_between_0_and(numbers[two], (span + 1) / part):
             return TimeParts(form, (one, two), lambda x, s=span, p=part: [x[0] * s, x[1] * p])  # type: ignore[misc]
-    return _calendar(column_named, numbers)
+    return _calendar_parts(column_named, numbers)
 
 
-def _calendar(
+def _calendar_parts(
     column_named: Callable[..., int | None], numbers: Mapping[int, NDArray[Any]]
 ) -> TimeParts | None:
     """`TimeParts` of year, month and day (or day of year) and, if logged, the time of day.

@@ -147,7 +147,7 @@ def motion_of(recording: Recording) -> Motion | None:
     for at, kind in enumerate(kinds):
         if kind not in FAST_LIMITS:
             continue
-        x = _column(recording, at)
+        x = _rate_samples(recording, at)
         fast = max(1, round(AVERAGING_TIME * recording.rate))
         changes[at] = _absolute_changes(x, fast)
         excess = beyond = sure = slowly = np.zeros(windows)
@@ -246,7 +246,7 @@ def _sway_per_window(recording: Recording, kinds: list[str]) -> Array | None:
     gyro, accel = (
         np.stack(
             [
-                averages_for_sway(_column(recording, places[kind, axis]), recording.rate)
+                averages_for_sway(_rate_samples(recording, places[kind, axis]), recording.rate)
                 * conversion(recording.units[places[kind, axis]], FAST_LIMITS[kind][1])
                 for axis in "xyz"
             ],
@@ -268,7 +268,7 @@ def _change_count(m: int, length: int) -> int:
     return max(length // m, 3)
 
 
-def _column(recording: Recording, at: int) -> NDArray[Any]:
+def _rate_samples(recording: Recording, at: int) -> NDArray[Any]:
     """Samples of the column with index `at` as doubles, shape (n,); increments are divided by the sampling interval."""
     x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, at]
     x = np.ascontiguousarray(x, dtype=np.float64)
@@ -353,7 +353,7 @@ def _largest_tilt(recording: Recording, kinds: list[str]) -> float:
     axes = [i for i, kind in enumerate(kinds) if kind == ACCELERATION]
     if len(axes) != 3 or recording.quantity != "rate":
         return 0.0
-    each = [np.array_split(_column(recording, i), 10) for i in axes]
+    each = [np.array_split(_rate_samples(recording, i), 10) for i in axes]
     # A direction needs all three axes, so a tenth without samples of an axis is skipped.
     parts = [p for p in zip(*each, strict=True) if all(np.isfinite(axis).any() for axis in p)]
     if not parts:

@@ -116,7 +116,7 @@ class _Column:
         self.spread = _spread_blocks(x)
         finite = self.spread[np.isfinite(self.spread)]
         self.step = step_of(finite, self.single)
-        low, high = _extremes(x)
+        low, high = _smallest_and_largest(x)
         self.low, self.high = low, high
         second = np.diff(self.spread, n=2, axis=1)
         second = np.abs(second[np.isfinite(second)])
@@ -159,7 +159,7 @@ def _spread_blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> Array
     return np.stack([x[s : s + length] for s in starts]).astype(np.float64)
 
 
-def _extremes(x: NDArray[Any]) -> tuple[float, float]:
+def _smallest_and_largest(x: NDArray[Any]) -> tuple[float, float]:
     """Tuple (smallest, largest) of the samples; NaN samples are ignored. Both are NaN if all samples are."""
     low, high = float(np.min(x)), float(np.max(x))
     if math.isnan(low) and (there := ~np.isnan(x)).any():

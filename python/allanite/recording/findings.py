@@ -176,7 +176,7 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
         yield Finding(
             "clock_drift",
             "warning" if moved else "info",
-            f"the interval of the time stamps changes by {_ppm(stamps.drift)} over the record"
+            f"the interval of the time stamps changes by {_relative_text(stamps.drift)} over the record"
             + (f", most about row {stamps.changed}" if moved else "")
             + "; samples are taken as evenly spaced (except by timing and trend)",
             values={"relative": stamps.drift},
@@ -226,6 +226,6 @@ def _jump_findings(stamps: Stamps) -> Iterator[Finding]:
     )
 
 
-def _ppm(share: float) -> str:
+def _relative_text(share: float) -> str:
     """Text of a relative change: ``20 ppm`` below 10⁻³, else ``0.25 %``."""
     return f"{1e6 * share:.3g} ppm" if share < 1e-3 else percent_text(share, 2)

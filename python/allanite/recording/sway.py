@@ -52,7 +52,7 @@ def sway_of(rates: Array, force: Array, rate: float) -> Array | None:
     # Averages refer to the middle of their interval, sums to its end.
     turned = 0.5 * (turned + np.vstack([np.zeros(3), turned[:-1]]))
     tilted = seen / level
-    predicted, measured = _detrended(turned, windows), _detrended(tilted, windows)
+    predicted, measured = _without_parabolas(turned, windows), _without_parabolas(tilted, windows)
     # Along gravity accelerometers show no tilt.
     predicted -= (predicted @ up)[..., np.newaxis] * up
     measured -= (measured @ up)[..., np.newaxis] * up
@@ -66,7 +66,7 @@ def sway_of(rates: Array, force: Array, rate: float) -> Array | None:
     return np.asarray(np.degrees(np.sqrt(np.maximum(both, 0.0) / WINDOW_AVERAGES)))
 
 
-def _detrended(x: Array, windows: int) -> Array:
+def _without_parabolas(x: Array, windows: int) -> Array:
     """Copy of the samples of each window minus their least-squares parabola, shape (windows, averages, 3).
 
     This removes drifts and integrated noise.

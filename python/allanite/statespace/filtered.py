@@ -24,7 +24,7 @@ def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float
     States of a level that the filter blocks are omitted.
     """
     terms = filtering.passed(tuple(t for s in sections for t in s.terms), rate)
-    F, Q, H, levels = _summed(sections)
+    F, Q, H, levels = _joined_matrices(sections)
     response = filtering.response(rate)
     a, b = response.a[1:], response.b
     inside, order = H.size, a.size
@@ -45,7 +45,7 @@ def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float
     first = np.flatnonzero(np.pad(levels, (0, order)))
     stationary = np.setdiff1d(np.arange(size), first)
     P0 = np.zeros((size, size))
-    P0[np.ix_(stationary, stationary)] = _stationary(
+    P0[np.ix_(stationary, stationary)] = _stationary_covariance(
         whole[np.ix_(stationary, stationary)], noise[np.ix_(stationary, stationary)]
     )
     seen = bool(response.at_zero)
@@ -61,8 +61,8 @@ def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float
     )
 
 
-def _summed(sections: Sequence[Section]) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Tuple: block-diagonal F and Q, and H, of all sections, and the mask of states with unknown levels.
+def _joined_matrices(sections: Sequence[Section]) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """Tuple (F, Q, H, mask) of all sections together: block-diagonal F and Q; the mask marks states of unknown level.
 
     White noise is the last state.
     """
@@ -81,7 +81,7 @@ def _summed(sections: Sequence[Section]) -> tuple[Array, Array, Array, NDArray[n
     return F, Q, H, levels
 
 
-def _stationary(F: Array, Q: Array) -> Array:
+def _stationary_covariance(F: Array, Q: Array) -> Array:
     """Array: stationary covariance Σ F^k Q F^kᵀ of states with transition F and process noise Q."""
     total, step = Q, F
     for _ in range(64):

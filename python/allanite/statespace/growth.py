@@ -163,13 +163,13 @@ class Measured:
         """Dict for JSON: tau_s, rms, inside_95 and segments; None instead of NaN."""
         return {
             "tau_s": self.tau.tolist(),
-            "rms": _numbers(self.rms),
-            "inside_95": _numbers(self.inside),
+            "rms": _floats_or_none(self.rms),
+            "inside_95": _floats_or_none(self.inside),
             "segments": self.segments.tolist(),
         }
 
 
-def _numbers(values: Array) -> list[float | None]:
+def _floats_or_none(values: Array) -> list[float | None]:
     """List of the values as floats, with None for NaN."""
     return [None if np.isnan(v) else float(v) for v in values]
 
@@ -312,7 +312,7 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
     x = np.asarray(recording.rate_samples(), dtype=np.float64) * parsed.scale
     back = round(growth.aided * recording.rate)
     ahead = np.round(growth.tau * recording.rate).astype(int)
-    columns = [_errors(x, back, int(m), recording.rate, order) for m in ahead]
+    columns = [_measured_errors(x, back, int(m), recording.rate, order) for m in ahead]
     if not any(map(len, columns)):
         length = (back + int(ahead.min())) / recording.rate
         raise TooShortError(
@@ -326,7 +326,7 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
     return Measured(growth.tau, rms, inside, np.array([len(errors) for errors in columns]))
 
 
-def _errors(x: Array, back: int, m: int, rate: float, order: int) -> Array:
+def _measured_errors(x: Array, back: int, m: int, rate: float, order: int) -> Array:
     """Measured error after coasting, one per segment of `back` + m samples without NaN, shape (segments,).
 
     It is the `order`-fold integral of the last m samples after subtraction of the mean of the first `back` samples.

@@ -239,7 +239,7 @@ def state_space(
     if n > 2**40:
         raise InputError(f"duration = {duration:g} s at {fs:g} Hz is too long: give a shorter one")
     if model.filters:
-        found = _filtered(model, fs, states, duration)
+        found = _filtered_state_space(model, fs, states, duration)
         if states is not None and found.states > states:
             raise InputError(f"states = {states}: {model.name} needs {found.states} at least")
         return found
@@ -275,7 +275,9 @@ def state_space(
     return reduced(whole, states)
 
 
-def _filtered(model: Model, rate: float, states: int | None, duration: float | None) -> StateSpace:
+def _filtered_state_space(
+    model: Model, rate: float, states: int | None, duration: float | None
+) -> StateSpace:
     """`StateSpace` of a model with filters: all filtered noise in one block, then one block per spectral line.
 
     `states` limits the total; at least one state is left for the noise.

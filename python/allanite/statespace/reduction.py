@@ -55,9 +55,9 @@ class Cost:
 
 
 def cost(space: StateSpace) -> Cost:
-    """`Cost`: error of the Allan deviation and loss of likelihood of a state space, relative to its `exact` terms."""
-    m = _factors(space.samples, 16)
-    error = np.sqrt(_allan(space.terms, m) / _allan(space.exact, m)) - 1.0
+    """`Cost` of a state space: error of its Allan deviation and loss of likelihood, relative to the exact noise terms."""
+    m = _averaging_factors(space.samples, 16)
+    error = np.sqrt(_allan_variance(space.terms, m) / _allan_variance(space.exact, m)) - 1.0
     worst = int(np.argmax(np.abs(error)))
     # Both log and linear spacing: half of the ordinates lie above a quarter of the rate, slow noise below a thousandth.
     low = np.pi / space.samples
@@ -102,7 +102,7 @@ def reduced(space: StateSpace, states: int) -> StateSpace:
     count = min(lags, room)
     fixed = [s for i, s in enumerate(space.sections) if i in kept]
     owners = [o for i, o in enumerate(space.owners) if i in kept]
-    fixed, fitted = _fit(space, fixed, count)
+    fixed, fitted = _fitted_sections(space, fixed, count)
     merged = "+".join(
         dict.fromkeys(o for o, s in zip(space.owners, space.sections, strict=True) if s.is_ar1)
     )
@@ -117,22 +117,24 @@ def _largest_share(section: Section, space: StateSpace) -> float:
     return float((_density(section.terms, w) / _density(space.exact, w)).max())
 
 
-def _fit(
+def _fitted_sections(
     space: StateSpace, fixed: list[Section], count: int
 ) -> tuple[list[Section], list[Section]]:
     """Tuple (`fixed` with fitted variances, up to `count` fitted AR(1) sections), least squares to the exact model.
 
     Fitted are the logarithms of Allan variance and density. Lines and states of constant level keep their variances.
     """
-    m = _factors(space.samples, PER_DECADE)
+    m = _averaging_factors(space.samples, PER_DECADE)
     low = 2.0 * np.pi / space.samples
     w = np.geomspace(low, np.pi, max(8, int(PER_DECADE * np.log10(np.pi / low))))
-    target = np.log(np.concatenate([_allan(space.exact, m), _density(space.exact, w)]))
+    target = np.log(np.concatenate([_allan_variance(space.exact, m), _density(space.exact, w)]))
     weight = np.concatenate([np.ones(m.size), np.full(w.size, DENSITY_WEIGHT)])
     movable = [i for i, s in enumerate(fixed) if s.Q.any() or s.R > 0.0]
     bound = [i for i in range(len(fixed)) if i not in movable]
-    base = sum((_curves(fixed[i].terms, m, w) for i in bound), np.zeros(target.size))
-    plain = np.array([_curves(fixed[i].terms, m, w) for i in movable]).reshape(-1, target.size)
+    base = sum((_allan_and_density(fixed[i].terms, m, w) for i in bound), np.zeros(target.size))
+    plain = np.array([_allan_and_density(fixed[i].terms, m, w) for i in movable]).reshape(
+        -1, target.size
+    )
     decays = _start_decays(space, count)
     unit = np.array([_ar1_curves(g, m, w) for g in decays]).reshape(-1, target.size)
     sizes = np.log(_start_factors(np.vstack([plain, unit]), base, np.exp(target), len(movable)))
@@ -212,23 +214,23 @@ def _start_factors(columns: Array, base: Array, target: Array, plain: int) -> Ar
     return np.asarray(sizes)
 
 
-def _curves(terms: Sequence[Term], m: Array, w: Array) -> Array:
+def _allan_and_density(terms: Sequence[Term], m: Array, w: Array) -> Array:
     """Array: Allan variance, U², of the sum of `terms` at the factors m, then its density at w, rad per sample."""
-    return np.concatenate([_allan(terms, m), _density(terms, w)])
+    return np.concatenate([_allan_variance(terms, m), _density(terms, w)])
 
 
 def _ar1_curves(decay: float, m: Array, w: Array) -> Array:
     """Array: Allan variance at m, followed by the density at w, of an AR(1) process: variance 1, φ = 1 − `decay`."""
-    return _curves((Exponential(1.0, 1.0 - decay),), m, w)
+    return _allan_and_density((Exponential(1.0, 1.0 - decay),), m, w)
 
 
-def _factors(n: int, per_decade: int) -> Array:
+def _averaging_factors(n: int, per_decade: int) -> Array:
     """Array: averaging factors from 1 to a tenth of a record of n samples, about `per_decade` per decade."""
     top = max(2.0, n / 10.0)
     return np.unique(np.round(np.geomspace(1.0, top, int(per_decade * np.log10(top)) + 2)))
 
 
-def _allan(terms: Sequence[Term], m: Array) -> Array:
+def _allan_variance(terms: Sequence[Term], m: Array) -> Array:
     """Array: Allan variance, U², of the sum of `terms` at the averaging factors m, shape of m."""
     return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 

@@ -342,7 +342,7 @@ def trend(
         if progress is not None:
             progress(recording.columns[0], done, total)
 
-    return _trend(
+    return _trend_of_column(
         recording,
         unit or recording.unit,
         per,
@@ -414,7 +414,7 @@ def _candidates(model: str | None) -> tuple[Candidate, ...]:
     return chosen
 
 
-def _trend(
+def _trend_of_column(
     column: Recording,
     unit: str,
     per: str,
@@ -466,7 +466,7 @@ def _trend(
     def fit(known: Functions) -> tuple[StampedSeries, list[FittedNoise]]:
         """Tuple (series with these known functions, list of the fits of all noise candidates, highest evidence first)."""
         series = StampedSeries(times, values, known.at(times))
-        return series, _fits(series, candidates, column.rate, report)
+        return series, _fits_of_candidates(series, candidates, column.rate, report)
 
     series, fits = fit(functions)
     found: list[float] = []
@@ -496,7 +496,7 @@ def _trend(
                 period,
                 estimate(at, "cosine"),
                 estimate(at + 1, "sine"),
-                _amplitude(
+                _wave_amplitude(
                     regressed.amplitudes[at : at + 2],
                     regressed.covariance[at : at + 2, at : at + 2],
                     unit,
@@ -554,7 +554,7 @@ def _given_step_times(
     return tuple(out)
 
 
-def _fits(
+def _fits_of_candidates(
     series: StampedSeries,
     candidates: tuple[Candidate, ...],
     rate: float,
@@ -590,7 +590,7 @@ def _is_significant(square: float, n: int) -> bool:
     return n * float(chdtrc(1, square)) < FALSE_ALARM
 
 
-def _amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:
+def _wave_amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:
     """`Estimate`: amplitude of a periodic term, from its (cosine, sine) and their covariance.
 
     `detected` is True if cosine and sine differ from 0 at 95 % (χ²₂).

@@ -37,7 +37,9 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
     # `visit` examines links without following them. The library would swallow an error raised inside.
     external = file.id.links.visit(name_if_external, info=True)
     if external is not None:
-        raise InputError(_refusal("link", external.decode("utf-8", "replace"), "is external"))
+        raise InputError(
+            _external_data_message("link", external.decode("utf-8", "replace"), "is external")
+        )
     found: list[tuple[str, Dataset]] = []
 
     def check_object(name: str, item: Any) -> None:
@@ -45,9 +47,9 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
         if isinstance(item, h5py.Dataset):
             layout = item.id.get_create_plist()
             if layout.get_layout() == h5py.h5d.VIRTUAL:
-                raise InputError(_refusal("dataset", name, "is virtual"))
+                raise InputError(_external_data_message("dataset", name, "is virtual"))
             if layout.get_external_count() > 0:
-                raise InputError(_refusal("dataset", name, "has external storage"))
+                raise InputError(_external_data_message("dataset", name, "has external storage"))
             if item.shape is not None and _numeric_fields(item.dtype) is not None:
                 found.append((name, item))
 
@@ -65,7 +67,7 @@ def numbers(item: Dataset) -> NDArray[Any]:
     return values
 
 
-def _refusal(what: str, name: str, kind: str) -> str:
+def _external_data_message(what: str, name: str, kind: str) -> str:
     """Text of an error about a `what` (link or dataset) that would read another file; `kind`: ``is virtual``."""
     return (
         f"{what} {plain(name, 60)} {kind} and would read another file:"

@@ -34,7 +34,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """
     with path.open("rb") as stream:
         classic = stream.read(3) == b"CDF"
-    found, attributes = _netcdf3(path) if classic else _hdf5(path)
+    found, attributes = _arrays_of_netcdf3(path) if classic else _arrays_of_hdf5(path)
     units = {}
     for name, own in attributes.items():
         for key, value in own.items():
@@ -54,7 +54,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     return assemble(found, units)
 
 
-def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
+def _arrays_of_hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
     """Tuple of two dicts of an HDF5 file by name with dots: numeric arrays, and attributes of each object as a dict.
 
     Fields of a table are arrays of their own. The key ``""`` has the attributes of the file. Scales of dimensions
@@ -88,7 +88,7 @@ def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]
     return found, attributes
 
 
-def _netcdf3(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
+def _arrays_of_netcdf3(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
     """Tuple of two dicts of a netCDF 3 file by name: numeric arrays, and the attributes of each variable as a dict.
 
     The key ``""`` has the attributes of the file.

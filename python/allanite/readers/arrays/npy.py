@@ -50,7 +50,7 @@ def load(path: Path, largest_read: int = MAX_READ_BYTES) -> NDArray[Any]:
     """
     try:
         with path.open("rb") as stream:
-            shape, dtype = _header(stream)
+            shape, dtype = _read_header(stream)
             there = path.stat().st_size - stream.tell()
             _check_header(shape, dtype, there)
             # A large array stays in its file, and need not fit into memory.
@@ -69,7 +69,7 @@ def load(path: Path, largest_read: int = MAX_READ_BYTES) -> NDArray[Any]:
     return data if data.ndim == 2 else data[:, np.newaxis]
 
 
-def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
+def _read_header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     """Tuple (shape, dtype) of the array that follows in an open NPY file; the stream is then at its first byte.
 
     Raises `ValueError` for another version than 1.0 or 2.0.

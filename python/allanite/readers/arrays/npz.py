@@ -49,8 +49,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         )
     check_shape(data.shape)
     n, k = data.shape
-    names = _texts(found, "channels", k)
-    units = _texts(found, "unit", k)
+    names = _texts_of_key(found, "channels", k)
+    units = _texts_of_key(found, "unit", k)
     time = found.get("t")
     if time is not None and time.shape != (n,):
         raise InputError(f"'t' has shape {time.shape}, 'data' has {n} rows")
@@ -101,7 +101,7 @@ def _load_arrays(path: Path) -> dict[str, NDArray[Any]]:
         ) from None
 
 
-def _texts(found: dict[str, NDArray[Any]], key: str, k: int) -> tuple[str, ...] | None:
+def _texts_of_key(found: dict[str, NDArray[Any]], key: str, k: int) -> tuple[str, ...] | None:
     """Tuple of the texts of a key, one for each of `k` channels; None without the key.
 
     A single text is repeated for every channel. Raises `InputError` for another number of entries, or for entries that

@@ -42,7 +42,9 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     if end is None:
         table = text.read(path, text.all_numbers)
     else:
-        with rewritten(path, _commented(path, head[: end.end()].count("\n") + 1)) as target:
+        with rewritten(
+            path, _lines_with_commented_head(path, head[: end.end()].count("\n") + 1)
+        ) as target:
             table = text.read(target, text.all_numbers)
     found = _TAU.search("\n".join(line for line in head.splitlines() if not line[:1].isdigit()))
     stated_type = _TYPE.search(head)
@@ -60,7 +62,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     return replace(table, names=tuple(names), units=tuple(units), rate=rate, named=True)
 
 
-def _commented(path: Path, lines: int) -> Iterator[str]:
+def _lines_with_commented_head(path: Path, lines: int) -> Iterator[str]:
     """Yield the lines of a text file without line ends, with ``#`` in front of the first `lines` lines."""
     with path.open(encoding="latin-1") as stream:
         for number, line in enumerate(stream):

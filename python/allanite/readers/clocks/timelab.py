@@ -46,7 +46,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             )
         rows, columns = int(found[1]), int(found[2])
         stream.seek(found.end())
-        values = _numbers(stream, rows * columns)
+        values = _read_numbers(stream, rows * columns)
     if columns < 1 or values.size < rows * columns:
         raise InputError(
             f"truncated: the block of time errors ends after {values.size} of {rows} × {columns} numbers"
@@ -57,7 +57,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     return Table(names, tuple(values.T), ("s",) * columns)
 
 
-def _numbers(stream: IO[bytes], count: int) -> Array:
+def _read_numbers(stream: IO[bytes], count: int) -> Array:
     """Array of the next `count` numbers of an open text file, shape (n,); shorter, or empty, if the file ends.
 
     Raises `InputError` for text instead of numbers, also for a cell over `MAX_NUMBER_LENGTH` bytes.
@@ -70,14 +70,14 @@ def _numbers(stream: IO[bytes], count: int) -> Array:
         rest = b"" if block[-1:].isspace() else cells.pop() if cells else b""
         if len(rest) > MAX_NUMBER_LENGTH:
             raise InputError("the block of time errors holds text, or binary data")
-        missing -= _append(found, cells[:missing])
+        missing -= _append_numbers(found, cells[:missing])
     # A last cell without a line end only counts if no other number is missing.
     if missing == 1 and rest:
-        _append(found, [rest])
+        _append_numbers(found, [rest])
     return np.concatenate(found) if found else np.empty(0)
 
 
-def _append(found: list[Array], cells: list[bytes]) -> int:
+def _append_numbers(found: list[Array], cells: list[bytes]) -> int:
     """Append an array of the numbers in `cells` to the list `found`; return the number of cells.
 
     Raises `InputError` if a cell is no number or the memory budget is exceeded.

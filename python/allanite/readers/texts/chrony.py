@@ -35,7 +35,7 @@ _KINDS: dict[str, tuple[bytes, tuple[tuple[str, str, int], ...]]] = {
 _ROW = re.compile(r"^\d{4}-\d\d-\d\d$")
 
 
-def _kind(head: bytes) -> str | None:
+def _kind_of_log(head: bytes) -> str | None:
     """Kind of a log of chronyd (``tracking``, ``statistics``, ``measurements`` or ``refclocks``) or None."""
     if b"Date (UTC) Time" not in head:
         return None
@@ -44,7 +44,7 @@ def _kind(head: bytes) -> str | None:
 
 def recognizes(head: bytes) -> bool:
     """True if the first lines contain the column titles of one of four logs of chronyd."""
-    return _kind(head) is not None
+    return _kind_of_log(head) is not None
 
 
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
@@ -59,7 +59,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     InputError
         A row has too few fields or text instead of a number, there is no row, or no source in `topics`.
     """
-    kind = _kind(head_of(path))
+    kind = _kind_of_log(head_of(path))
     assert kind is not None
     fields = _KINDS[kind][1]
     rows: dict[str, list[tuple[np.datetime64, list[float]]]] = {}

@@ -79,11 +79,11 @@ def offsets_of(path: Path) -> list[str]:
         for line in head.decode("utf-8", "replace").splitlines():
             match = _OFFSET.match(line.strip())
             if match is not None:
-                found.append(str(_date(match["day"]).astype("datetime64[s]")))
+                found.append(str(_date_of_mjd(match["day"]).astype("datetime64[s]")))
     return found
 
 
-def _date(day: str) -> np.datetime64:
+def _date_of_mjd(day: str) -> np.datetime64:
     """Date-time (datetime64[ns]) of a text with a Modified Julian Date; raises `InputError` if it is none."""
     try:
         [moment] = date_times([86400.0 * (float(day) - MJD_OF_1970)])

@@ -32,10 +32,10 @@ _MOMENT = re.compile(r"\d{4}-\d\d-\d\d[T ]")
 def recognizes(head: bytes) -> bool:
     """True if the first lines, up to three, are JSON objects, neither empty nor with a key ``schema``."""
     lines = first_lines(head)[:3]
-    return bool(lines) and all(_object(line) is not None for line in lines)
+    return bool(lines) and all(_json_object(line) is not None for line in lines)
 
 
-def _object(line: str) -> dict[str, Any] | None:
+def _json_object(line: str) -> dict[str, Any] | None:
     """Dict of the JSON object in a line; None if the line is no object, or the object is empty or has a ``schema``."""
     try:
         found = json.loads(line)
@@ -45,18 +45,18 @@ def _object(line: str) -> dict[str, Any] | None:
     return found if isinstance(found, dict) and found and "schema" not in found else None
 
 
-def _flat(value: object, path: str) -> Iterator[tuple[str, object]]:
+def _flat_values(value: object, path: str) -> Iterator[tuple[str, object]]:
     """Yield (path, value) of every value inside a JSON value that is no object and no list.
 
     The path joins keys by underscores. The values in a list of three are named x, y and z.
     """
     if isinstance(value, dict):
         for key, inner in value.items():
-            yield from _flat(inner, f"{path}_{key}" if path else str(key))
+            yield from _flat_values(inner, f"{path}_{key}" if path else str(key))
     elif isinstance(value, list):
         labels = "xyz" if len(value) == 3 else [str(i) for i in range(len(value))]
         for label, inner in zip(labels, value, strict=True):
-            yield from _flat(inner, f"{path}_{label}")
+            yield from _flat_values(inner, f"{path}_{label}")
     else:
         yield path, value
 
@@ -75,10 +75,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     rows: list[dict[str, object]] = []
     numbers: list[int] = []
     for number, line in numbered_lines(path):
-        found = _object(line)
+        found = _json_object(line)
         if found is None:
             raise InputError(f"row {number} is no JSON object: {plain(line, 60)}")
-        rows.append(dict(_flat(found, "")))
+        rows.append(dict(_flat_values(found, "")))
         numbers.append(number)
     keys = list(dict.fromkeys(key for row in rows for key in row))
     lacking = {key: sum(key not in row for row in rows) for key in keys}
@@ -98,11 +98,11 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         moments = [isinstance(v, str) and bool(_MOMENT.match(v)) for v in values]
         if all(moments) and role_of(names[at], units[at]) == "time" and time is None:
             time = np.array(values, dtype=object)
-        if any(isinstance(v, str) and _number(v) is None for v in values):
+        if any(isinstance(v, str) and _json_number(v) is None for v in values):
             texts.append(at)
             columns.append(None)
         else:
-            columns.append(np.array([_number(v) for v in values], dtype=np.float64))
+            columns.append(np.array([_json_number(v) for v in values], dtype=np.float64))
     if texts:
         notes.append(f"text, not read: {', '.join(plain(keys[at]) for at in texts)}")
     kept = [at for at in range(len(keys)) if at not in texts]
@@ -124,7 +124,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     )
 
 
-def _number(value: object) -> float | None:
+def _json_number(value: object) -> float | None:
     """Float of a JSON value: NaN for null, the number in a text, 1 or 0 for a Boolean.
 
     None for other text, objects and lists.

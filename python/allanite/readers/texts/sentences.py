@@ -152,7 +152,7 @@ def _novatel_fields(line: bytes) -> list[bytes] | None:
     return body.partition(b";")[2].split(b",")
 
 
-def _numbers(rows: list[list[bytes] | None], fields: slice) -> Array:
+def _numbers_of_fields(rows: list[list[bytes] | None], fields: slice) -> Array:
     """Array of some fields of every row, shape (n, fields), NaN for damaged rows. Raises `InputError` for text."""
     good = [row[fields] for row in rows if row is not None]
     try:
@@ -170,7 +170,7 @@ def _vectornav_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Ta
     It has no time and no rate. Raises `InputError` if the sentences have too few fields.
     """
     fields = VECTORNAV[start[3:6].decode()]
-    values = _numbers(rows, slice(len(fields)))
+    values = _numbers_of_fields(rows, slice(len(fields)))
     if values.shape[1] < len(fields):
         raise InputError(
             f"sentences {start.decode()}… have {values.shape[1]} fields, not {len(fields)}"
@@ -193,9 +193,9 @@ def _novatel_table(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Tabl
     width = len(next(row for row in rows if row is not None))
     if width < begin + 6:
         raise InputError(f"sentences {start.decode()}… have {width} fields, not {begin + 6}")
-    values = _numbers(rows, slice(begin, begin + 6))
+    values = _numbers_of_fields(rows, slice(begin, begin + 6))
     place = 2 if extended else 0
-    stamps = _numbers(rows, slice(place, place + 2))
+    stamps = _numbers_of_fields(rows, slice(place, place + 2))
     there = np.isfinite(stamps[:, 0])
     # A damaged line leaves a gap in the stamps, which is filled later.
     values, stamps = values[there], stamps[there]

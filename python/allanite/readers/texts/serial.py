@@ -41,11 +41,13 @@ _SEPARATORS = " \t,;"
 def recognizes(head: bytes) -> bool:
     """True if most of the first lines begin with a time stamp of a serial monitor, or consist of labels with values."""
     lines = first_lines(head)
-    special = sum(STAMP.match(line) is not None or _pairs(line) is not None for line in lines)
+    special = sum(
+        STAMP.match(line) is not None or _labels_and_values(line) is not None for line in lines
+    )
     return special > 0 and 2 * special > len(lines) and not sketch.recognizes(head)
 
 
-def _pairs(line: str) -> list[tuple[str, str]] | None:
+def _labels_and_values(line: str) -> list[tuple[str, str]] | None:
     """List of (label, value) of a line that holds nothing else; None for any other line.
 
     Both are texts. An empty line gives None.
@@ -71,7 +73,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
         lines = [line.strip() for line in stream]
     stamps = [STAMP.match(line) for line in lines]
     bare = [line[m.end() :].strip() if m else line for line, m in zip(lines, stamps, strict=True)]
-    labeled = [_pairs(line) for line in bare]
+    labeled = [_labels_and_values(line) for line in bare]
     labels: list[str] | None = None
     if any(pairs is not None for pairs in labeled):
         labels, plain_lines = _without_labels(bare, labeled)

@@ -90,7 +90,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
                 samples.append({})
                 stamps.append(stamp["clock"] if stamp else None)
                 at = number
-            for column, value, unit in _values(match):
+            for column, value, unit in _values_of_match(match):
                 if column in samples[-1]:
                     raise InputError(
                         f"row {number} repeats {column} of the sample that begins in row {at}"
@@ -106,7 +106,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     return replace(table, time=terminal_times(filter(None, stamps)), notes=(TERMINAL_NOTE,))
 
 
-def _values(match: re.Match[str]) -> list[tuple[str, float, str | None]]:
+def _values_of_match(match: re.Match[str]) -> list[tuple[str, float, str | None]]:
     """List of (column name, value, unit or None) of a matched line: three axes, or one temperature.
 
     Names are in lower case with underscores, and ``rotation`` becomes ``gyro``. Known units are spelled as allanite
@@ -115,12 +115,12 @@ def _values(match: re.Match[str]) -> list[tuple[str, float, str | None]]:
     words = plain(match["name"]).strip().lower().replace(" ", "_")
     unit = match["unit"] and _UNITS.get(match["unit"].strip(), plain(match["unit"].strip()))
     if match.re is _SINGLE:
-        return [("temperature", _number(match["x"]), unit)]
+        return [("temperature", _number_or_overflow(match["x"]), unit)]
     name = _NAMES.get(words, words)
-    return [(f"{name}_{axis}", _number(match[axis]), unit) for axis in "xyz"]
+    return [(f"{name}_{axis}", _number_or_overflow(match[axis]), unit) for axis in "xyz"]
 
 
-def _number(text: str) -> float:
+def _number_or_overflow(text: str) -> float:
     """Float of a text; NaN for the overflow mark ``ovf``."""
     return float("nan") if text.lower() == "ovf" else float(text)
 

@@ -59,7 +59,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
             while kinds and (message := log.recv_match(type=kinds)) is not None:
                 kind = message.get_type()
                 names.setdefault(kind, tuple(message.get_fieldnames()))
-                values = tuple(_number(getattr(message, field)) for field in names[kind])
+                values = tuple(_number_or_nan(getattr(message, field)) for field in names[kind])
                 at = names[kind].index("I") if "I" in names[kind] else None
                 rows.setdefault((kind, 0 if at is None else int(values[at])), []).append(values)
     finally:
@@ -123,7 +123,7 @@ def _safe_reader_class(reader: type[Any]) -> type[Any]:
     return Forward
 
 
-def _number(value: Any) -> float:
+def _number_or_nan(value: Any) -> float:
     """Value of a message field as a float; NaN if it is no number."""
     return float(value) if isinstance(value, int | float) else float("nan")
 

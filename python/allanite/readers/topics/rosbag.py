@@ -57,10 +57,10 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         refused_as("a ROS bag"),
         AnyReader([folder], default_typestore=get_typestore(Stores.LATEST)) as bag,
     ):
-        return _table(bag, topics)
+        return _table_of_topics(bag, topics)
 
 
-def _table(bag: Any, requested: Sequence[str]) -> Table:
+def _table_of_topics(bag: Any, requested: Sequence[str]) -> Table:
     """`Table` of the `requested` topics of an open bag; without any, of its first IMU.
 
     Another IMU topic with the other kind of sensor is joined. Temperatures are interpolated to the times of the first
@@ -184,7 +184,7 @@ def _messages_of_topic(
                 tuple(getattr(getattr(message, field), axis) for field, axis, _ in AXES.values())
             )
         else:
-            flat = dict(_numbers(message, ""))
+            flat = dict(_numbers_in_message(message, ""))
             names = tuple(flat)
             rows.append(tuple(flat.values()))
     if not rows or not rows[0]:
@@ -200,7 +200,7 @@ def _messages_of_topic(
     return np.array(stamps, dtype=np.int64), found
 
 
-def _numbers(message: Any, prefix: str) -> Iterator[tuple[str, float]]:
+def _numbers_in_message(message: Any, prefix: str) -> Iterator[tuple[str, float]]:
     """Yield (path, value) of every number in a message, except those in headers, arrays and constants.
 
     The path of a nested number joins field names by underscores.
@@ -210,7 +210,7 @@ def _numbers(message: Any, prefix: str) -> Iterator[tuple[str, float]]:
         if field.name == "header" or field.name.startswith("__"):
             continue
         if is_dataclass(value):
-            yield from _numbers(value, f"{prefix}{field.name}_")
+            yield from _numbers_in_message(value, f"{prefix}{field.name}_")
         elif isinstance(value, int | float) and not isinstance(value, bool):
             yield f"{prefix}{field.name}", float(value)
 

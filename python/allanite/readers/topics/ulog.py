@@ -64,12 +64,12 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
             column = field  # every field of another topic is a column
         if column is not None:
             columns[column] = values, unit
-    time = _stamps(data)
+    time = _sample_times(data)
     if "temperature" not in columns:
         for other in ("sensor_gyro.0", "sensor_accel.0", "sensor_baro.0"):
             if "temperature" in found.get(other, {}) and other != name:
                 theirs = found[other]
-                values = np.interp(time, _stamps(theirs), theirs["temperature"])
+                values = np.interp(time, _sample_times(theirs), theirs["temperature"])
                 columns["temperature"] = values, "degC"
                 break
     others = [t.removesuffix(".0") for t in found if t.split(".")[0] in TOPICS and t != name]
@@ -88,7 +88,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     )
 
 
-def _stamps(data: dict[str, Any]) -> NDArray[np.int64]:
+def _sample_times(data: dict[str, Any]) -> NDArray[np.int64]:
     """Array of the times of the samples in µs, shape (n,); times of the messages if the log has no others."""
     sampled = "timestamp_sample" in data and np.any(data["timestamp_sample"])
     return data["timestamp_sample" if sampled else "timestamp"].astype(np.int64)
