@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from allanite.fit import Fit
     from allanite.plots import Figure
     from allanite.recording import Recording
+    from allanite.statespace import StateSpace
 
 #: Fewest averages of the shortest record at the longest averaging time: the deviation then has an error of 10 %.
 MIN_AVERAGES = 50
@@ -113,7 +114,7 @@ class Combination:
         """Sampling rate of the combination, Hz: the lowest rate of the units."""
         return min(fit.recording.rate for fit in self.fits)
 
-    def state_space(self) -> Any:
+    def state_space(self) -> StateSpace:
         """New `StateSpace` (F, Q, H, R, P0) of `model` at the sampling rate `rate`; it is not cached."""
         return self.model.state_space(self.rate)
 

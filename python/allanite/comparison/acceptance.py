@@ -21,7 +21,9 @@ from allanite.sources.datasheet import MINIMUM, known_figures
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
+    from allanite.plots.spec import Figure
     from allanite.recording import Recording
     from allanite.sources.datasheet import DataSheet, Quoted
     from allanite.study import Study
@@ -187,7 +189,7 @@ class Acceptance:
         lines += [f"! {f.figure.name}: {f.remark}" for f in self.figures if f.remark]
         return "\n".join([*lines, *(f"! {remark}" for remark in self.remarks)])
 
-    def plot(self, path: Any = None) -> Any:
+    def plot(self, path: str | Path | None = None) -> Figure:
         """Figure of the measured Allan deviation, last model and limits of the sheet; written to `path` if given.
 
         Figures of the sheet without an effect have no line.

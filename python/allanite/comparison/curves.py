@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from allanite.deviation import Deviation
     from allanite.effects import Model
+    from allanite.plots.spec import Figure
     from allanite.recording import Recording
     from allanite.study import Study
 
@@ -141,7 +142,7 @@ class Curves:
         ]
         return "\n".join([*names, *("\n" + table for table in tables)])
 
-    def plot(self, path: str | Path | None = None) -> Any:
+    def plot(self, path: str | Path | None = None) -> Figure:
         """Figure of all curves with logarithmic axes; written to `path` (SVG, PNG, PDF) if given."""
         from allanite.plots import plot_compare
 

@@ -15,6 +15,7 @@ WRONG = """
 from typing import assert_type
 
 import allanite as al
+from allanite.plots import Figure
 from allanite.readers import read_sensors
 
 recording = al.read("gyro.csv", rate=100.0)
@@ -33,6 +34,8 @@ al.trend_columns(recording, period=1.0)  # type: ignore[call-arg]
 al.timing_columns(recording, after="60")  # type: ignore[arg-type]
 al.innovations(recording, fit)
 al.innovations(recording, 3)  # type: ignore[arg-type]
+assert_type(al.compare([("gyro", recording, None)]).plot(), Figure)
+assert_type(al.combine([recording, recording]).state_space(), al.StateSpace)
 al.error_growth(fit, aided=100.0)
 al.error_growth(3.0, aided=100.0)  # type: ignore[arg-type]
 """

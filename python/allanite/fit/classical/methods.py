@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from allanite.effects import Parameter
     from allanite.fit.classical.lines import LineReading, LineReadings
     from allanite.fit.result import Fit
+    from allanite.plots.spec import Figure
 
 #: Name of each method in tables, by the name of the option --method.
 METHOD_NAMES = {
@@ -98,7 +99,7 @@ class MethodTable:
         """Dict of the fit (see `Fit.to_dict`) with ``methods``, a list with one entry for each coefficient."""
         return {**self.fit.to_dict(), "methods": [row.to_dict() for row in self.rows]}
 
-    def plot(self, path: str | Path | None = None) -> Any:
+    def plot(self, path: str | Path | None = None) -> Figure:
         """Figure of the fit, written to `path` if given; see `Fit.plot`."""
         return self.fit.plot(path)
 
