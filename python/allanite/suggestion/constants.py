@@ -29,7 +29,8 @@ MAX_REFIT_GAIN_RATIO = 1.1
 MIN_OVERDISPERSION_LEVEL_FIRST = 1.1
 #: Unit: fraction. A candidate is explained by another effect if less of its power or evidence remains beside that effect.
 #: Outliers or a change of level go first if the other scores are below this part of theirs. A function of time leaves with
-#: an excluded segment if less of its energy lies elsewhere.
+#: an excluded segment if less of its energy lies elsewhere. A disturbance in a band that holds something narrow at other
+#: times counts with this part of its power ratio.
 #: Basis: judgment; the order is needed for a phase that wraps at the range of its counter.
 MAX_EXPLAINED_REMAINDER = 0.1
 #: Unit: samples. Minimum mean number of outliers per cluster with which outliers count as clustered and may go first.
@@ -52,13 +53,13 @@ MIN_PERIODS = 4
 #: Unit: samples. Shortest segment that is described as an event, a stuck value or a spectrum; shorter ones are outliers.
 #: Basis: judgment. Ablation: no change.
 MIN_SEGMENT_SAMPLES = 16
-#: Unit: ordinates. Fewest ordinates whose mean power is compared with a level.
+#: Unit: ordinates. Fewest ordinates whose mean power is compared with a level, and fewest spectra that are averaged.
 #: Basis: derivation; the standard error of the mean power of 8 ordinates is half of the mean. Ablation: no change.
 MIN_ORDINATES = 8
 #: Unit: values. Fewest values of the power over time from which its usual level is estimated.
 #: Basis: derivation; the standard error of the mean power of 64 values is 18 % of the mean. Ablation: no change.
 MIN_POWER_VALUES = 64
-#: Unit: events. Most events that one effect describes.
+#: Unit: events. Most events that one effect describes, and most lines among which an evenly spaced comb is searched.
 #: Basis: judgment. Ablation: no change.
 MAX_EVENTS = 32
 
@@ -116,9 +117,6 @@ MIN_COMB_FRACTION = 0.6
 #: Unit: lines. Fewest lines of an evenly spaced comb.
 #: Basis: judgment; none of 50 sets of 20 random places is a comb.
 MIN_SPACED_LINES = 5
-#: Unit: lines. Strongest lines among which an evenly spaced comb is searched.
-#: Basis: judgment.
-MAX_SPACED_LINES = 48
 #: Unit: expected power. A single ordinate counts at most this much in the mean power of a band.
 #: Basis: judgment.
 MAX_ORDINATE_POWER = 20.0
@@ -171,9 +169,6 @@ MIN_CODE_CHANGE_FRACTION = 0.25
 #: Unit: fraction of the record. Minimum length of the interval of a change of a band's level, and of the time outside it.
 #: Basis: judgment; a shorter ringing is a disturbance.
 MIN_BAND_LEVEL_FRACTION = 1.0 / 64.0
-#: Unit: spectra. Fewest spectra of the interval from which the frequencies of a louder band are found.
-#: Basis: judgment.
-MIN_INTERVAL_SPECTRA = 4
 
 # Outliers and disturbances.
 
@@ -192,9 +187,6 @@ MAX_EXCLUSION_PROBABILITY = 1e-6
 #: Unit: 1. Minimum power of a disturbance in some band, relative to the power of the band at other times.
 #: Basis: judgment; 116 of 120 disturbances of twice the noise are found, none in 600 records without one.
 MIN_DISTURBANCE_POWER_RATIO = 2.0
-#: Unit: 1. A band with something narrow at other times must exceed the power ratio by this factor.
-#: Basis: judgment.
-NARROW_DISTURBANCE_FACTOR = 10.0
 #: Unit: 1/√ordinates. Excess of a band over both neighbors, relative to them, from which it holds something narrow.
 #: Basis: judgment.
 MIN_NARROW_PEAK = 8.0

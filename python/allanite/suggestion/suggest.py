@@ -286,8 +286,52 @@ def suggest(
         if on_progress is not None:
             on_progress(next(done), 5)
 
+    surplus = discrepancy_gain(fit.solution, fit.data)
+    found = _look_with_all_screens(fit, whitened, progress)
+    with Pool(WORKERS) as pool:
+        judged = pool.map(
+            lambda c: _suggestion(
+                fit, c, found.families, found.searches, surplus, found.scatter_of(c)
+            ),
+            found.candidates,
+        )
+        suggestions = in_order(_with_shares(fit, list(judged)), fit, found.overdispersion)
+    progress()
+    return suggestions
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """What all screens of a check found.
+
+    Attributes
+    ----------
+    candidates : tuple of Candidate
+    families : dict of str to Family
+        Families that share their false alarms, by name.
+    searches : int
+        Number of searches that share the false alarms of the check.
+    slow : frozenset of str
+        Names of the families of slow functions.
+    overdispersion, loudness : float
+        Overdispersion of the spectrum and largest relative power over time, due to a missing change of level.
+    """
+
+    candidates: tuple[Candidate, ...]
+    families: dict[str, Family]
+    searches: int
+    slow: frozenset[str]
+    overdispersion: float
+    loudness: float
+
+    def scatter_of(self, candidate: Candidate) -> float:
+        """Factor by which a missing change of level raises the ΔlogL of a candidate by chance."""
+        return self.loudness if candidate.family in self.slow else self.overdispersion
+
+
+def _look_with_all_screens(fit: Fit, whitened: Whitened, progress: Callable[[], None]) -> _Found:
+    """`_Found` of a fit by all screens, two at a time; `progress` is called after each of four stages."""
     base, data = fit.solution, fit.data
-    surplus = discrepancy_gain(base, data)
     # Whitened by the model alone: a discrepancy would absorb narrow lines and bands.
     white = whitened_ordinates(base, data, np.ones(base.count.size))
     with Pool(WORKERS if data.samples.size < MIN_TRIM_SAMPLES else 1) as pool:
@@ -321,7 +365,7 @@ def suggest(
     families = _families(spectral, screens, data.n, bool(followed))
     # Each further form of a change of level is one more search.
     searches = len(families) + count_of_level_forms(data.covariates)
-    candidates = (
+    candidates: tuple[Candidate, ...] = (
         *spectral.candidates,
         *lines,
         *moving,
@@ -330,16 +374,7 @@ def suggest(
         *own,
     )
     overdispersion, loudness = overdispersion_without(base, data, levels, searches)
-    with Pool(WORKERS) as pool:
-        scatters = [loudness if c.family in slow else overdispersion for c in candidates]
-        judged = pool.map(
-            lambda c, scatter: _suggestion(fit, c, families, searches, surplus, scatter),
-            candidates,
-            scatters,
-        )
-        suggestions = in_order(_with_shares(fit, list(judged)), fit, overdispersion)
-    progress()
-    return suggestions
+    return _Found(candidates, families, searches, frozenset(slow), overdispersion, loudness)
 
 
 def suggestions_elsewhere(refused: Suggestion) -> Iterator[Suggestion]:

@@ -24,7 +24,7 @@ from allanite.suggestion.constants import (
     LEVEL_CELLS,
     MAX_EXPLAINED_REMAINDER,
     MIN_BAND_LEVEL_FRACTION,
-    MIN_INTERVAL_SPECTRA,
+    MIN_ORDINATES,
     MIN_POWER_VALUES,
     MIN_SEGMENT_SAMPLES,
 )
@@ -252,7 +252,7 @@ def _changed_band(
     low, high = octave
     n = samples.size
     start, end = (round(part * n) for part in when)
-    length = min(round(2.0 * OCTAVE_CELLS / (high - low)), (end - start) // MIN_INTERVAL_SPECTRA)
+    length = min(round(2.0 * OCTAVE_CELLS / (high - low)), (end - start) // MIN_ORDINATES)
     if length < MIN_SEGMENT_SAMPLES:
         return None
     inside = _segments(samples[start:end], length)

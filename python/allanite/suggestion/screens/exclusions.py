@@ -24,12 +24,12 @@ from allanite.suggestion.constants import (
     MAX_EQUAL_NEIGHBOR_FRACTION,
     MAX_EXCLUDED_FRACTION,
     MAX_EXCLUSION_PROBABILITY,
+    MAX_EXPLAINED_REMAINDER,
     MIN_DISTURBANCE_POWER_RATIO,
     MIN_NARROW_PEAK,
     MIN_ORDINATES,
     MIN_POWER_VALUES,
     MIN_SEGMENT_SAMPLES,
-    NARROW_DISTURBANCE_FACTOR,
 )
 from allanite.suggestion.p_values import (
     best_interval,
@@ -366,7 +366,7 @@ def _power_ratio(
     peaks = usual[:, 2:-2] > clearly * np.maximum(usual[:, :-4], usual[:, 4:])
     louder = float(np.max((spectrum(start) / np.median(usual, axis=0))[2:-2]))
     return (
-        louder / NARROW_DISTURBANCE_FACTOR
+        louder * MAX_EXPLAINED_REMAINDER
         if 2 * np.count_nonzero(peaks.any(axis=1)) >= len(some)
         else louder
     )

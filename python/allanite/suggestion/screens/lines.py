@@ -17,11 +17,11 @@ from allanite.fit.likelihood.stop_band import is_empty
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, ordinates_near, regress
 from allanite.fit.shapes.shape import ORDINATES_BESIDE_LINE, polish_line
 from allanite.suggestion.constants import (
+    MAX_EVENTS,
     MAX_FUNDAMENTAL_DIVISOR,
     MAX_LINE_HARMONIC,
     MAX_LINES_REFITTED,
     MAX_PULSE_HARMONIC,
-    MAX_SPACED_LINES,
     MIN_COMB_FRACTION,
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_LINE_PEAK,
@@ -185,7 +185,7 @@ def _line_indices(ratio: NDArray[np.float64], data: Data) -> list[int]:
     It ends before a peak of at most 6, or less than 3 above ln of the trials.
     """
     left, found = ratio.copy(), []
-    for _ in range(MAX_SPACED_LINES):
+    for _ in range(MAX_EVENTS):
         top, above = _clearest_line(left, data)
         if left[top] <= MIN_LINE_PEAK or above < MIN_SCREEN_GAIN:
             break
