@@ -40,10 +40,10 @@ MAX_TAPS, HALF_TAPS_PER_PERIOD = 4096, 4.0
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
-    """Tuple: filter that turns white noise into the sum of some terms: σ of the noise, numerator, denominator.
+    """Tuple (σ of white noise, numerator b, denominator a) of a filter whose output has the spectrum of `terms`.
 
-    The numerator b begins with b0 = 1. The denominator a begins with a1, because a0 = 1 is omitted. The spectrum of the
-    terms times |a|² is the spectrum of a moving average; b is its minimum-phase factor.
+    b begins with b0 = 1; a begins with a1, because a0 = 1 is omitted. The spectrum of the terms times |a|² is the spectrum
+    of a moving average; b is its minimum-phase factor.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
 
 
 def _generators(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
-    """List: random-number generators of the compiled core that together simulate an effect: name and parameters of each.
+    """List of (name, parameters) of the random-number generators of the compiled core whose sum simulates an effect.
 
     White noise is changed by the modifiers of the model.
     """
@@ -92,14 +92,14 @@ def _generators(model: Model, effect: Any, rate: float) -> list[tuple[str, list[
     lags = [t for t in terms if isinstance(t, Exponential)]
     white = [t for t in terms if isinstance(t, White)]
     # An exponential with a negative density at some frequency is a process only in sum with the other terms.
-    are_processes = all(_has_density(t) for t in lags)
+    are_processes = all(_has_nonnegative_spectrum(t) for t in lags)
     if not are_processes or (len(lags) == 1 and (white or lags[0].generator is None)):
         rest = [t for t in terms if not isinstance(t, (Exponential, White))]
         return [_filter_generator((*lags, *white)), *(_generator(t) for t in rest)]
     return [_generator(t) for t in terms]
 
 
-def _has_density(lag: Exponential) -> bool:
+def _has_nonnegative_spectrum(lag: Exponential) -> bool:
     """True if the spectrum of an exponential term is nowhere negative.
 
     The numerator of the spectrum is linear in cos w. It is therefore enough to test both ends of the spectrum.
@@ -108,12 +108,12 @@ def _has_density(lag: Exponential) -> bool:
 
 
 def _generator(term: Term) -> tuple[str, list[float]]:
-    """Pair: name and parameters of the generator of the compiled core that simulates one term."""
+    """Pair (name, parameters) of the generator of the compiled core that simulates one term."""
     return term.generator or _filter_generator((term,))
 
 
 def _filter_generator(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
-    """Pair: name and parameters of the generator that simulates a sum of terms: filtered white noise, second order."""
+    """Pair (name, parameters) of the generator that simulates a sum of terms as filtered white noise."""
     if sum(1 + bool(complex(t.phi).imag) for t in terms if isinstance(t, Exponential)) > 2:
         raise InputError(
             "an effect of more than two lags, one with a negative density at some frequency, cannot be simulated:"
@@ -184,8 +184,8 @@ def simulate(
         A value of the model is missing or too large. The rate or the length is not positive, or the record does not fit
         into memory. Seed, axis or replicate is not a whole number from 0 on.
     """
-    source = _Source(model, duration, n, rate, seed, unit, covariates, axis, replicate)
-    return source.take(source.n)
+    source = _SimulatedRecord(model, duration, n, rate, seed, unit, covariates, axis, replicate)
+    return source.next_samples(source.n)
 
 
 def simulate_chunks(
@@ -223,12 +223,12 @@ def simulate_chunks(
         The errors of `simulate`, or a size below 1. The error is raised by the call, before the first segment.
     """
     size = whole(size, "size", 1, SAMPLES, "the number of samples of a segment")
-    source = _Source(model, duration, n, rate, seed, unit, covariates, axis, replicate)
+    source = _SimulatedRecord(model, duration, n, rate, seed, unit, covariates, axis, replicate)
     steps = range(0, source.n, size)
-    return (source.take(min(size, source.n - first)) for first in steps)
+    return (source.next_samples(min(size, source.n - first)) for first in steps)
 
 
-class _Source:
+class _SimulatedRecord:
     """Simulated record of a model, whose samples are taken in order; see `simulate` for the parameters."""
 
     def __init__(
@@ -245,24 +245,24 @@ class _Source:
     ) -> None:
         model = as_model(model)
         self.rate = positive_rate(rate)
-        self.n = _length(duration, n, self.rate)
+        self.n = _sample_count(duration, n, self.rate)
         self.unit = unit
         self.at = 0
         seed = whole(seed, "seed", 0, SEEDS)
         axis = whole(axis, "axis", 0, SEEDS)
         # The high half of the key is the replicate, the low half the number of the process within the record.
         key = whole(replicate, "replicate", 0, 2**32 - 1) << 32
-        _require(model)
+        _require_values(model)
         self.covariates = {k: covariate_of(k, v, self.n) for k, v in (covariates or {}).items()}
         self.known = [e.sampler(self.n, self.rate, self.covariates) for e in model.deterministic]
         # Simulators of the random processes, and the factors on their samples over time.
         self.parts: list[tuple[_kernels.Simulator, list[Gain]]] = []
-        self.filters: list[_Running | _Swelling] = []
-        self.filters += [_Running(e.response(self.rate)) for e in model.filters]
+        self.filters: list[_StatefulFilter | _BandLevelFilter] = []
+        self.filters += [_StatefulFilter(e.response(self.rate)) for e in model.filters]
         span = (0.0, self.n / self.rate)
         swelling = [e for e in model.modifiers if e.band is not None]
         of_all = [e for e in swelling if not any(map(e.changes_level_of, model.stochastic))]
-        self.filters += [_Swelling(e, self.rate, span) for e in of_all]
+        self.filters += [_BandLevelFilter(e, self.rate, span) for e in of_all]
         # The noise begins before the record, so that the filters have settled at its first sample.
         self.settling = sum(f.settling for f in self.filters)
         total = self.n + self.settling
@@ -272,11 +272,11 @@ class _Source:
         generators: list[tuple[str, list[float]]] = []
         number = 0
         for whole_effect in model.stochastic:
-            for effect, gains in _in_turn(whole_effect, span):
+            for effect, gains in _processes_with_gains(whole_effect, span):
                 own = _generators(steady, effect, self.rate)
                 gains += [e.gain for e in levels if e.band is None and effect.white]
                 gains += [
-                    _swelling(e, self.rate, span)
+                    _band_gain(e, self.rate, span)
                     for e in swelling
                     if e.changes_level_of(whole_effect)
                 ]
@@ -292,8 +292,8 @@ class _Source:
         for first in range(-self.settling, 0, SETTLING_CHUNK):
             self._noise(min(SETTLING_CHUNK, -first), first)
 
-    def take(self, count: int) -> Recording:
-        """Recording of the next `count` samples."""
+    def next_samples(self, count: int) -> Recording:
+        """`Recording` of the next `count` samples of the simulated record."""
         first, self.at = self.at, self.at + count
         total = self._noise(count, first)
         for samples in self.known:
@@ -326,24 +326,26 @@ class _Source:
         return total
 
 
-def _in_turn(effect: Stochastic, span: tuple[float, float]) -> list[tuple[Stochastic, list[Gain]]]:
-    """Processes that make up an effect, each with a list of functions of time whose values multiply its samples.
+def _processes_with_gains(
+    effect: Stochastic, span: tuple[float, float]
+) -> list[tuple[Stochastic, list[Gain]]]:
+    """List of (process, list of gains) of the random processes that make up an effect.
 
-    A moving band is a sum of processes, one for each segment of the record. Any other effect is one
-    process.
+    A gain is a function of time that returns the factor on the samples. A moving band is a sum of processes, one for each
+    segment of the record, with one gain each. Any other effect is one process without gains.
     """
     if not effect.moving:
         return [(effect, [])]
 
     def gain(part: int) -> Gain:
-        """Factor over time of the process of the segment with index `part`, as a function of time."""
+        """Function that returns the factor on the process of the segment with index `part` at each time (s)."""
         return lambda time, _=None: np.sqrt(segment_weights(time, span, len(effect.segments))[part])
 
     return [(part, [gain(i)]) for i, part in enumerate(effect.segments)]
 
 
-def _swelling(effect: Modifier, rate: float, span: tuple[float, float]) -> Gain:
-    """Function of time (s) that returns the factor on the samples of a band whose level changes over time."""
+def _band_gain(effect: Modifier, rate: float, span: tuple[float, float]) -> Gain:
+    """Function of time (s) that returns the factor on the samples of a frequency band whose level changes over time."""
 
     def gain(time: Array, _: Mapping[str, Array] | None = None) -> Array:
         """Factor at each time (s): square root of the power of the effect over one sample."""
@@ -352,14 +354,14 @@ def _swelling(effect: Modifier, rate: float, span: tuple[float, float]) -> Gain:
     return gain
 
 
-class _Swelling:
+class _BandLevelFilter:
     """Filter that changes the level of one band of the signal over time. The output is delayed by half of its taps."""
 
     def __init__(self, effect: Modifier, rate: float, span: tuple[float, float]) -> None:
         from scipy.signal import firwin
 
         assert effect.band is not None
-        self.rate, self.gain = rate, _swelling(effect, rate, span)
+        self.rate, self.gain = rate, _band_gain(effect, rate, span)
         low, high = effect.band
         wanted = HALF_TAPS_PER_PERIOD * rate / max(high - low, 1e-300)
         half = int(np.clip(wanted, *(MAX_TAPS // 64, MAX_TAPS // 2)))
@@ -382,7 +384,7 @@ class _Swelling:
         return np.asarray(delayed[: samples.size] + (self.gain(time) - 1.0) * band)
 
 
-class _Running:
+class _StatefulFilter:
     """Filter of the whole signal that keeps its state between segments."""
 
     def __init__(self, response: Response) -> None:
@@ -391,14 +393,14 @@ class _Running:
         self.state = np.zeros(len(response.poles))
 
     def next(self, samples: Array, _: int) -> Array:
-        """Array: filtered samples for the next input samples."""
+        """Filtered samples for the next input samples, same shape; the filter continues from its last state."""
         from scipy.signal import lfilter
 
         out, self.state = lfilter(self.b, self.a, samples, zi=self.state)
         return np.asarray(out)
 
 
-def _length(duration: float | None, n: int | None, rate: float) -> int:
+def _sample_count(duration: float | None, n: int | None, rate: float) -> int:
     """Number of samples of a record whose duration (s) or number of samples is given."""
     if (duration is None) == (n is None):
         raise InputError("give either a duration in seconds or a number of samples n")
@@ -420,8 +422,8 @@ def _length(duration: float | None, n: int | None, rate: float) -> int:
     return count
 
 
-def _require(model: Model) -> None:
-    """Raise `InputError` if a parameter that a simulation needs has no value."""
+def _require_values(model: Model) -> None:
+    """Raise `InputError` if a parameter of the model has no value but a simulation needs it."""
     for effect in model:
         for p in effect.parameters:
             optional = p.role in {"derived", "choice"} or p.optional

@@ -51,7 +51,7 @@ FACTOR = 3.0
 ROLES = {"coefficient", "shape", "choice", "time", "derived"}
 
 
-def _require(condition: object, message: str) -> None:
+def _assert_that(condition: object, message: str) -> None:
     """Raise AssertionError with the message unless the condition is true."""
     if not condition:
         raise AssertionError(message)
@@ -128,21 +128,21 @@ def check_declaration(effect: Effect) -> None:
     cls = type(effect)
     for name in ("kind", "short", "title", "physics", "looks_like", "check_by"):
         text = getattr(cls, name, "")
-        _require(isinstance(text, str) and text.strip(), f"{cls.__name__}: {name} is empty")
+        _assert_that(isinstance(text, str) and text.strip(), f"{cls.__name__}: {name} is empty")
     kind = cls.kind
-    _require(cls.parameters, f"{kind}: no parameters")
+    _assert_that(cls.parameters, f"{kind}: no parameters")
     names = [p.name for p in cls.parameters]
-    _require(len(set(names)) == len(names), f"{kind}: a parameter is declared twice")
+    _assert_that(len(set(names)) == len(names), f"{kind}: a parameter is declared twice")
     for p in cls.parameters:
-        _require(isinstance(p, Parameter), f"{kind}: {p!r} is not a Parameter")
-        _require(
+        _assert_that(isinstance(p, Parameter), f"{kind}: {p!r} is not a Parameter")
+        _assert_that(
             isinstance(p.unit, float) or (isinstance(p.unit, str) and p.unit),
             f"{kind}.{p.name}: no unit",
         )
-        _require(p.description, f"{kind}.{p.name}: no description")
-        _require(p.role in ROLES, f"{kind}.{p.name}: role {p.role!r} is unknown")
-        _require(p.low < p.high, f"{kind}.{p.name}: bounds {p.low} … {p.high}")
-        _require(
+        _assert_that(p.description, f"{kind}.{p.name}: no description")
+        _assert_that(p.role in ROLES, f"{kind}.{p.name}: role {p.role!r} is unknown")
+        _assert_that(p.low < p.high, f"{kind}.{p.name}: bounds {p.low} … {p.high}")
+        _assert_that(
             hasattr(effect, p.name),
             f"{kind}: declares the parameter {p.name} but has no such field",
         )
@@ -151,30 +151,30 @@ def check_declaration(effect: Effect) -> None:
                 effect.with_values(**{p.name: p.low - 1.0})
             except InputError:
                 continue
-            _require(False, f"{kind}: a value of {p.name} below its bound {p.low} is accepted")
-    _require(kind not in cls.rivals, f"{kind}: the effect lists itself in `rivals`")
-    _require(cls.screened in SCREENS, f"{kind}: screened = {cls.screened!r} is unknown")
+            _assert_that(False, f"{kind}: a value of {p.name} below its bound {p.low} is accepted")
+    _assert_that(kind not in cls.rivals, f"{kind}: the effect lists itself in `rivals`")
+    _assert_that(cls.screened in SCREENS, f"{kind}: screened = {cls.screened!r} is unknown")
     for name in cls.shown():
-        _require(
+        _assert_that(
             name in names, f"{kind}: `shown` names {name}, but the effect has no such parameter"
         )
     if effect.periodic:
-        _require(
+        _assert_that(
             cls.screened in {"line", "none"},
             f'{kind}: a periodic effect needs screened = "line" or "none"',
         )
     elif isinstance(effect, Deterministic):
         known = {"slow", "none"} if effect.low else {"drifting line", "passing line", "none"}
-        _require(
+        _assert_that(
             cls.screened in known,
             f"{kind}: screened = {cls.screened!r}, but the effect allows only {sorted(known)}",
         )
     if isinstance(effect, Stochastic):
-        _require(effect.coefficient in names, f"{kind}: coefficient is not a parameter")
+        _assert_that(effect.coefficient in names, f"{kind}: coefficient is not a parameter")
     for name in effect.free_shapes if cls.screened in {"spectral", "slow"} else ():
         p, values = effect.parameter(name), np.asarray(effect.grid(name, 100_000, RATE))
-        _require(values.size > 1, f"{kind}: the grid of {name} is empty")
-        _require(
+        _assert_that(values.size > 1, f"{kind}: the grid of {name} is empty")
+        _assert_that(
             np.isfinite(values).all() and (values >= p.low).all() and (values <= p.high).all(),
             f"{kind}: the grid of {name} leaves its bounds",
         )
@@ -189,9 +189,9 @@ def check_round_trip(effect: Effect) -> None:
         return
     model = Model((effect,))
     back = model_from_dict(json.loads(json.dumps(model_to_dict(model))), effect.kind)
-    _require(back == model, f"{effect.kind}: JSON gives {back}, not {model}")
+    _assert_that(back == model, f"{effect.kind}: JSON gives {back}, not {model}")
     parsed = parse_model(str(model)).effects[0]
-    _require(type(parsed) is type(effect), f"{effect.kind}: {model} is read as {parsed.kind}")
+    _assert_that(type(parsed) is type(effect), f"{effect.kind}: {model} is read as {parsed.kind}")
     lists = any(isinstance(value, tuple) for value in effect.values.values())
     for p in effect.parameters:
         written, read = effect.values[p.name], parsed.values[p.name]
@@ -203,7 +203,7 @@ def check_round_trip(effect: Effect) -> None:
             and isinstance(read, float)
             and abs(read - written) <= 1e-5 * abs(written)
         )
-        _require(same, f"{effect.kind}: {model} is read with {p.name} = {read}, not {written}")
+        _assert_that(same, f"{effect.kind}: {model} is read with {p.name} = {read}, not {written}")
 
 
 def _as_model(effect: Effect) -> Model:
@@ -211,10 +211,10 @@ def _as_model(effect: Effect) -> Model:
     return Model((white_noise(1.0), effect) if isinstance(effect, Modifier) else (effect,))
 
 
-def integrated(density: Array, weight: Array, w: Array, m: float, rate: float) -> float:
-    """Allan variance at the averaging factor m, by quadrature of the spectral density.
-
-    It is ∫ S(f)·4 sin⁴(mw/2)/(m² sin²(w/2)) df.
+def allan_variance_of_density(
+    density: Array, weight: Array, w: Array, m: float, rate: float
+) -> float:
+    """Allan variance at the averaging factor m, by quadrature of a spectral density: ∫ S(f)·4 sin⁴(mw/2)/(m² sin²(w/2)) df.
 
     Parameters
     ----------
@@ -233,8 +233,8 @@ def integrated(density: Array, weight: Array, w: Array, m: float, rate: float) -
     return float((weight * density * gain).sum() * rate / (2.0 * np.pi))
 
 
-def _nodes(m: int) -> tuple[Array, Array]:
-    """Gauss-Legendre nodes on (0, π), shape (nodes,), and their weights.
+def _quadrature_nodes(m: int) -> tuple[Array, Array]:
+    """Tuple (nodes, weights) of a Gauss-Legendre quadrature on (0, π) for the averaging factor m, shape (nodes,) each.
 
     The nodes are dense near 0, where spectra diverge, and between the zeros of the gain.
     """
@@ -255,14 +255,14 @@ def check_density(effect: Effect) -> None:
     """
     model = _as_model(effect)
     for m in (1, 2, 3, 10, 100):
-        w, weight = _nodes(m)
+        w, weight = _quadrature_nodes(m)
         density = model.psd(w * RATE / (2.0 * np.pi), RATE)
         # At the zeros of a filter, terms of opposite sign cancel up to rounding.
         sizes = sum(np.abs(term.spectrum(w)) for term in model.terms(RATE)) / RATE
-        _require((density > -ROUNDING * sizes).all(), f"{effect.kind}: the density is negative")
-        integral = integrated(density, weight, w, m, RATE)
+        _assert_that((density > -ROUNDING * sizes).all(), f"{effect.kind}: the density is negative")
+        integral = allan_variance_of_density(density, weight, w, m, RATE)
         declared = float(model.allan_variance(m / RATE, RATE))
-        _require(
+        _assert_that(
             abs(integral / declared - 1.0) < 1e-5,
             f"{effect.kind}: at averaging factor {m} the density integrates to {integral:.8g}, "
             f"but the declared Allan variance is {declared:.8g}",
@@ -272,7 +272,7 @@ def check_density(effect: Effect) -> None:
         louder = effect.with_values(**{name: 3.0 * effect.values[name]})
         tau = np.array([1, 7, 300]) / RATE
         ratio = louder.allan_variance(tau, RATE) / effect.allan_variance(tau, RATE)
-        _require(
+        _assert_that(
             np.allclose(ratio, 9.0, rtol=1e-12),
             f"{effect.kind}: three times {name} is not three times the deviation",
         )
@@ -286,30 +286,30 @@ def check_amplitudes(effect: Deterministic, covariates: Columns | None = None) -
     columns, kind = dict(covariates or {}), effect.kind
     time = np.arange(LENGTH) / RATE
     matrix, amplitudes = effect.regressors(time, columns), effect.amplitudes()
-    _require(matrix.shape == (LENGTH, amplitudes.size), f"{kind}: regressors {matrix.shape}")
-    _require(np.isfinite(matrix).all(), f"{kind}: regressors are not finite")
+    _assert_that(matrix.shape == (LENGTH, amplitudes.size), f"{kind}: regressors {matrix.shape}")
+    _assert_that(np.isfinite(matrix).all(), f"{kind}: regressors are not finite")
     signal = effect.signal(time, columns)
-    _require(np.ptp(signal) > 0.0, f"{kind}: the signal is constant with these values")
+    _assert_that(np.ptp(signal) > 0.0, f"{kind}: the signal is constant with these values")
     size = float(np.abs(signal).max())
-    _require(
+    _assert_that(
         np.allclose(signal, matrix @ amplitudes, atol=1e-12 * size, rtol=0.0),
         f"{kind}: signal is not regressors @ amplitudes",
     )
     for factor in (1.0, 2.0, 0.25):
         scaled = effect.with_amplitudes(factor * amplitudes)
-        _require(
+        _assert_that(
             np.allclose(scaled.amplitudes(), factor * amplitudes, rtol=1e-12, atol=1e-300),
             f"{kind}: with_amplitudes does not keep {factor} × amplitudes",
         )
-        _require(
+        _assert_that(
             np.allclose(scaled.signal(time, columns), factor * signal, atol=1e-9 * size, rtol=0.0),
             f"{kind}: not linear in its amplitudes",
         )
     declared = Model((effect,)).allan_variance(FACTORS / RATE, RATE)
     if declared.any():
-        measured = _allan(signal, FACTORS)
+        measured = _overlapping_allan_variance(signal, FACTORS)
         # The record does not contain a whole number of cycles of a line.
-        _require(
+        _assert_that(
             (np.abs(measured - declared) <= 0.02 * declared.max()).all(),
             f"{kind}: Allan variance of the signal {measured}, declared {declared}",
         )
@@ -319,7 +319,7 @@ def check_amplitudes(effect: Deterministic, covariates: Columns | None = None) -
 FACTORS = np.unique(np.round(np.geomspace(1, LENGTH // 4, 14)).astype(np.int64))
 
 
-def _allan(samples: Array, factors: NDArray[np.int64]) -> Array:
+def _overlapping_allan_variance(samples: Array, factors: NDArray[np.int64]) -> Array:
     """Overlapping Allan variance of samples in the last axis at each averaging factor, shape (..., factors)."""
     phase = np.concatenate([np.zeros((*samples.shape[:-1], 1)), np.cumsum(samples, -1)], -1)
     out = []
@@ -344,16 +344,20 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
         found = simulate(simulated, n=LENGTH, rate=RATE, seed=seed, covariates=columns)
         return np.asarray(found.samples)
 
-    _require((run(model, 1) == run(model, 1)).all(), f"{kind}: the same seed gives other samples")
+    _assert_that(
+        (run(model, 1) == run(model, 1)).all(), f"{kind}: the same seed gives other samples"
+    )
     if isinstance(effect, Deterministic):
         difference = run(other + effect, 3) - run(other, 3)
         signal = effect.signal(np.arange(LENGTH) / RATE, columns)
-        _require(
+        _assert_that(
             np.allclose(difference, signal, atol=1e-9),
             f"{kind}: the simulation does not add the signal of the effect",
         )
         return
-    _require((run(model, 1) != run(model, 2)).any(), f"{kind}: another seed gives the same samples")
+    _assert_that(
+        (run(model, 1) != run(model, 2)).any(), f"{kind}: another seed gives the same samples"
+    )
     records = np.array(
         [run(model, s) if alone else run(other + model, s) - run(other, s) for s in range(RECORDS)]
     )
@@ -363,7 +367,10 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
     factors = FACTORS if lasting else FACTORS[FACTORS <= LENGTH // 100]
     declared = sum(t.allan_variance(factors.astype(float)) for t in terms)
     _assert_agreement(
-        _allan(records, factors), np.asarray(declared), f"{kind}: Allan variance at m", factors
+        _overlapping_allan_variance(records, factors),
+        np.asarray(declared),
+        f"{kind}: Allan variance at m",
+        factors,
     )
     bins = bins_of(LENGTH)
     power = np.array([bins.power(_kernels.cosine_transform(r)) for r in records])
@@ -389,7 +396,7 @@ def _assert_agreement(values: Array, expected: Array, what: str, places: NDArray
     error = values.std(axis=0, ddof=1) / np.sqrt(values.shape[0])
     z = (values.mean(axis=0) - expected) / error
     worst = int(np.argmax(np.abs(z)))
-    _require(
+    _assert_that(
         abs(z[worst]) < SIGMAS,
         f"{what} {places[worst]}: {values.mean(axis=0)[worst]:.6g} ± {error[worst]:.2g} simulated, "
         f"{expected[worst]:.6g} declared",

@@ -43,7 +43,9 @@ def has_numbers(line: str) -> bool:
     if line.lstrip().startswith("#"):
         return False
     cells = [cell for cell in cells_of(line) if cell]
-    return bool(cells) and 2 * sum(not np.isnan(_number(cell)) for cell in cells) >= len(cells)
+    return bool(cells) and 2 * sum(not np.isnan(_number_of_cell(cell)) for cell in cells) >= len(
+        cells
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,17 +117,17 @@ def watched_column(
         raise InputError(
             "binary data: the source must be text, with one number or more in each line"
         )
-    table = _table(lines)
+    table = _table_of_lines(lines)
     if table is None:
         return WatchedColumn(0)
     roles = roles_of(table, Request())
     at = _column_index(table, roles, column, model.column, source)
     if table.units[at] is None and unit is None:
         unit = model.log_unit or model.unit
-    return WatchedColumn(at, _factor(table, roles, at, model, unit, quantity))
+    return WatchedColumn(at, _factor_to_model_unit(table, roles, at, model, unit, quantity))
 
 
-def _factor(
+def _factor_to_model_unit(
     table: Table, roles: Roles, at: int, model: NamedModel, unit: str | None, quantity: str
 ) -> float:
     """Factor that converts the numbers of the column at index `at` to the unit of the model.
@@ -178,7 +180,7 @@ def _may_be_sensor(table: Table, at: int) -> bool:
     return numbers.size > 0 and (table.named or bool(numbers.min() < numbers.max()))
 
 
-def _table(lines: Sequence[str]) -> Table | None:
+def _table_of_lines(lines: Sequence[str]) -> Table | None:
     """`Table` of the rows of numbers in the first lines; None without any row.
 
     Names come from the last line above with as many cells, or are x0, x1, …. Rows of another width than the first are
@@ -191,7 +193,9 @@ def _table(lines: Sequence[str]) -> Table | None:
         return None
     rows = [cells_of(line) for line in lines[first:] if has_numbers(line)]
     width = len(rows[0])
-    numbers = np.array([[_number(cell) for cell in row] for row in rows if len(row) == width])
+    numbers = np.array(
+        [[_number_of_cell(cell) for cell in row] for row in rows if len(row) == width]
+    )
     above = [line.strip().lstrip("#%").strip() for line in lines[:first] if line.strip()]
     # The blank before a unit separates no columns.
     heads = [[line] if width == 1 else cells_of(line) for line in above]
@@ -204,7 +208,7 @@ def _table(lines: Sequence[str]) -> Table | None:
     return Table(names, columns, units)
 
 
-def _number(cell: str) -> float:
+def _number_of_cell(cell: str) -> float:
     """Float of a cell, also with a decimal comma; NaN if the cell holds no number."""
     try:
         return float(cell.replace(",", "."))

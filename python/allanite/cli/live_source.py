@@ -120,12 +120,12 @@ class _Block:
     head: bytes = b""
 
 
-def is_file(source: str) -> bool:
+def is_file_source(source: str) -> bool:
     """True if a source is neither standard input nor an address."""
     return source != STANDARD_INPUT and "://" not in source
 
 
-def rows_of(
+def samples_of_source(
     source: str,
     column_of: Callable[[list[str]], WatchedColumn],
     stop: Stop,
@@ -158,14 +158,14 @@ def rows_of(
             raise InputError("standard input is closed: there is no log to read")
         descriptor = sys.stdin.fileno()
         blocks = _blocks_of_thread(lambda: os.read(descriptor, BLOCK), stop)
-    elif is_file(source):
+    elif is_file_source(source):
         blocks = _blocks_of_file(Path(source), position, stop, follow=follow)
     else:
         blocks = _blocks_of_datagrams(source, stop)
     reader = _Lines(
         INPUT_NAME if source == STANDARD_INPUT else source,
         column_of,
-        keeps_position=is_file(source),
+        keeps_position=is_file_source(source),
     )
     return reader.rows(blocks, stop)
 
@@ -311,7 +311,7 @@ class _Lines:
 
 
 def sample_of(line: str, place: int) -> float | None:
-    """Number in a column of a row: NaN for an empty cell, None for a blank line, a comment or a text.
+    """Number in the column with index `place` of a row; NaN for an empty cell, None for a blank line, a comment or a text.
 
     Raises
     ------

@@ -323,12 +323,12 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def is_points_per_decade(taus: str) -> bool:
-    """True if the value of --taus is a whole number of at most 9 digits, which means points per decade."""
+    """True if the text of --taus is a whole number of at most 9 digits, which means a number of points per decade."""
     # "²".isdigit() is true, and int() refuses thousands of digits.
     return taus.isascii() and taus.isdigit() and len(taus) <= MAX_DIGITS
 
 
-def columns_of(
+def read_columns(
     path: str, options: LogOptions, *, for_fit: bool = True, copy: Path | None = None
 ) -> list[Recording]:
     """List with one `Recording` per sensor column of a log, read as the options say and checked.
@@ -339,11 +339,11 @@ def columns_of(
     Raises
     ------
     InputError
-        A column whose samples never change, or all columns are locked. Also the errors of `recording_of`.
+        A column whose samples never change, or all columns are locked. Also the errors of `read_recording`.
     TooShortError
         Fewer than 16 samples.
     """
-    columns = list(recording_of(path, options, for_fit=for_fit, copy=copy))
+    columns = list(read_recording(path, options, for_fit=for_fit, copy=copy))
     for column in columns:
         if not _rate_varies(column):
             raise _constant_column_error(path, column)
@@ -375,7 +375,7 @@ def _constant_column_error(path: str, column: Recording) -> InputError:
     )
 
 
-def recording_of(
+def read_recording(
     path: str,
     options: LogOptions,
     *,
@@ -385,7 +385,7 @@ def recording_of(
     """`Recording` of a log with all columns that the options select, trimmed, checked, decimated and converted.
 
     With `for_fit`, a log that is mostly motion is refused. Findings about motion are printed. `copy` is that of
-    `columns_of`.
+    `read_columns`.
 
     Raises
     ------
@@ -401,12 +401,12 @@ def recording_of(
     return _prepared_recording(recording, path, options, for_fit=for_fit)
 
 
-def recordings_of(
+def read_recordings(
     path: str,
     options: LogOptions,
     check_columns: Callable[[Sequence[Recording]], None] | None = None,
 ) -> list[Recording]:
-    """List of `Recording`, one for each sampling rate of a log, read as `recording_of` does.
+    """List of `Recording`, one for each sampling rate of a log, read as `read_recording` does.
 
     `check_columns` gets this list before the checks of the samples, and may raise an error.
     """

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 MAX_TIME_RATIO = 5.0
 
 
-def dumps(document: Any) -> str:
+def json_text(document: Any) -> str:
     """JSON text of a document. NaN and infinities become null, NumPy arrays become lists."""
     return json.dumps(jsonable(document), indent=1, ensure_ascii=False, allow_nan=False)
 
@@ -49,13 +49,15 @@ def print_results(results: Sequence[Any], options: LogOptions) -> None:
         documents = [result.to_dict() for result in results]
         one = len(documents) == 1
         click.echo(
-            dumps(documents[0] if one else {"schema": documents[0]["schema"], "columns": documents})
+            json_text(
+                documents[0] if one else {"schema": documents[0]["schema"], "columns": documents}
+            )
         )
         return
     for i, result in enumerate(results):
         if len(results) > 1 and i:
             click.echo()
-        click.echo(wrapped(str(result)))
+        click.echo(wrapped_to_terminal(str(result)))
 
 
 def terminal_width() -> int:
@@ -63,7 +65,7 @@ def terminal_width() -> int:
     return max(get_terminal_size((100, 24)).columns, 60)
 
 
-def wrapped(text: str) -> str:
+def wrapped_to_terminal(text: str) -> str:
     """Text with long sentences wrapped at the terminal's width; rows of tables stay on one line.
 
     A line with two blanks in a row counts as a row of a table. If the output goes to a file or another program, the
@@ -102,7 +104,7 @@ def print_findings(columns: Sequence[Record], options: LogOptions, log: str = ""
         click.echo(f"{plain(log)}:")
     for finding in findings:
         mark = "!" if finding.severity == "warning" else "·"
-        click.echo(wrapped(f"{mark} {finding.worded(words_of(options.trim))}"))
+        click.echo(wrapped_to_terminal(f"{mark} {finding.worded(words_of(options.trim))}"))
     if findings:
         click.echo()
 
@@ -122,7 +124,7 @@ def save_fits(fits: Sequence[Fit], path: str) -> None:
     documents = [fit.to_dict() for fit in fits]
     one = {"schema": documents[0]["schema"], "columns": documents}
     with whole_file(path) as draft:
-        draft.write_text(dumps(one if len(fits) > 1 else documents[0]) + "\n", encoding="utf-8")
+        draft.write_text(json_text(one if len(fits) > 1 else documents[0]) + "\n", encoding="utf-8")
 
 
 def save_plots(results: Sequence[Any], names: Sequence[str], path: str | None) -> None:

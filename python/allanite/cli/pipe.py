@@ -43,11 +43,11 @@ def log_file(path: str) -> Iterator[Path]:
     suffix = next((s for magic, s in FORMATS.magic.items() if head.startswith(magic)), ".csv")
     with TemporaryDirectory(prefix="allanite-") as folder:
         spool = Path(folder) / f"{INPUT_NAME}{suffix}"
-        _copy(head, stream, spool)
+        _spool_input(head, stream, spool)
         yield spool
 
 
-def _copy(head: bytes, stream: IO[bytes], spool: Path) -> None:
+def _spool_input(head: bytes, stream: IO[bytes], spool: Path) -> None:
     """Write `head` and all that follows in `stream` to the new file `spool`; nothing for an empty `head`.
 
     Raises

@@ -79,7 +79,7 @@ class RunFolder:
         from allanite.sources import documents_of
 
         name = column.columns[0]
-        self._digests[name] = _digest(column, f"{self.options} {model}")
+        self._digests[name] = _input_digest(column, f"{self.options} {model}")
         folder = self.path / file_name(name)
         try:
             if (folder / INPUT).read_text(encoding="ascii").strip() != self._digests[name]:
@@ -98,12 +98,12 @@ class RunFolder:
         """
         from allanite.axes.twin import sample_statistics
         from allanite.axes.working import working_states
-        from allanite.cli.output import dumps
+        from allanite.cli.output import json_text
         from allanite.exports import export
 
         name = study.recording.columns[0]
         document = study.to_dict()
-        texts = {MODEL: dumps(document) + "\n", TABLE: f"{study}\n"}
+        texts = {MODEL: json_text(document) + "\n", TABLE: f"{study}\n"}
         own = {**document, "samples": {name: sample_statistics(study)}}
         if self.working:
             states = working_states({name: study}, self.working)
@@ -120,7 +120,7 @@ class RunFolder:
         folder = self.path / file_name(name)
         folder.mkdir(exist_ok=True)
         for file, text in texts.items():
-            _write(folder / file, text)
+            _write_text(folder / file, text)
         with self._lock:
             self.finished.append(name)
 
@@ -129,9 +129,9 @@ class RunFolder:
 
         Prints a warning for each file that could not be made, and goes on.
         """
-        from allanite.cli.output import dumps
+        from allanite.cli.output import json_text
 
-        texts = {self.path / MODELS: dumps(found.to_dict()) + "\n"}
+        texts = {self.path / MODELS: json_text(found.to_dict()) + "\n"}
         axes = axes_of(found) if self.targets else []
         for target in self.targets:
             path = self.path / TARGETS[target].file_name
@@ -140,7 +140,7 @@ class RunFolder:
             except InputError as error:
                 click.echo(plain(f"! {target}: {error}"), err=True)
         for file, text in texts.items():
-            _write(file, text)
+            _write_text(file, text)
         written = [str(file) for file in texts]
         for path, make in (
             (self.path / "axes.svg", found.plot),
@@ -155,13 +155,13 @@ class RunFolder:
         return written
 
 
-def _write(path: Path, text: str) -> None:
+def _write_text(path: Path, text: str) -> None:
     """Write a text file as a whole or not at all."""
     with whole_file(path) as draft:
         draft.write_text(text, encoding="utf-8")
 
 
-def _digest(column: Recording, options: str) -> str:
+def _input_digest(column: Recording, options: str) -> str:
     """SHA-256 digest (hexadecimal text) of the samples, logged columns, rate and unit of a column, and of the options."""
     digest = hashlib.sha256(f"{column.rate!r} {column.unit} {options}".encode())
     for values in (column.samples, *column.covariates.values()):

@@ -30,7 +30,7 @@ def internal_error_message(error: BaseException) -> str:
             errors="replace",
             delete=False,
         ) as file:
-            file.write(_details(error))
+            file.write(_report_text(error))
     except OSError:
         return f"an internal error of allanite ({what}): please report it with the command line"
     return (
@@ -39,7 +39,7 @@ def internal_error_message(error: BaseException) -> str:
     )
 
 
-def _version() -> str:
+def _version_text() -> str:
     """Version of allanite; "without its compiled core" if that is missing."""
     try:
         from allanite._kernels import version
@@ -48,10 +48,10 @@ def _version() -> str:
     return version()
 
 
-def _details(error: BaseException) -> str:
+def _report_text(error: BaseException) -> str:
     """Text of the error file: versions, command line and traceback."""
     where = "".join(traceback.format_exception(error))
     return (
-        f"allanite {_version()}, Python {platform.python_version()}, {platform.platform()}\n"
+        f"allanite {_version_text()}, Python {platform.python_version()}, {platform.platform()}\n"
         f"{' '.join(['allanite', *sys.argv[1:]])}\n\n{where}"
     )

@@ -14,7 +14,7 @@ from allanite.common.showing import aligned_lines
 from allanite.common.units import parse_unit
 from allanite.effects import Model, Stochastic, find
 from allanite.sources.datasheet import MINIMUM, DataSheet, Quoted
-from allanite.sources.slips import slip
+from allanite.sources.slips import mistake_text
 
 #: Points of the Allan curve with fewer degrees of freedom are not used as its minimum. At 40 degrees of freedom, the
 #: upper end of the 95 % interval is 1.23 times the deviation (chi-squared).
@@ -255,7 +255,7 @@ def _remark_on_unit(figure: Quoted, ratio: Estimate) -> str:
     """Text of the typical mistake (such as a wrong unit) that explains a ratio; empty if none does, or if not detected."""
     if not ratio.detected:
         return ""
-    return slip(figure.coefficient, ratio.value, _tolerance(ratio))
+    return mistake_text(figure.coefficient, ratio.value, _tolerance(ratio))
 
 
 def _tolerance(ratio: Estimate) -> float:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE
-from allanite.exports._axis import Axis, axes_of, rate_of, sized, used
+from allanite.exports._axis import Axis, axes_of, axis_for_export, model_of_expected_size, rate_of
 from allanite.exports._lines import value_lines
 from allanite.exports._target import Target, Targets
 from allanite.recording.axis_names import AXIS
@@ -32,8 +32,8 @@ __all__ = [
     "export",
     "export_files",
     "imus_of",
+    "model_of_expected_size",
     "rate_of",
-    "sized",
     "value_lines",
 ]
 
@@ -106,7 +106,7 @@ def export(
     if overbound and as_fitted:
         raise InputError("give overbound or as_fitted, not both")
     own = [
-        used(
+        axis_for_export(
             axis,
             None if TARGETS[target].own_rate else rate,
             horizon,

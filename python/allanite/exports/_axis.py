@@ -154,7 +154,7 @@ class Axis:
         m = np.geomspace(1.0, high / low, int(8 * np.log10(high / low)) + 2)
         return np.unique(np.round(m)) / self.sampling
 
-    def steady(self, *, upper: bool = False) -> Model:
+    def steady_model(self, *, upper: bool = False) -> Model:
         """`Model` of the fitted values, with its white noise at the mean level over the record.
 
         With `upper`, `Model` of the upper limits, with its white noise at the level of the loudest segment.
@@ -162,7 +162,7 @@ class Axis:
         return _at_loudest_level(self.limits, self.span) if upper else self.model.steady(self.span)
 
     @property
-    def loudest(self) -> tuple[float, float] | None:
+    def loudest_segment(self) -> tuple[float, float] | None:
         """Pair (start, end), s, of the segment of at least 10 s with the loudest white noise.
 
         None if the level is constant.
@@ -170,7 +170,7 @@ class Axis:
         return _loudest_segment(self.limits, self.span) if self.limits.levels else None
 
     @property
-    def expected_steady(self) -> Model:
+    def expected_model(self) -> Model:
         """`Model` with every effect at its expected size, and its white noise at the mean level over the record."""
         return self.expected.steady(self.span)
 
@@ -180,25 +180,25 @@ class Axis:
 
         For a process that was not detected, 0.64 times its limit counts.
         """
-        return any(getattr(e, e.coefficient) > 0.0 for e in self.expected_steady.stochastic)
+        return any(getattr(e, e.coefficient) > 0.0 for e in self.expected_model.stochastic)
 
     @property
-    def broad(self) -> Model:
-        """`Model` of the random processes of expected size without narrow bands, with the filters.
+    def broad_model(self) -> Model:
+        """`Model` of the filters and the random processes of expected size, without processes in narrow frequency bands.
 
-        If all have narrow bands, of all processes. White noise is at its mean level.
+        If all processes have narrow bands, it contains all of them. White noise is at its mean level.
         """
-        whole = self.expected_steady
+        whole = self.expected_model
         wide = [e for e in whole.stochastic if e.occupies is None]
         return Model((*(wide or whole.stochastic), *whole.modifiers))
 
     @property
-    def slow(self) -> Model:
+    def slow_model(self) -> Model:
         """`Model` of white and slow noise: no narrow bands, no noise that averages out faster than white noise.
 
-        Filters are kept. The model is empty if no process remains.
+        It contains the filters. It is empty if no process remains.
         """
-        broad = self.broad
+        broad = self.broad_model
         kept = [
             e for e in broad.stochastic if e.occupies is None and not self._is_faster_than_white(e)
         ]
@@ -216,7 +216,7 @@ class Axis:
         With `upper`, the largest variance within the intervals of the model at each τ. White noise is at its mean
         level, with `upper` at that of the loudest segment.
         """
-        rate, whole = self.sampling, self.steady()
+        rate, whole = self.sampling, self.steady_model()
         if not upper:
             return self.scale**2 * whole.allan_variance(taus, rate)
         known = Model(self.limits.deterministic).allan_variance(taus, rate)
@@ -232,7 +232,7 @@ class Axis:
         """
         rate = self.sampling
         if not upper:
-            return self.scale**2 * self.steady().psd(f, rate)
+            return self.scale**2 * self.steady_model().psd(f, rate)
         return self.scale**2 * self._sum_largest_curves(lambda m: m.psd(f, rate), np.zeros(f.shape))
 
     def _sum_largest_curves(
@@ -341,12 +341,14 @@ def _axis_of_document(document: dict[str, Any], unit: str | None, source: str) -
                 )
         if effect.standard is not None:
             one = effect.parameter(effect.standard.name)
-            coefficients[one.name] = _estimate(given[one.name], one, parsed.name, SI[parsed.kind])
+            coefficients[one.name] = _estimate_in_unit(
+                given[one.name], one, parsed.name, SI[parsed.kind]
+            )
         likely, upper = _expected_and_upper(effect, entry)
         expected.append(likely)
         limits.append(upper)
-        joint = _joint_forms(effect, upper, label, given, correlations)
-        forms.append(joint or _forms_at_interval_ends(upper, given))
+        joint = _effects_on_joint_border(effect, upper, label, given, correlations)
+        forms.append(joint or _effects_at_interval_ends(upper, given))
     duration = recording.get("duration_s")
     until = UNTIL if not duration else 0.1 * float(duration)
     return Axis(
@@ -398,7 +400,7 @@ def _expected_and_upper(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effec
     return effect.with_values(**{name: float(np.sqrt(EXPECTED_SQUARE)) * float(end)}), upper
 
 
-def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Model:
+def model_of_expected_size(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Model:
     """`Model` with every effect at its expected size; with `overbound`, at its upper limit.
 
     Parameters
@@ -418,8 +420,8 @@ def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Mode
     return Model(tuple(upper if overbound else likely for likely, upper in pairs))
 
 
-def _forms_at_interval_ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
-    """List of effects: the given one, then all combinations of values and interval ends of its free shapes.
+def _effects_at_interval_ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
+    """List of effects: the given one, then copies with all combinations of values and interval ends of its free shapes.
 
     Without free shapes or intervals, only the given one.
     """
@@ -455,22 +457,23 @@ def _correlations_of(document: Mapping[str, Any]) -> dict[tuple[str, str], float
     }
 
 
-def _joint_forms(
+def _effects_on_joint_border(
     effect: Effect,
     upper: Effect,
     label: str,
     given: Mapping[str, Any],
     correlations: Mapping[tuple[str, str], float],
 ) -> list[Effect]:
-    """List of copies of the effect on the border of the joint 95 % region of its coefficient and shapes.
+    """List of copies of the effect with parameters on the border of the joint 95 % region of its coefficient and shapes.
 
     The level of a process at one frequency is known better than its coefficient and shapes apart, whose errors
     compensate. In the linear approximation the largest levels within the region are above the true curve at all
-    frequencies at once with a probability of 95 %. Values are clipped to the range of the parameter. The list is empty
-    for an effect that is not random, without free shapes, or with more than `MOST_JOINT` parameters; without all
-    correlations; or if `_half_widths` is None for a parameter. It is also empty if the coefficient of `upper`, as from an
-    alternative model, exceeds the upper end of its own interval, or if that end is 0. For an empty list, the caller
-    combines the ends of all intervals.
+    frequencies at once with a probability of 95 %. Values are clipped to the range of the parameter.
+
+    The list is empty for an effect that is not random, without free shapes, or with more than `MOST_JOINT` parameters;
+    without all correlations; or if `_half_widths` is None for a parameter. It is also empty if the coefficient of `upper`,
+    as from an alternative model, exceeds the upper end of its own interval, or if that end is 0. For an empty list, the
+    caller combines the ends of all intervals.
     """
     if not isinstance(effect, Stochastic) or not effect.free_shapes:
         return []
@@ -488,7 +491,7 @@ def _joint_forms(
     values, vectors = np.linalg.eigh(np.array([[correlations[a, b] for b in keys] for a in keys]))
     root = _joint_radius(len(names)) * vectors * np.sqrt(np.maximum(values, 0.0))
     forms: list[Effect] = []
-    for direction in _directions(len(names)):
+    for direction in _unit_directions(len(names)):
         moved = {}
         for name, shift, side in zip(names, root @ direction, known, strict=True):
             declared = effect.parameter(name)
@@ -508,7 +511,7 @@ class _HalfWidths:
     positive: bool
 
     def at(self, shift: float) -> float:
-        """The value `shift` half widths of the interval above the fitted value; below it if `shift` is negative."""
+        """Value that lies `shift` half widths of the interval above the fitted value (below it if `shift` is negative)."""
         place = self.middle + shift * (self.above if shift > 0.0 else self.below)
         return float(np.exp(place)) if self.positive else place
 
@@ -539,7 +542,7 @@ def _joint_radius(size: int) -> float:
     return float(np.sqrt(chi2.ppf(0.95, size) / chi2.ppf(0.95, 1)))
 
 
-def _directions(size: int) -> NDArray[np.float64]:
+def _unit_directions(size: int) -> NDArray[np.float64]:
     """Array of vectors in the space of `size` parameters, one per row, shape (directions, size).
 
     In a plane, 16 vectors slightly longer than 1, so that the polygon through them encloses the circle. In more
@@ -588,7 +591,7 @@ def warning_of(document: Mapping[str, Any]) -> str:
     )
 
 
-def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -> Estimate:
+def _estimate_in_unit(given: Mapping[str, Any], one: Parameter, own: str, target: str) -> Estimate:
     """`Estimate` of a parameter in a document, in the unit that the parameter has if samples are in `target`.
 
     It has no interval if an end is missing.
@@ -621,8 +624,8 @@ def _scaled_estimate(value: Estimate, factor: float) -> Estimate:
     )
 
 
-def split(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
-    """Pair of lists: gyroscope axes and accelerometer axes. Raises `InputError` for any other kind of axis."""
+def gyro_and_accel_axes(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
+    """Tuple (list of gyroscope axes, list of accelerometer axes). Raises `InputError` for any other kind of axis."""
     axes = list(axes)
     for axis in axes:
         if axis.kind not in (ANGULAR_RATE, ACCELERATION):
@@ -648,7 +651,7 @@ def rate_of(axes: Iterable[Axis], rate: float | None, target: str) -> float:
     return positive_rate(rates.pop())
 
 
-def used(
+def axis_for_export(
     axis: Axis,
     rate: float | None,
     horizon: float | None,
@@ -657,7 +660,7 @@ def used(
     as_fitted: bool = False,
     inflate: float = 1.0,
 ) -> Axis:
-    """Copy of an `Axis` with the sampling rate, the horizon and the factor on deviations that hold for one export.
+    """Copy of an `Axis` with the sampling rate, horizon and factor on deviations that apply to one export.
 
     A factor other than 1 adds a note. Raises `InputError` unless factor and horizon are positive.
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.exports._follow import SLACK, follow_lag, follow_walk, small_walk
-from allanite.exports._held import Choice, walk
+from allanite.exports._follow import SLACK, follow_lag, follow_walk, negligible_walk
+from allanite.exports._held import Choice, random_walk_effect
 from allanite.exports._overbound import overbound_lag, overbound_walk
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def _fitted_choice(axis: Axis) -> Choice:
             remarks += [(name, LIMIT)] if limit else []
     if not numbers["N"] > 0.0:
         tau = axis.taus[:1]
-        numbers["N"] = float(np.sqrt(_allan_variance(axis, axis.broad, tau) * tau)[0])
+        numbers["N"] = float(np.sqrt(_allan_variance(axis, axis.broad_model, tau) * tau)[0])
         remarks.append(
             (
                 "N",
@@ -94,7 +94,7 @@ def _fitted_choice(axis: Axis) -> Choice:
             )
         )
     if not numbers["K"] > 0.0:
-        numbers["K"] = small_walk(numbers["N"], axis)
+        numbers["K"] = negligible_walk(numbers["N"], axis)
         remarks.append(("K", "the model has no random walk: this K is negligibly small"))
     return Choice(numbers["N"], numbers["K"], remarks=tuple(remarks), holds=tuple(holds))
 
@@ -110,7 +110,7 @@ def smallest_covering_walk(axis: Axis, rest: Model) -> float:
     The Allan deviation is that of the white and slow noise of the axis. 0 if `rest` alone is sufficient.
     """
     tau = axis.taus
-    slow = (1.0 - SLACK) ** 2 * _allan_variance(axis, axis.slow, tau)
+    slow = (1.0 - SLACK) ** 2 * _allan_variance(axis, axis.slow_model, tau)
     missing = slow - rest.allan_variance(tau, axis.sampling)
-    needed = float((missing / walk(1.0).allan_variance(tau, axis.sampling)).max())
+    needed = float((missing / random_walk_effect(1.0).allan_variance(tau, axis.sampling)).max())
     return float(np.sqrt(max(0.0, needed)))

@@ -20,7 +20,7 @@ import numpy as np
 
 from allanite.common.numbers import percent_text
 from allanite.effects import white_noise
-from allanite.exports._held import Choice, lag, walk
+from allanite.exports._held import Choice, gauss_markov_effect, random_walk_effect
 from allanite.statespace.bias_filter import bias_filter_errors, mission_of, true_variance
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ class Quality:
 
 
 @dataclass(frozen=True)
-class _Target:
+class _FollowedModel:
     """Model of an axis that the numbers must follow, and its broad and slow part, in units of `scale` SI units.
 
     `rate` is in Hz, `horizon` in s. `simulator` is False for the numbers of a filter.
@@ -150,7 +150,7 @@ class _Target:
         return sorted({*map(float, grid), *(T for _, T in self.gauss_markov_values)})
 
     def nees(self, ratio: Array, time: Array) -> Array:
-        """NEES (true over predicted error variance) of filters with N = 1 SI, shape (candidates, coasting times).
+        """NEES of filters, shape (candidates, coasting times): true over predicted error variance, for N = 1 (SI).
 
         Each candidate has a ratio K/N in 1/s and a correlation time in s, infinite for a random walk.
         """
@@ -171,7 +171,7 @@ class _Target:
         white = white_noise(1.0).allan_variance(tau, fs)
         slow = np.empty((ratio.size, tau.size))
         for T in np.unique(time):
-            one = walk(1.0) if np.isinf(T) else lag(1.0, float(T))
+            one = random_walk_effect(1.0) if np.isinf(T) else gauss_markov_effect(1.0, float(T))
             slow[time == T] = one.allan_variance(tau, fs)
         shares = self.allan / (white + ratio[:, None] ** 2 * slow)
         squares = np.maximum((1.0 - SLACK) ** 2 * shares.max(axis=1), self.white**2)
@@ -226,7 +226,7 @@ class Candidates:
 
 
 def _costs_of(shares: Array, squares: Array, last: float) -> Array:
-    """Cost of each candidate, shape (candidates,): the mean of ln²(share/N²), plus `last` times its last value.
+    """Cost of each candidate, shape (candidates,): mean of ln²(share/N²) over time, plus `last` times its last value.
 
     A share is a variance of the model divided by that of a candidate with N = 1. `shares` has the shape (candidates,
     times), and `squares` holds N² of each candidate.
@@ -237,12 +237,12 @@ def _costs_of(shares: Array, squares: Array, last: float) -> Array:
 
 def follow_walk(axis: Axis, *, simulator: bool = False) -> Choice:
     """`Choice` with the N and K that follow the model of an axis up to its horizon, for a filter or a simulator."""
-    return _choose_walk(_target(axis, simulator))
+    return _choose_walk(_followed_model(axis, simulator))
 
 
 def follow_lag(axis: Axis, time: float | None = None, *, simulator: bool = False) -> Choice:
     """`Choice` with N and a Gauss-Markov process that follow the model up to its horizon; `time` (s) fixes its time."""
-    return _choose_gauss_markov(_target(axis, simulator), time)
+    return _choose_gauss_markov(_followed_model(axis, simulator), time)
 
 
 def shared_correlation_time(axes: Sequence[Axis]) -> float:
@@ -250,7 +250,7 @@ def shared_correlation_time(axes: Sequence[Axis]) -> float:
 
     It is the time that all models state if they have just one. Otherwise it has the smallest total cost over all axes.
     """
-    targets = [_target(axis, simulator=False) for axis in axes]
+    targets = [_followed_model(axis, simulator=False) for axis in axes]
     own = {T for target in targets for _, T in target.gauss_markov_values}
     if len(own) == 1 and all(target.gauss_markov_values for target in targets):
         return own.pop()
@@ -264,14 +264,14 @@ def shared_correlation_time(axes: Sequence[Axis]) -> float:
 def quality(axis: Axis, choice: Choice) -> Quality:
     """`Quality` of the numbers of `choice` against the whole model of an axis: ratio of Allan deviations, and NEES."""
     bare = Choice(choice.N, choice.K, choice.q_c, choice.correlation_time, B=choice.B)
-    return _quality(_target(axis, simulator=False), bare)
+    return _quality(_followed_model(axis, simulator=False), bare)
 
 
-def _target(axis: Axis, simulator: bool) -> _Target:
-    """`_Target` of an axis: its expected model, white and slow noise, rate and horizon."""
-    return _Target(
-        axis.expected_steady,
-        axis.slow,
+def _followed_model(axis: Axis, simulator: bool) -> _FollowedModel:
+    """`_FollowedModel` of an axis: its expected model, white and slow noise, rate and horizon."""
+    return _FollowedModel(
+        axis.expected_model,
+        axis.slow_model,
         axis.sampling,
         axis.horizon,
         axis.scale,
@@ -300,7 +300,7 @@ def _filter_errors(
 
 
 @lru_cache(maxsize=64)
-def _choose_walk(target: _Target) -> Choice:
+def _choose_walk(target: _FollowedModel) -> Choice:
     """`Choice` with the N and K that follow a model: the fitted ones if consistent, otherwise the best candidate.
 
     Cached.
@@ -314,7 +314,7 @@ def _choose_walk(target: _Target) -> Choice:
 
 
 @lru_cache(maxsize=64)
-def _choose_gauss_markov(target: _Target, time: float | None) -> Choice:
+def _choose_gauss_markov(target: _FollowedModel, time: float | None) -> Choice:
     """`Choice` with N and a Gauss-Markov process: the fitted ones if consistent, otherwise the best candidate.
 
     Cached. A given `time` (s) fixes the correlation time.
@@ -330,19 +330,21 @@ def _choose_gauss_markov(target: _Target, time: float | None) -> Choice:
     return Choice(N, 0.0, q_c, T, remarks=_remarks(target, N, "lag", q_c, 0.0))
 
 
-def small_walk(N: float, axis: Axis) -> float:
-    """Negligible K (SI): a random walk that adds 1 % to the Allan variance of N at the horizon of an axis."""
+def negligible_walk(N: float, axis: Axis) -> float:
+    """Coefficient K (SI) of a negligible random walk: it adds 1 % to the Allan variance of N at the horizon of an axis."""
     return _negligible_walk(N, axis.horizon, axis.sampling)
 
 
 def _negligible_walk(N: float, horizon: float, rate: float) -> float:
-    """Negligible K: a random walk that adds 1 % to the Allan variance of N at the horizon (s), at least one sample."""
+    """Coefficient K of a random walk that adds 1 % to the Allan variance of N at the horizon (s, at least one sample)."""
     last = np.array([max(horizon, 1.0 / rate)])
-    white, unit = (e.allan_variance(last, rate)[0] for e in (white_noise(N), walk(1.0)))
+    white, unit = (
+        e.allan_variance(last, rate)[0] for e in (white_noise(N), random_walk_effect(1.0))
+    )
     return float(np.sqrt(SMALL_WALK_SHARE * white / unit))
 
 
-def _fitted_walk(target: _Target, K: float) -> Choice | None:
+def _fitted_walk(target: _FollowedModel, K: float) -> Choice | None:
     """`Choice` with the fitted N and K; None if a filter with them is not consistent or the model has no white noise.
 
     A negligible positive K replaces a smaller one.
@@ -362,7 +364,7 @@ def _fitted_walk(target: _Target, K: float) -> Choice | None:
     return Choice(N, little, remarks=(("K", words),))
 
 
-def _is_consistent(target: _Target, choice: Choice) -> bool:
+def _is_consistent(target: _FollowedModel, choice: Choice) -> bool:
     """True if the NEES of a filter lies in [0.95, 1.02] at all coasting times.
 
     For a simulator, true if the model's Allan variance over that of the choice lies in [0.95, 1.04] at all τ.
@@ -374,7 +376,7 @@ def _is_consistent(target: _Target, choice: Choice) -> bool:
     return bool(nees.max() <= 1.0 + SLACK and nees.min() >= MIN_UNCHANGED_NEES)
 
 
-def _nees_of(target: _Target, choice: Choice) -> Array:
+def _nees_of(target: _FollowedModel, choice: Choice) -> Array:
     """NEES of a filter with the numbers of `choice`, shape (coasting times,)."""
     ratio = np.array([(choice.q_c or choice.K) / choice.N])
     time = np.array([choice.correlation_time or np.inf])
@@ -382,7 +384,7 @@ def _nees_of(target: _Target, choice: Choice) -> Array:
 
 
 def _remarks(
-    target: _Target, N: float, name: str, value: float, fitted: float
+    target: _FollowedModel, N: float, name: str, value: float, fitted: float
 ) -> tuple[tuple[str, str], ...]:
     """Tuple of pairs (name, remark) on N and the slow coefficient called `name`.
 
@@ -396,23 +398,28 @@ def _remarks(
             f"the model has no white noise: N and the bias together cover the model up to {last}"
         )
     elif N / target.white > 1.005:
-        words["N"] = f"{_times(target, 'N', N / target.white)}, to cover the model up to {last}"
+        words["N"] = (
+            f"{_ratio_text(target, 'N', N / target.white)}, to cover the model up to {last}"
+        )
     if fitted > 0.0:
-        words[name] = f"{_times(target, 'K', value / fitted)}, to cover the model up to {last}"
+        words[name] = f"{_ratio_text(target, 'K', value / fitted)}, to cover the model up to {last}"
     else:
         words[name] = f"together with N, covers the slow noise of the model up to {last}"
     return tuple(words.items())
 
 
-def _times(target: _Target, name: str, ratio: float) -> str:
-    """Text that a number of a file is `ratio` times the fitted coefficient, or its expected size if not detected."""
+def _ratio_text(target: _FollowedModel, name: str, ratio: float) -> str:
+    """Text ``2.1 times the fitted K``: a number of a file relative to the fitted coefficient `name`.
+
+    If the coefficient was not detected, the text states the ratio to its expected size.
+    """
     if name in target.undetected:
         return f"{name} was not detected: {ratio:.3g} times {EXPECTED_SIZE}"
     return f"the fitted {name}" if f"{ratio:.3g}" == "1" else f"{ratio:.3g} times the fitted {name}"
 
 
 @lru_cache(maxsize=256)
-def _quality(target: _Target, choice: Choice) -> Quality:
+def _quality(target: _FollowedModel, choice: Choice) -> Quality:
     """`Quality` of the numbers of `choice` against the whole model: the ratio of Allan deviations that is farthest from 1.
 
     Also the largest NEES, without the short coasting times that `_count_short_times` ignores, and the NEES at the
@@ -437,7 +444,7 @@ def _quality(target: _Target, choice: Choice) -> Quality:
     )
 
 
-def _count_short_times(target: _Target) -> int:
+def _count_short_times(target: _FollowedModel) -> int:
     """Number of coasting times below a tenth of the horizon."""
     times = mission_of(target.horizon, target.rate).times
     return int(np.count_nonzero(times < target.horizon / IGNORABLE_FRACTION))

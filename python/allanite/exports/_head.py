@@ -32,7 +32,7 @@ MAX_LISTED_EFFECTS = 8
 MIN_WIDENING = 0.1
 
 
-def head(
+def head_comments(
     pairs: Sequence[Pair],
     convention: Sequence[str],
     *,
@@ -48,7 +48,7 @@ def head(
     return [
         f"Noise parameters of {', '.join(axis.name for axis, _ in pairs)}, written by allanite.",
         f"Source: {', '.join(dict.fromkeys(_source_text(axis) for axis, _ in pairs))}.",
-        verdict(pairs, simulator=no_filter),
+        verdict_comment(pairs, simulator=no_filter),
         "Details:",
         *(line for a, c in pairs for line in axis_comments(a, c, simulator=simulator)),
         *([] if no_filter else _nees_sentences(pairs)),
@@ -64,7 +64,7 @@ def _source_text(axis: Axis) -> str:
     return f"fit to {axis.source}" if axis.source != axis.name else "a given model"
 
 
-def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
+def verdict_comment(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
     """Text of the third comment: whether to use the file, reasons against it, and how its numbers fit the model.
 
     "Use: no" if a fit is not adequate, or the NEES of a filter exceeds 1.2. The text is ASCII, because some programs
@@ -87,7 +87,7 @@ def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
     unstated = [
         axis.name
         for axis, _ in pairs
-        if axis.assumptions and not any(e.wanders for e in axis.slow.stochastic)
+        if axis.assumptions and not any(e.wanders for e in axis.slow_model.stochastic)
     ]
     if unstated and not simulator:
         sentences.append(f"The source states no slow noise of {', '.join(unstated)}: K is a guess.")
@@ -176,8 +176,8 @@ def axis_comments(axis: Axis, choice: Choice | None, *, simulator: bool = False)
         )
     lines = [line, *(f"  {note}" for note in axis.notes)]
     lines += [f"  assumed: {assumption}" for assumption in axis.assumptions]
-    if choice is not None and choice.overbound and axis.loudest is not None:
-        begin, end = axis.loudest
+    if choice is not None and choice.overbound and axis.loudest_segment is not None:
+        begin, end = axis.loudest_segment
         lines.append(
             f"  N covers the loudest segment of the log, from about {begin:.4g} s to {end:.4g} s"
         )

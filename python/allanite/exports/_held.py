@@ -58,19 +58,19 @@ class Choice:
     @property
     def model(self) -> Model:
         """`Model` of the numbers in SI units: N and K, and B and a Gauss-Markov process if they are not 0."""
-        out = white_noise(self.N) + walk(self.K)
+        out = white_noise(self.N) + random_walk_effect(self.K)
         if self.B:
             out = out + standard()["B"]().with_values(B=self.B)
         if self.q_c:
-            out = out + lag(self.q_c, self.correlation_time)
+            out = out + gauss_markov_effect(self.q_c, self.correlation_time)
         return out
 
 
-def walk(K: float) -> Effect:
-    """`RateRandomWalk` with coefficient K: the slow process of most filters."""
+def random_walk_effect(K: float) -> Effect:
+    """`RateRandomWalk` effect with coefficient K: the slow process of most filters."""
     return standard()["K"]().with_values(K=K)
 
 
-def lag(q_c: float, time: float) -> GaussMarkov:
-    """`GaussMarkov` with density coefficient `q_c` and correlation time `time` (s): the slow process of some filters."""
+def gauss_markov_effect(q_c: float, time: float) -> GaussMarkov:
+    """`GaussMarkov` effect with density coefficient `q_c` and correlation time `time` (s): slow process of some filters."""
     return GaussMarkov(q_c=q_c, correlation_time=float(time))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.exports._axis import split
+from allanite.exports._axis import gyro_and_accel_axes
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -39,7 +39,7 @@ def unknown_bias_text(axis: Axis) -> str:
     tau = np.array([min(ALIGNMENT, axis.until)])
     # The means of two neighboring segments differ by √2 Allan deviations.
     left = axis.scale * math.sqrt(
-        2.0 * float(axis.expected_steady.allan_variance(tau, axis.sampling)[0])
+        2.0 * float(axis.expected_model.allan_variance(tau, axis.sampling)[0])
     )
     return (
         f"{axis.name}: the bias at switch-on is not known from one log (give several logs); after {tau[0]:.3g} s of"
@@ -67,7 +67,7 @@ def initial_lines(
         Whether the upper ends of the intervals are written.
     """
     lines = []
-    for sensor, own in zip(("gyro", "accel"), split(axes), strict=True):
+    for sensor, own in zip(("gyro", "accel"), gyro_and_accel_axes(axes), strict=True):
         known = [
             (value, axis)
             for axis in own

@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
-from allanite.exports._axis import split
+from allanite.exports._axis import gyro_and_accel_axes
 from allanite.exports._choice import choose
-from allanite.exports._head import head
-from allanite.exports._text import comments
+from allanite.exports._head import head_comments
+from allanite.exports._text import as_comments
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def check_both_sensors(axes: Iterable[Axis], target: str) -> None:
     """Raise `InputError` if the gyroscope or the accelerometer is missing, because the program reads the keys of both."""
-    if not all(split(axes)):
+    if not all(gyro_and_accel_axes(axes)):
         raise InputError(
             f"{target} needs models of both a gyroscope and an accelerometer: add the missing one"
         )
@@ -30,7 +30,7 @@ def check_both_sensors(axes: Iterable[Axis], target: str) -> None:
 def choose_all(
     axes: Iterable[Axis], *, overbound: bool, simulator: bool = False
 ) -> list[tuple[Axis, Choice]]:
-    """List of pairs (axis, `Choice` with the N and K to be written for it)."""
+    """List of pairs (axis, `Choice`); a `Choice` holds the N and K that a file states for the axis."""
     return [(axis, choose(axis, overbound=overbound, simulator=simulator)) for axis in axes]
 
 
@@ -41,7 +41,7 @@ def with_shared_numbers(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis
     """
     if not pairs:
         return []
-    donors = {name: _donor(pairs, name) for name in ("N", "K")}
+    donors = {name: _axis_with_largest(pairs, name) for name in ("N", "K")}
     numbers = {name: getattr(choice, name) for name, (_, choice) in donors.items()}
     out = []
     for axis, own in pairs:
@@ -51,21 +51,21 @@ def with_shared_numbers(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis
     return out
 
 
-def _donor(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[Axis, Choice]:
-    """Pair (axis, `Choice`) with the largest number called `name`; the first of equal ones.
+def _axis_with_largest(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[Axis, Choice]:
+    """Pair (axis, `Choice`) with the largest number called `name` (``N``, ``K``); the first of equal ones.
 
     Raises `ValueError` without pairs.
     """
     return max(pairs, key=lambda pair: getattr(pair[1], name))
 
 
-def largest(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[float, str]:
+def largest_number(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[float, str]:
     """Pair (value, remark): the largest N or K (`name`) of several axes, and a text that states its axis.
 
     This is for formats with one number per sensor. The text also holds the remark on the number, and can be empty for
     one axis. Raises `InputError` unless the value is positive.
     """
-    axis, choice = _donor(pairs, name)
+    axis, choice = _axis_with_largest(pairs, name)
     value = getattr(choice, name)
     if not value > 0.0:
         raise InputError(
@@ -109,19 +109,19 @@ def value_lines(
     ranges : dict of str to (float, float), optional
         Documented minimum and maximum of a key. A number outside is written, with a note.
     """
-    gyro, accel = split(axes)
+    gyro, accel = gyro_and_accel_axes(axes)
     pairs = {
         "gyro": choose_all(gyro, overbound=overbound),
         "accel": choose_all(accel, overbound=overbound),
     }
     held = [pair for own in pairs.values() for pair in with_shared_numbers(own)]
-    lines = [comments(head(held, convention), mark)]
+    lines = [as_comments(head_comments(held, convention), mark)]
     for sensor, own in pairs.items():
         if not own:
             lines.append(f"{mark} {sensor}: no model given, so its keys are missing\n")
     for key, sensor, name, unit in rows:
         if pairs[sensor]:
-            value, remark = largest(pairs[sensor], name)
+            value, remark = largest_number(pairs[sensor], name)
             written = convert[name](value)
             low, high = (ranges or {}).get(key, (-math.inf, math.inf))
             limit = f"below its documented minimum {low:g}" if written < low else ""

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from allanite.common.errors import InputError
 from allanite.common.numbers import percent_text
 from allanite.effects import white_noise
-from allanite.exports._follow import SMALL_WALK_SHARE, small_walk
-from allanite.exports._held import Choice, lag, walk
+from allanite.exports._follow import SMALL_WALK_SHARE, negligible_walk
+from allanite.exports._held import Choice, gauss_markov_effect, random_walk_effect
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,7 +31,7 @@ def overbound_walk(axis: Axis) -> Choice:
     If no K is needed, K is negligibly small.
     """
     limits = _Limits(axis)
-    white, slow = limits.smallest(walk(1.0))[0]
+    white, slow = limits.smallest(random_walk_effect(1.0))[0]
     if slow > 0.0:
         return Choice(float(np.sqrt(white)), float(np.sqrt(slow)), overbound=True)
     N = float(np.sqrt(white))
@@ -39,7 +39,7 @@ def overbound_walk(axis: Axis) -> Choice:
         f"the model needs none: this K adds {percent_text(SMALL_WALK_SHARE)} to the Allan variance at"
         f" {axis.horizon:.3g} s"
     )
-    return Choice(N, small_walk(N, axis), remarks=(("K", remark),), overbound=True)
+    return Choice(N, negligible_walk(N, axis), remarks=(("K", remark),), overbound=True)
 
 
 def overbound_lag(axis: Axis, time: float | None = None) -> Choice:
@@ -51,7 +51,7 @@ def overbound_lag(axis: Axis, time: float | None = None) -> Choice:
     low, high = 4.0 * tau[0], 10.0 * tau[-1]
     count = max(2, int(LAGS_PER_DECADE * np.log10(high / low)))
     times = np.geomspace(low, high, count) if time is None else np.array([time])
-    found = [(limits.smallest(lag(1.0, T)), T) for T in times]
+    found = [(limits.smallest(gauss_markov_effect(1.0, T)), T) for T in times]
     (sizes, _), best = min(found, key=lambda item: item[0][1])
     white, slow = np.sqrt(sizes)
     return Choice(float(white), 0.0, float(slow), float(best), overbound=True)

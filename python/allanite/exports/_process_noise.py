@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import split
+from allanite.exports._axis import gyro_and_accel_axes
 from allanite.exports._choice import choose
-from allanite.exports._follow import small_walk
-from allanite.exports._triad import in_xyz
+from allanite.exports._follow import negligible_walk
+from allanite.exports._triad import numbers_in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,7 +60,7 @@ def process_noise(axes: Sequence[Axis], *, overbound: bool) -> ProcessNoise:
     variances: dict[str, float] = {}
     pairs, remarks = [], []
     for sensor, states, own in zip(
-        ("gyro", "accel"), (ANGLES, VELOCITIES), split(axes), strict=True
+        ("gyro", "accel"), (ANGLES, VELOCITIES), gyro_and_accel_axes(axes), strict=True
     ):
         if not own:
             continue
@@ -70,8 +70,8 @@ def process_noise(axes: Sequence[Axis], *, overbound: bool) -> ProcessNoise:
             walk = choice.K**2 * axis.horizon**2 / 3.0
             found.append((walk,))
             white = math.sqrt(choice.N**2 + walk)
-            pairs.append((axis, replace(choice, N=white, K=small_walk(white, axis))))
-        numbers, axis_remarks = in_xyz(own, found)
+            pairs.append((axis, replace(choice, N=white, K=negligible_walk(white, axis))))
+        numbers, axis_remarks = numbers_in_xyz(own, found)
         variances |= {state: value for state, (value,) in zip(states, numbers, strict=True)}
         remarks += [f"{sensor} {line}" for line in axis_remarks]
     return ProcessNoise(variances, pairs, remarks)

@@ -51,7 +51,7 @@ def _wrap_comment(line: str, begin: str) -> list[str]:
     ) or [begin.rstrip()]
 
 
-def comments(lines: list[str], mark: str = "#") -> str:
+def as_comments(lines: list[str], mark: str = "#") -> str:
     """Text in which every line is a comment that begins with `mark`; long lines wrap."""
     return "".join(f"{row}\n" for line in lines for row in _wrap_comment(line, f"{mark} "))
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 PLACES = ("x", "y", "z")
 
 
-def in_xyz(
+def numbers_in_xyz(
     axes: Sequence[Axis], numbers: Sequence[tuple[float, ...]]
 ) -> tuple[list[tuple[float, ...]], list[str]]:
     """Pair: list of the numbers (tuples) of x, y and z in this order, and list of remarks on axes without an own model.

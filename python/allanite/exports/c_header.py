@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.exports._head import head
+from allanite.exports._head import head_comments
 from allanite.exports._lines import choose_all
 from allanite.exports._target import Target
-from allanite.exports._text import comments
+from allanite.exports._text import as_comments
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,7 +25,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "N and K are continuous-time, two-sided, in SI. With the sampling interval dt, the standard deviation per sample",
         "is N/sqrt(dt), and that of a bias step from sample to sample is K*sqrt(dt).",
     )
-    lines = [comments(head(pairs, convention), "//")]
+    lines = [as_comments(head_comments(pairs, convention), "//")]
     lines += ["#ifndef ALLANITE_NOISE_H\n#define ALLANITE_NOISE_H\n\n"]
     lines.append(f"#define ALLANITE_AXES {len(pairs)}\n")
     for name, words in (("N", "white noise, unit*sqrt(s)"), ("K", "random walk, unit/sqrt(s)")):

@@ -6,12 +6,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.effects import Stochastic
-from allanite.exports._axis import rate_of, split
+from allanite.exports._axis import gyro_and_accel_axes, rate_of
 from allanite.exports._choice import LIMIT, choose, smallest_covering_walk
-from allanite.exports._head import head
+from allanite.exports._head import head_comments
 from allanite.exports._target import Target
-from allanite.exports._text import comments
-from allanite.exports._triad import in_xyz
+from allanite.exports._text import as_comments
+from allanite.exports._triad import numbers_in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,7 +45,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     everything: list[tuple[Axis, Choice]] = []
     lines = [f"imu = imuSensor('accel-gyro', 'SampleRate', {fs:g});\n"]
     for own, member, maker, unit in zip(
-        split(axes),
+        gyro_and_accel_axes(axes),
         ("Gyroscope", "Accelerometer"),
         ("gyroparams", "accelparams"),
         ("rad/s", "m/s^2"),
@@ -65,7 +65,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             found = [getattr(choice, name) for _, choice in pairs]
             if not any(found):
                 continue
-            numbers, axis_remarks = in_xyz(own, [(v,) for v in found])
+            numbers, axis_remarks = numbers_in_xyz(own, [(v,) for v in found])
             lines.append(f"% {member} {key} in {suffix}{_remarks(pairs, name)}\n")
             arguments.append(f"'{key}', [{' '.join(f'{v:.6e}' for (v,) in numbers)}]")
             if name == "B":
@@ -74,7 +74,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
                 arguments.append(f"'BiasInstabilityCoefficients', fractalcoef({poles}, 1)")
         convention += [f"{member} {line}" for line in axis_remarks]
         lines.append(f"imu.{member} = {maker}( ...\n    " + ", ...\n    ".join(arguments) + ");\n")
-    return comments(head(everything, convention, simulator=True), "%") + "".join(lines)
+    return as_comments(head_comments(everything, convention, simulator=True), "%") + "".join(lines)
 
 
 def _fitted_numbers(axis: Axis) -> Choice:
@@ -118,7 +118,7 @@ def _has_others(axis: Axis) -> bool:
         isinstance(e, Stochastic)
         and not e.white
         and (e.standard is None or e.standard.name not in "BK")
-        for e in axis.slow
+        for e in axis.slow_model
     )
 
 

@@ -20,13 +20,13 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     document = {
         "schema": "allanite/parameters/1",
         "version": _kernels.version(),
-        "axes": [_axis(axis, rate, overbound=overbound) for axis in axes],
+        "axes": [_axis_document(axis, rate, overbound=overbound) for axis in axes],
     }
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def _axis(axis: Axis, rate: float | None, *, overbound: bool) -> dict[str, object]:
-    """Dict for JSON of one axis: names, units, coefficients and effects; with `overbound`, also the covering N and K."""
+def _axis_document(axis: Axis, rate: float | None, *, overbound: bool) -> dict[str, object]:
+    """Dict for JSON of one axis: names, units, coefficients, effects; with `overbound`, also covering N and K."""
     out: dict[str, object] = {
         "name": axis.name,
         "kind": axis.kind,

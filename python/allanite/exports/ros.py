@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.exports._axis import rate_of, split
-from allanite.exports._follow import small_walk
-from allanite.exports._head import head
+from allanite.exports._axis import gyro_and_accel_axes, rate_of
+from allanite.exports._follow import negligible_walk
+from allanite.exports._head import head_comments
 from allanite.exports._held import Choice
 from allanite.exports._target import Target
-from allanite.exports._text import comments
-from allanite.exports._triad import in_xyz
+from allanite.exports._text import as_comments
+from allanite.exports._triad import numbers_in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,7 +33,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     within the band of the filter. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "ros")
-    sensors = split(axes)
+    sensors = gyro_and_accel_axes(axes)
     low = 1.0 / max(a.horizon for a in axes)
     convention = [
         f"sensor_msgs/Imu, robot_localization: variance per sample at {fs:g} Hz. It is N^2*rate of the white noise plus",
@@ -48,23 +48,27 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     ):
         if not own:
             continue
-        found = [(variance(axis, fs, upper=overbound),) for axis in own]
-        ((x,), (y,), (z,)), axis_remarks = in_xyz(own, found)
+        found = [(sample_variance(axis, fs, upper=overbound),) for axis in own]
+        ((x,), (y,), (z,)), axis_remarks = numbers_in_xyz(own, found)
         convention += [f"{key} {line}" for line in axis_remarks]
         for axis, (one,) in zip(own, found, strict=True):
-            inside = variance(axis, fs, upper=overbound, in_band=True)
+            inside = sample_variance(axis, fs, upper=overbound, in_band=True)
             if inside < 0.99 * one:
                 convention.append(
                     f"{axis.name}: the variance of a sample within the band of the sensor's filter is {inside:.3e} {unit}"
                 )
             small = Choice(math.sqrt(one / fs))
-            pairs.append((axis, replace(small, K=small_walk(small.N, axis), overbound=overbound)))
+            pairs.append(
+                (axis, replace(small, K=negligible_walk(small.N, axis), overbound=overbound))
+            )
         note = f"{unit}; {'from the upper limits' if overbound else 'as fitted'}"
         rows.append(f"{key}: [{x:.6e}, 0, 0, 0, {y:.6e}, 0, 0, 0, {z:.6e}]  # {note}\n")
-    return comments(head(pairs, convention, samples=True)) + "".join(rows)
+    return as_comments(head_comments(pairs, convention, samples=True)) + "".join(rows)
 
 
-def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = False) -> float:
+def sample_variance(
+    axis: Axis, rate: float, *, upper: bool = False, in_band: bool = False
+) -> float:
     """Variance of a sample in SI, without noise that is slower than the horizon; amplitudes of lines are included.
 
     Parameters
@@ -80,7 +84,7 @@ def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = Fa
     low = 2.0 * np.pi / (max(axis.horizon, 10.0 / rate) * rate)
     w = np.geomspace(low, np.pi, 4000)
     slower = np.geomspace(1e-9 * low, low, 2000)
-    steady = axis.steady(upper=upper)
+    steady = axis.steady_model(upper=upper)
     total = 0.0
     for effect in steady.stochastic:
         size = float(getattr(effect, effect.coefficient)) ** 2

@@ -12,7 +12,7 @@ from allanite.common.numbers import duration_text
 from allanite.common.plain import plain
 from allanite.comparison.acceptance import DOES_NOT_MEET, MEETS
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
-from allanite.report.html import blocks_html, skeleton
+from allanite.report.html import blocks_html, html_skeleton
 from allanite.report.summary import temperature_text
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "
     figure = replace(worst.plot(), title="", subtitle="")
     blocks.append(Picture(figure, caption, "acceptance", PLOT_HEIGHT))
     content = f"<header>\n<h1>{escape(title)}</h1>\n</header>\n" + blocks_html(blocks)
-    return skeleton(title, content)
+    return html_skeleton(title, content)
 
 
 def save_acceptance(

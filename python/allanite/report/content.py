@@ -32,12 +32,12 @@ from allanite.report.blocks import (
 )
 from allanite.report.words import (
     COMPLETED,
+    as_sentence,
     count_text,
     data_sheet_value,
     number_cell,
     parameter_cells,
     parameter_text,
-    sentence,
     tone_and_verdict,
     with_unit,
 )
@@ -190,7 +190,7 @@ def _model_section(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]
         head, rows = head[:-1], [row[:-1] for row in rows]
     out: list[Block] = [
         Heading("Model"),
-        Paragraph(_goodness_of_fit(fit, place)),
+        Paragraph(_goodness_of_fit_cell(fit, place)),
         Table(head, tuple(rows), (2, 3, 5)),
     ]
     notes = [
@@ -207,7 +207,7 @@ def _model_section(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]
     return out
 
 
-def _goodness_of_fit(fit: dict[str, Any], place: str) -> Cell:
+def _goodness_of_fit_cell(fit: dict[str, Any], place: str) -> Cell:
     """`Cell`: sentence on the goodness of fit: χ², Allan error, discrepancy, and frequencies without a test.
 
     Parts that are None or empty are left out.
@@ -273,8 +273,8 @@ def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> lis
     check, fit = entry.first, entry.first.fit
     out: list[Block] = [
         Heading(_first_model_title(check)),
-        Paragraph(_goodness_of_fit(document["check"], f"{at}check")),
-        *_failures(check),
+        Paragraph(_goodness_of_fit_cell(document["check"], f"{at}check")),
+        *_failure_blocks(check),
     ]
     if len(entry.study.ladder) > 1:
         shaded = check.where.worst_tau or check.where.worst_frequency
@@ -289,7 +289,7 @@ def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> lis
         out.append(Picture(_without_title(plot_time(check)), caption, "time", 3.4))
     if check.significant:
         out.append(Heading("Missing effects, strongest evidence first", 4))
-        out += _cards(check, f"{at}check.suggestions")
+        out += _card_blocks(check, f"{at}check.suggestions")
     return out
 
 
@@ -304,13 +304,13 @@ def _first_model_title(check: Any) -> str:
     return f"{name} fits the record" if check.adequate else f"Effects missing from {name}"
 
 
-def _failures(check: Any) -> list[Block]:
+def _failure_blocks(check: Any) -> list[Block]:
     """List with one `Block`: the τ, frequencies and times at which a model fails, or one sentence if it does not fail."""
-    sentences = tuple(sentence(s) for s in check.left)
-    return [Bullets(sentences)] if sentences else [Paragraph(sentence(check.nowhere))]
+    sentences = tuple(as_sentence(s) for s in check.left)
+    return [Bullets(sentences)] if sentences else [Paragraph(as_sentence(check.nowhere))]
 
 
-def _cards(check: Any, place: str) -> list[Block]:
+def _card_blocks(check: Any, place: str) -> list[Block]:
     """List of `Block`: cards of the first 3 suggestions, and a sentence naming the others.
 
     Each group of suggestions but the first begins with its title. Empty without suggestions.
@@ -320,7 +320,7 @@ def _cards(check: Any, place: str) -> list[Block]:
     left = MAX_CARDS
     for title, group in check.grouped:
         if left > 0 and cards:
-            cards.append(Paragraph(f"{sentence(title)[:-1]}:", "quiet"))
+            cards.append(Paragraph(f"{as_sentence(title)[:-1]}:", "quiet"))
         for rank, suggestion in group:
             if left > 0:
                 at = rank - 1
@@ -444,7 +444,7 @@ def _ending_sections(entry: Entry, at: str) -> list[Block]:
     out: list[Block] = []
     if study.undecided is not None:
         undecided = undecided_sentence(study.fit, study.undecided)
-        out = [Heading("Undecided alternatives"), Paragraph(sentence(undecided))]
+        out = [Heading("Undecided alternatives"), Paragraph(as_sentence(undecided))]
     out.append(Heading("Unexplained misfit"))
     if study.adequate:
         out.append(
@@ -461,9 +461,9 @@ def _ending_sections(entry: Entry, at: str) -> list[Block]:
         "interrupted": "The search was interrupted, so further effects were not tested.",
     }
     out.append(Paragraph(why.get(study.stopped_because, study.stopped_because)))
-    out += _failures(check)
+    out += _failure_blocks(check)
     out += [Paragraph(f"{doubt[0].upper()}{doubt[1:]}.") for doubt in study.doubts]
     if check.significant and len(study.ladder) > 1:
         out.append(Heading("Tested effects that did not help", 4))
-        out += _cards(check, f"{at}left.suggestions")
+        out += _card_blocks(check, f"{at}left.suggestions")
     return out

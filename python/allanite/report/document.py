@@ -133,9 +133,9 @@ class Report:
         interactive : bool
             Embed plotly, so that figures can be zoomed and values read; needs plotly.
         """
-        from allanite.report.html import page
+        from allanite.report.html import html_page
 
-        return page(self, interactive)
+        return html_page(self, interactive)
 
     def to_markdown(self, figures: str | None = None) -> str:
         """Text of the report as Markdown, with the same sentences and tables as the HTML page.
@@ -145,9 +145,9 @@ class Report:
         figures : str, optional
             Folder of the figures, as a link from the file. Without it the text has no figures. No figure is written.
         """
-        from allanite.report.markdown import text
+        from allanite.report.markdown import markdown_text
 
-        return text(self, figures)
+        return markdown_text(self, figures)
 
     def save(self, path: str | Path, interactive: bool = False) -> Path:
         """Write HTML or Markdown, according to the suffix of `path`; return the path. `interactive` is as for `to_html`.
@@ -177,9 +177,9 @@ class Report:
         return target
 
     def _repr_html_(self) -> str:
-        from allanite.report.html import body
+        from allanite.report.html import html_fragment
 
-        return body(self)
+        return html_fragment(self)
 
     def __repr__(self) -> str:
         names = ", ".join(e.recording.columns[0] for e in self.entries)

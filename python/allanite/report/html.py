@@ -22,8 +22,8 @@ from allanite.report.blocks import (
 from allanite.report.content import column_title
 from allanite.report.ending import column_blocks, method_section
 from allanite.report.interactive import PlotlyFigures
-from allanite.report.overview import overview
-from allanite.report.summary import summary, title_and_line
+from allanite.report.overview import overview_blocks
+from allanite.report.summary import first_page_blocks, title_and_line
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,16 +45,16 @@ POLICY = (
 )
 
 
-def page(report: Report, interactive: bool = False) -> str:
+def html_page(report: Report, interactive: bool = False) -> str:
     """Text of the complete HTML page of a report; with `interactive`, with the scripts of plotly."""
     title = f"Noise report: {', '.join(column_title(e) for e in report.entries)}"
     plots = PlotlyFigures() if interactive else None
-    content = _content(report, plots)
+    content = _content_html(report, plots)
     scripts = "" if plots is None else plots.scripts()
-    return skeleton(title, content, scripts, "'none'" if plots is None else plots.sources())
+    return html_skeleton(title, content, scripts, "'none'" if plots is None else plots.sources())
 
 
-def skeleton(title: str, content: str, scripts: str = "", sources: str = "'none'") -> str:
+def html_skeleton(title: str, content: str, scripts: str = "", sources: str = "'none'") -> str:
     """Text of a complete HTML page in the style of reports around `content`. `sources`: digests of allowed scripts."""
     policy = POLICY.format(scripts=sources)
     return (
@@ -63,28 +63,30 @@ def skeleton(title: str, content: str, scripts: str = "", sources: str = "'none'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f'<meta name="generator" content="allanite {escape(_kernels.version())}">\n'
         '<meta name="color-scheme" content="light dark">\n'
-        f"<title>{escape(title)}</title>\n{_style()}\n{SHEETS}\n</head>\n"
+        f"<title>{escape(title)}</title>\n{_style_element()}\n{SHEETS}\n</head>\n"
         f'<body class="allanite">\n<main>\n{content}\n</main>\n{scripts}</body>\n</html>\n'
     )
 
 
 def blocks_html(blocks: Sequence[Block]) -> str:
     """HTML text of some blocks, one after the other, with static figures."""
-    return "\n".join(_block(block, None) for block in blocks)
+    return "\n".join(_block_html(block, None) for block in blocks)
 
 
-def body(report: Report) -> str:
+def html_fragment(report: Report) -> str:
     """HTML text of a report for embedding in another page, such as a notebook, with its style element."""
-    return f'{_style()}<div class="allanite"><main>{_content(report, None)}</main></div>'
+    return (
+        f'{_style_element()}<div class="allanite"><main>{_content_html(report, None)}</main></div>'
+    )
 
 
-def _style() -> str:
+def _style_element() -> str:
     """HTML text of the style element of reports."""
     own = files(__package__).joinpath("style.css").read_text("utf-8")
     return f"<style>\n{own}{color_rules()}\n</style>"
 
 
-def _content(report: Report, plots: PlotlyFigures | None) -> str:
+def _content_html(report: Report, plots: PlotlyFigures | None) -> str:
     """HTML text of all sections of a report; with `plots`, figures are interactive and are added to `plots`.
 
     Several columns get contents, an overview if they were characterized together, and a heading each.
@@ -95,7 +97,7 @@ def _content(report: Report, plots: PlotlyFigures | None) -> str:
     title, line = title_and_line(report)
     line += f" · allanite {_kernels.version()}"
     out = [f"<header>\n<h1>{escape(title)}</h1>\n<p>Noise report · {escape(line)}</p>\n</header>"]
-    out += [_block(b, plots) for b in summary(report)]
+    out += [_block_html(b, plots) for b in first_page_blocks(report)]
     if several:
         items = "".join(
             f'<li><a href="#column-{i}">{escape(e.recording.columns[0])}</a>: {escape(e.study.fit.model.name)}</li>'
@@ -103,18 +105,18 @@ def _content(report: Report, plots: PlotlyFigures | None) -> str:
         )
         out.append(f"<nav><ol>{items}</ol></nav>")
     if several and report.axes is not None:
-        out += [_block(b, plots) for b in overview(report.axes)]
+        out += [_block_html(b, plots) for b in overview_blocks(report.axes)]
     for i, (entry, blocks) in enumerate(zip(report.entries, columns, strict=True)):
         if several:
             out.append(f'<h2 id="column-{i}">{escape(entry.recording.columns[0])}</h2>')
-        out += [_block(block, plots) for block in blocks]
+        out += [_block_html(block, plots) for block in blocks]
     if several:
         out.append("<h2>All columns</h2>")
-    out += [_block(block, plots) for block in method_section(report)]
+    out += [_block_html(block, plots) for block in method_section(report)]
     return "\n".join(out)
 
 
-def _block(block: Block, plots: PlotlyFigures | None) -> str:
+def _block_html(block: Block, plots: PlotlyFigures | None) -> str:
     """HTML text of one block; with `plots`, a figure is interactive and is added to `plots`."""
     match block:
         case Heading():
@@ -122,15 +124,17 @@ def _block(block: Block, plots: PlotlyFigures | None) -> str:
         case Paragraph():
             kind = {"good": "verdict good", "bad": "verdict bad"}.get(block.tone, block.tone)
             attribute = "" if kind == "plain" else f' class="{kind}"'
-            return f"<p{attribute}>{_cell(block.cell)}</p>"
+            return f"<p{attribute}>{_cell_html(block.cell)}</p>"
         case Bullets():
             attribute = "" if block.tone == "plain" else f' class="{block.tone}"'
-            return f"<ul{attribute}>{''.join(f'<li>{_cell(c)}</li>' for c in block.cells)}</ul>"
+            return (
+                f"<ul{attribute}>{''.join(f'<li>{_cell_html(c)}</li>' for c in block.cells)}</ul>"
+            )
         case Table():
-            return _table(block)
+            return _table_html(block)
         case Card():
             terms = "".join(
-                f"<tr><th>{escape(n)}</th><td>{_cell(c)}</td></tr>" for n, c in block.terms
+                f"<tr><th>{escape(n)}</th><td>{_cell_html(c)}</td></tr>" for n, c in block.terms
             )
             return (
                 f'<section class="card"><h5>{escape(block.title)}</h5><p>{escape(block.text)}</p>'
@@ -145,12 +149,12 @@ def _block(block: Block, plots: PlotlyFigures | None) -> str:
             return f"<figure>{drawing}<figcaption>{escape(block.caption)}</figcaption></figure>"
 
 
-def _table(table: Table) -> str:
+def _table_html(table: Table) -> str:
     """HTML text of a table in a scrollable container; a table without a head has names in its first column."""
 
     def row(cells: tuple[Cell, ...]) -> str:
         """HTML text of one row of the table; without a head, the first cell is a name and only two cells are used."""
-        inside = [_cell(c) for c in cells]
+        inside = [_cell_html(c) for c in cells]
         if not table.head:
             return f"<tr><th>{inside[0]}</th><td>{inside[1]}</td></tr>"
         return (
@@ -172,13 +176,13 @@ def _alignment(column: int, table: Table) -> str:
     return ' class="r"' if column in table.right else ""
 
 
-def _cell(cell: Cell) -> str:
+def _cell_html(cell: Cell) -> str:
     """HTML text of a cell, escaped; parts of a tuple are joined.
 
     A `Number` becomes a data element with its full value and its path in the JSON document.
     """
     if isinstance(cell, tuple):
-        return "".join(_cell(part) for part in cell)
+        return "".join(_cell_html(part) for part in cell)
     if isinstance(cell, Number):
         return f'<data value="{cell.value!r}" data-at="{cell.place}">{escape(cell.text)}</data>'
     return escape(cell)

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from allanite.axes.rows import convention, legend, rows
 from allanite.axes.words import common_form_sentences, remarks, shared_effect_sentences
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
-from allanite.report.words import COMPLETED, sentence
+from allanite.report.words import COMPLETED, as_sentence
 
 if TYPE_CHECKING:
     from allanite.axes import Characterization
 
 
-def overview(found: Characterization) -> list[Block]:
+def overview_blocks(found: Characterization) -> list[Block]:
     """List of `Block` on all axes: a table per sensor, the common model, shared effects, and remarks.
 
     Parts without content are left out.
@@ -28,7 +28,7 @@ def overview(found: Characterization) -> list[Block]:
             Table(("", *sensor.columns), body),
             Paragraph(legend(studies), "quiet"),
         ]
-        shared = tuple(sentence(text) for text in common_form_sentences(sensor))
+        shared = tuple(as_sentence(text) for text in common_form_sentences(sensor))
         if shared:
             out.append(Bullets(shared))
     stated = convention(study.fit for study in found.studies.values())
@@ -38,7 +38,7 @@ def overview(found: Characterization) -> list[Block]:
     if seen:
         out.append(Heading("Effects found on several axes"))
         out.append(Bullets(seen))
-    doubts = tuple(sentence(text) for text in remarks(found))
+    doubts = tuple(as_sentence(text) for text in remarks(found))
     if doubts:
         out.append(Bullets(doubts, "bad"))
     return out

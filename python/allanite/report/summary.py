@@ -17,7 +17,7 @@ from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Bullets, Cell, Heading, Paragraph, Picture, Table
 from allanite.report.content import column_title, curve_picture
 from allanite.report.overview import axes_picture
-from allanite.report.words import count_text, sentence
+from allanite.report.words import as_sentence, count_text
 
 if TYPE_CHECKING:
     from allanite.recording import Recording
@@ -33,7 +33,7 @@ COEFFICIENTS = ("N", "B", "K")
 FILTER = ("N", "K")
 
 
-def summary(report: Report) -> list[Block]:
+def first_page_blocks(report: Report) -> list[Block]:
     """List of `Block` of the first page: description, verdicts, coefficients, one figure, and the next step.
 
     The description has sensor, serial number and date ("not stated" if not given), temperature and duration of the
@@ -54,9 +54,9 @@ def summary(report: Report) -> list[Block]:
     return [
         Table((), tuple(rows)),
         Heading("Verdict and coefficients"),
-        *_verdict(report),
+        *_verdict_blocks(report),
         Table(head, body),
-        _picture(report),
+        _first_page_picture(report),
         Heading("Next step"),
         Bullets(_next_steps(report)),
     ]
@@ -78,7 +78,7 @@ def _is_usable(entry: Entry) -> bool:
     return entry.study.adequate or entry.study.verdict == "within tolerance"
 
 
-def _verdict(report: Report) -> list[Block]:
+def _verdict_blocks(report: Report) -> list[Block]:
     """List of one `Paragraph` on all axes: how many models explain their record, and which do not; empty for one axis."""
     if len(report.entries) == 1:
         return []
@@ -92,7 +92,7 @@ def _verdict(report: Report) -> list[Block]:
     ]
 
 
-def _picture(report: Report) -> Picture:
+def _first_page_picture(report: Report) -> Picture:
     """`Picture` of the first page: all axes that were characterized together, or the curve of the first column."""
     if len(report.entries) == 1 or report.axes is None:
         return curve_picture(report.entries[0])
@@ -167,7 +167,7 @@ def _next_steps(report: Report) -> tuple[str, ...]:
         if study.check.significant:
             s = study.check.significant[0]
             out.append(
-                f"{name}: {study.fit.display_name(s.effect)} may be missing. {sentence(s.check_by)}"
+                f"{name}: {study.fit.display_name(s.effect)} may be missing. {as_sentence(s.check_by)}"
             )
         else:
             left = study.left[0] if study.left else "the cause of the misfit is unknown"

@@ -74,8 +74,8 @@ def with_unit(unit: str | None) -> str:
     return "" if unit in (None, "", "1") else f" {unit_text(str(unit))}"
 
 
-def sentence(text: str) -> str:
-    """`text` as a sentence with a capital letter, one full stop and readable numbers."""
+def as_sentence(text: str) -> str:
+    """Copy of a text as a sentence: with a capital letter, one full stop and readable numbers."""
     return with_readable_numbers(f"{text[:1].upper()}{text[1:].rstrip('.')}.")
 
 
@@ -144,7 +144,7 @@ def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:
             return "good", f"{start} describes this record; {_why_nothing_was_added(study)}."
         if study.verdict == "within tolerance":
             return "good", f"{start} describes this record {study.ending}."
-        why = _early_end(study) or "no effect of the catalog improves the model"
+        why = _early_end_clause(study) or "no effect of the catalog improves the model"
         return (
             "bad",
             f"{start} does not describe this record, and {why}. The unexplained misfit is listed below.",
@@ -160,7 +160,7 @@ def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:
         return "good", f"{words} No significant misfit remains."
     if study.verdict == "within tolerance":
         return "good", f"{words} The model is {study.ending}."
-    why = _early_end(study)
+    why = _early_end_clause(study)
     remains = (
         f"A misfit remains: {why}"
         if why
@@ -169,7 +169,7 @@ def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:
     return "bad", f"{words} {remains}."
 
 
-def _early_end(study: Any) -> str:
+def _early_end_clause(study: Any) -> str:
     """Clause that says why the search ended before all effects were examined; empty if it did not."""
     return study.ending if study.stopped_because in ("limit", "time", "interrupted") else ""
 

@@ -127,7 +127,7 @@ class Bets:
         self.power = np.zeros(self.weights.size)
 
     def gains(self, total: Array) -> Array:
-        """Natural logarithms of the e-values of the shape of a spectrum, shape (…, bets).
+        """Natural logarithms of the e-values (betting gains) of the shape of a spectrum, shape (…, bets).
 
         Parameters
         ----------
@@ -143,8 +143,8 @@ class Bets:
         narrow = (self._narrow_fixed - half * narrow).reshape(*total.shape[:-1], -1)
         return np.concatenate([self._wide_fixed - half * wide, narrow], axis=-1)
 
-    def take(self, samples: Array) -> None:
-        """Bet on the next segment and update the capital, in place.
+    def bet_on(self, samples: Array) -> None:
+        """Bet on the next segment of `samples`, shape (segment,), and update the capital and the other state in place.
 
         A segment with a missing sample is counted but not bet on.
         """
@@ -174,7 +174,8 @@ class Bets:
     def _whitened(self, samples: Array) -> tuple[Array, Array]:
         """Tuple (cosine ordinates divided by their standard deviation under the model, samples with these ordinates).
 
-        Both are clipped to finite limits. If single samples are wrong (beyond √`MAX_SQUARE`), the others get mean 0.
+        The samples are white if the model holds. Both arrays are clipped to finite limits. If single samples are wrong
+        (beyond √`MAX_SQUARE`), the others get mean 0.
         """
         limited = np.clip(samples, -MAX_SAMPLE, MAX_SAMPLE)
         with np.errstate(over="ignore"):

@@ -88,12 +88,12 @@ def summarize(
     from dask import delayed
 
     if hasattr(source, "to_delayed") and hasattr(source, "chunks"):
-        return _results([_summary_task(source, rate, unit or "1", columns)], client)[0]
+        return _computed_tasks([_summary_task(source, rate, unit or "1", columns)], client)[0]
     paths = [str(path) for path in ([source] if isinstance(source, (str, Path)) else source)]
     if not paths:
         raise InputError("no logs: give at least one")
     delayed_summary = delayed(_summary_of_log, pure=False)
-    found = _results([delayed_summary(path, rate, unit, columns) for path in paths], client)
+    found = _computed_tasks([delayed_summary(path, rate, unit, columns) for path in paths], client)
     good = {path: one for path, one in zip(paths, found, strict=True) if isinstance(one, Summary)}
     bad = {path: one for path, one in zip(paths, found, strict=True) if isinstance(one, str)}
     return Summaries(good, bad)
@@ -122,16 +122,16 @@ def _summary_task(array: Any, rate: float | None, unit: Any, columns: Sequence[s
     ]
     while len(level) > 1:
         level = [
-            delayed(_merged)(level[at : at + MERGED_AT_ONCE])
+            delayed(_merged_summary)(level[at : at + MERGED_AT_ONCE])
             for at in range(0, len(level), MERGED_AT_ONCE)
         ]
     return level[0]
 
 
-def _results(tasks: list[Any], client: Any) -> list[Any]:
-    """List of the results of Dask tasks, in the order of the tasks; waits for them.
+def _computed_tasks(tasks: list[Any], client: Any) -> list[Any]:
+    """List of the results of Dask tasks, in the order of the tasks; waits until all are computed.
 
-    Without a client, Dask's default scheduler. Raises the error of a task.
+    Without a client, Dask's default scheduler computes them. Raises the error of a task.
     """
     # Worker processes, and replacements of dead ones, start in this block.
     with safe_path():
@@ -152,7 +152,7 @@ def _summary_of_block(
     return summary_of_chunks(block, rate, unit, start, columns, None, TASK_THREADS)
 
 
-def _merged(parts: list[Summary]) -> Summary:
+def _merged_summary(parts: list[Summary]) -> Summary:
     """`Summary` merged from the summaries of consecutive parts."""
     return parts[0].merge(*parts[1:])
 

@@ -156,10 +156,9 @@ class LogProcess:
         self._end()
 
     def _try(self, path: str) -> Answer | None:
-        """`Answer` of the child for a log.
+        """`Answer` of the child for a log; None if no child starts or the log ended the child (reason in `_why`).
 
-        None if no child starts, or if the log ended the child, with the reason in `_why`. A log that exceeds the
-        deadline gets a failed row, and the child is killed.
+        A log that exceeds the deadline gets a failed row, and the child is killed.
         """
         if self._process is None and not self._start():
             return None
@@ -303,10 +302,10 @@ def serve() -> NoReturn:
     os.dup2(2, 1)
     say = _writer(answers)
     orders: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(orders,), daemon=True).start()
+    threading.Thread(target=_queue_messages, args=(orders,), daemon=True).start()
     try:
         paths, main = pickle.loads(orders.get())
-        setup = _set_up(paths, main, orders.get())
+        setup = _receive_setup(paths, main, orders.get())
     except Exception as error:
         say({"refused": plain(error, 300)})
         os._exit(1)
@@ -315,7 +314,7 @@ def serve() -> NoReturn:
         path = pickle.loads(orders.get())
         _set_time_limit(setup.deadline + GRACE_SECONDS)
         try:
-            say(_answer(path, setup, say))
+            say(_rows_of_log(path, setup, say))
         except MemoryError:
             most = f"{setup.memory / 1e9:.3g} GB"
             say({"why": f"needs more memory than the {most} of a log: set {VARIABLE} to more"})
@@ -327,17 +326,17 @@ def serve() -> NoReturn:
 def _writer(answers: int) -> Callable[[dict[str, Any]], None]:
     """Function that writes a dict as one line of JSON to the file descriptor `answers`."""
 
-    def say(value: dict[str, Any]) -> None:
+    def write_line(value: dict[str, Any]) -> None:
         """Write a dict as one line of JSON."""
         line = memoryview(json.dumps(value).encode() + b"\n")
         while line:
             line = line[os.write(answers, line) :]
 
-    return say
+    return write_line
 
 
-def _listen(orders: queue.SimpleQueue[bytes]) -> None:
-    """Put the messages of the parent into the queue. When the input ends, end this process at once, even if busy."""
+def _queue_messages(orders: queue.SimpleQueue[bytes]) -> None:
+    """Put each message of the parent into the queue `orders`. When the input ends, end this process at once."""
     # Not sys.stdin: its lock, held by this thread, would abort the end of the process.
     with os.fdopen(os.dup(0), "rb") as stream:
         try:
@@ -351,8 +350,10 @@ def _listen(orders: queue.SimpleQueue[bytes]) -> None:
             os._exit(0)
 
 
-def _set_up(paths: tuple[str, ...], main: tuple[tuple[str, str], ...], pickled: bytes) -> Setup:
-    """`Setup` received from the parent.
+def _receive_setup(
+    paths: tuple[str, ...], main: tuple[tuple[str, str], ...], pickled: bytes
+) -> Setup:
+    """Unpickle the `Setup` that the parent sent, and return it.
 
     Side effects: extends `sys.path`, imports the caller's program, registers its effects, and sets the memory limit.
     """
@@ -372,7 +373,7 @@ def _set_up(paths: tuple[str, ...], main: tuple[tuple[str, str], ...], pickled: 
     return setup
 
 
-def _warm_up(memory: int) -> None:
+def _import_and_limit_memory(memory: int) -> None:
     """Import the modules that every log needs, then limit the memory of this process to `memory` bytes.
 
     Time limits of logs do not include the import.
@@ -403,7 +404,7 @@ def _free_memory() -> None:
     _kernels.free_buffers()
 
 
-def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
+def _rows_of_log(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
     """Dict of ``key`` and ``rows`` of a log: rows is None if the key is known; key is empty for a failed row.
 
     Side effect: extends the time limit with `say` before slow steps.
@@ -419,7 +420,7 @@ def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> d
         if not _state["warm"]:
             say({"wait": START_SECONDS})
             _set_time_limit(0.0)
-            _warm_up(setup.memory)
+            _import_and_limit_memory(setup.memory)
         say({"wait": setup.deadline})
         _set_time_limit(setup.deadline + GRACE_SECONDS)
         rows = rows_of(path, setup.model, setup.rate, setup.unit, anyway=setup.anyway)

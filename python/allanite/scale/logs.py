@@ -138,7 +138,7 @@ def rows_of(
     except MemoryError:
         raise
     except Exception as error:
-        return [{**head, "status": "failed", "remarks": _reason(error)}]
+        return [{**head, "status": "failed", "remarks": _reason_text(error)}]
     remarks = "; ".join(f.message for f in recording.audit if f.severity == "warning")
     rows = []
     for column in recording:
@@ -150,7 +150,7 @@ def rows_of(
         except MemoryError:
             raise
         except Exception as error:
-            rows.append({**row, "status": "failed", "remarks": _reason(error)})
+            rows.append({**row, "status": "failed", "remarks": _reason_text(error)})
             continue
         now = perf_counter()
         rows.append({**row, "remarks": remarks, **numbers, "seconds": now - began})
@@ -158,7 +158,7 @@ def rows_of(
     return rows
 
 
-def _reason(error: Exception) -> str:
+def _reason_text(error: Exception) -> str:
     """Text of one line: message of an error of allanite, or for any other error a request to report it."""
     if isinstance(error, AllaniteError):
         return plain(error, 300)
@@ -270,11 +270,11 @@ def run_fleet(
         import pyarrow.parquet  # noqa: F401
     if not 0.0 < deadline < math.inf:
         raise InputError(f"deadline is {deadline:g} s: it must be above 0 s")
-    logs = [str(path) for path in _without_table(logs_of(source), target)]
+    logs = [str(path) for path in _logs_without_table(logs_of(source), target)]
     journal = _journal_of(target)
     known = read_journal(journal, on_note or (lambda note: warnings.warn(note, stacklevel=3)))
     workers = 1 if scheduler is not None else min(len(logs), processors())
-    setup = _setup(model, rate, unit, anyway, deadline, workers, known)
+    setup = _child_setup(model, rate, unit, anyway, deadline, workers, known)
     rows: list[dict[str, Any]] = []
     waiting = set(logs)
     had_table = target.exists()
@@ -298,8 +298,8 @@ def run_fleet(
     return _write_sorted(rows, target)
 
 
-def _without_table(logs: list[Path], target: Path) -> list[Path]:
-    """List of the logs without the table `target` and its journal, under any name.
+def _logs_without_table(logs: list[Path], target: Path) -> list[Path]:
+    """Copy of the list of logs without the table `target` and its journal, under any name.
 
     Raises `InputError` if the table would replace a log, or if no log is left.
     """
@@ -313,7 +313,7 @@ def _without_table(logs: list[Path], target: Path) -> list[Path]:
     return found
 
 
-def _setup(
+def _child_setup(
     model: str | Model,
     rate: float | str | None,
     unit: str | None,
@@ -322,9 +322,9 @@ def _setup(
     workers: int,
     known: dict[str, Any],
 ) -> Setup:
-    """`Setup` of the child processes; each of `workers` gets an equal share of the memory. `known` are finished keys.
+    """`Setup` (settings) of the child processes; each of `workers` gets an equal share of the memory budget.
 
-    A memory limit of the user (`VARIABLE`) applies to each child instead.
+    A memory limit of the user (`VARIABLE`) applies to each child instead. `known` are the keys of finished logs.
     """
     from allanite._kernels import version
     from allanite.effects.files import as_model, model_to_dict
@@ -338,9 +338,9 @@ def _setup(
         "rate": rate if rate is None or isinstance(rate, str) else positive_rate(rate),
         "unit": unit,
         "anyway": anyway,
-        "effects": [_with_digest(effect) for effect in effects],
+        "effects": [_name_with_digest(effect) for effect in effects],
         "formats": sorted(
-            _with_digest(one.read)
+            _name_with_digest(one.read)
             for one in FORMATS
             if not one.read.__module__.startswith("allanite.")
         ),
@@ -360,8 +360,8 @@ def _setup(
     )
 
 
-def _with_digest(declared: Any) -> str:
-    """Text: qualified name of a class or function, and the SHA-256 of the file that declares it, if there is one."""
+def _name_with_digest(declared: Any) -> str:
+    """Text that identifies a class or function: its qualified name, and the SHA-256 of its source file, if any."""
     file = getattr(sys.modules.get(declared.__module__), "__file__", None)
     try:
         digest = "" if file is None else hashlib.sha256(Path(file).read_bytes()).hexdigest()

@@ -52,6 +52,6 @@ class _SearchOfKinds(Search):
         return replace(check, suggestions=tuple(new))
 
     def _stop_reason(self, check: Check) -> str | None:
-        """Reason to end the search after the last check with all its suggestions; None to go on."""
+        """Reason (text) to end the search after the last check, judged by all suggestions; None to continue."""
         assert self.check is not None
         return super()._stop_reason(self.check)

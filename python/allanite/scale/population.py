@@ -138,7 +138,7 @@ class Fleet:
 
     @property
     def too_few(self) -> str:
-        """Sentence that a population needs more logs; empty if there is a population."""
+        """Sentence that more logs are needed for the distribution of a parameter; empty if there is a distribution."""
         if self.population:
             return ""
         return f"too few units: a population needs {MIN_UNITS} logs with the same axis, found {self.files}"
@@ -277,7 +277,9 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
         if row.get("status") == "failed"
     }
     files = len({row["file"] for row in rows})
-    return Fleet(files, len(good), tuple(population), _discoveries(found), failed, _biases(good))
+    return Fleet(
+        files, len(good), tuple(population), _significant_deviations(found), failed, _biases(good)
+    )
 
 
 def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
@@ -299,11 +301,11 @@ def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
     return out
 
 
-def _discoveries(found: list[Deviating]) -> tuple[Deviating, ...]:
-    """Tuple of `Deviating`: the significant ones of `found`, by p-value, at most one entry per axis.
+def _significant_deviations(found: list[Deviating]) -> tuple[Deviating, ...]:
+    """Tuple of the `Deviating` in `found` that are significant, sorted by p-value, at most one per axis.
 
-    If an effect and a parameter of one axis are both significant, the entry is the effect. Significance follows
-    Benjamini & Hochberg (1995) over all units and parameters, with a false discovery rate of 1 %.
+    If an effect and a parameter of one axis are both significant, the effect is kept. Significance follows Benjamini &
+    Hochberg (1995) over all units and parameters, with a false discovery rate of 1 %.
     """
     found = sorted(found, key=lambda one: one.p_value)
     last = 0

@@ -236,7 +236,7 @@ class Watch:
         for end in range(tested + SEGMENT, joined.size + 1, SEGMENT):
             for bets in self._bets:
                 if end % bets.segment == 0:
-                    bets.take(joined[end - bets.segment : end])
+                    bets.bet_on(joined[end - bets.segment : end])
             if self.alarm is None and self.e_value >= 1.0 / FALSE_ALARM_PROBABILITY:
                 self._store_alarm()
         self._pending = joined[

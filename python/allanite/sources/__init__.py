@@ -80,7 +80,7 @@ def documents_of(
     if not isinstance(source, (str, Path)):
         tree = source if isinstance(source, Mapping) else source.to_dict()
         with about("model"):
-            return _of_tree(tree)
+            return _documents_of_record(tree)
     text = str(source)
     if not is_source_file(text):
         model, own = parse_with_units(text)
@@ -93,10 +93,10 @@ def documents_of(
         about(path),
         invalid_as_input_error("not a model file, a data sheet or a file of another tool"),
     ):
-        return _of_file(path, unit, rate, record_length)
+        return _documents_of_file(path, unit, rate, record_length)
 
 
-def _of_file(
+def _documents_of_file(
     path: Path, unit: str | None, rate: float | None, record_length: float | None
 ) -> list[dict[str, Any]]:
     """List of model documents (dicts) in a file.
@@ -120,10 +120,10 @@ def _of_file(
         from allanite.sources.deviation_table import documents_of_table
 
         return documents_of_table(path, unit, rate, record_length)
-    return _of_json(path)
+    return _documents_of_json_file(path)
 
 
-def _of_json(path: Path) -> list[dict[str, Any]]:
+def _documents_of_json_file(path: Path) -> list[dict[str, Any]]:
     """List of model documents (dicts) in a JSON file: model file of allanite, data sheet, or loadparams file of MATLAB.
 
     The keys decide which. Raises `InputError`, with the path, for others.
@@ -137,11 +137,11 @@ def _of_json(path: Path) -> list[dict[str, Any]]:
             return documents_of_sheet(datasheet_of(tree, path.stem), str(path))
         if is_matlab_json(tree):
             return documents_of_matlab_json(tree, str(path))
-    return _of_tree(tree)
+    return _documents_of_record(tree)
 
 
-def _of_tree(tree: object) -> list[dict[str, Any]]:
-    """List of model documents (dicts) in a parsed JSON record of allanite, one per column.
+def _documents_of_record(tree: object) -> list[dict[str, Any]]:
+    """List of model documents (dicts) in a parsed JSON record that allanite wrote, one per column.
 
     Raises `InputError` if the record is not one of allanite.
     """
@@ -159,7 +159,7 @@ def _of_tree(tree: object) -> list[dict[str, Any]]:
     with invalid_as_input_error("not a model as allanite writes it"):
         for one in documents:
             _check_recording(one)
-        return [_with_extras(_last_step(one), tree) for one in documents]
+        return [_with_extras(_document_of_last_step(one), tree) for one in documents]
 
 
 def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
@@ -186,10 +186,10 @@ def _check_recording(document: Mapping[str, Any]) -> None:
         )
 
 
-def _last_step(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Mapping: document of the last model of a stepwise improvement, with the recording of the whole document.
+def _document_of_last_step(document: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Document (mapping) of the last model of a stepwise model building, with the recording of the whole document.
 
-    Other documents are returned unchanged.
+    Documents without steps are returned unchanged.
     """
     ladder = document.get("ladder")
     if not ladder:

@@ -38,7 +38,7 @@ from allanite.common.units import (
 )
 from allanite.effects import CATALOGUE
 from allanite.sources.documents import PLATEAU, model_document
-from allanite.sources.slips import slip
+from allanite.sources.slips import mistake_text
 
 #: Value of `Quoted.coefficient` for a figure that is the minimum of the Allan deviation.
 MINIMUM = "minimum"
@@ -202,7 +202,7 @@ class DataSheet:
             if other is first:
                 continue
             ratio = other.value * conversion(other.unit, first.unit) / first.value
-            mistake = slip("N", ratio, 0.02)
+            mistake = mistake_text("N", ratio, 0.02)
             if mistake:
                 remarks.append(
                     f"the sheet contradicts itself: {first.value:g} {first.unit} is not"
@@ -238,10 +238,10 @@ def read_datasheet(path: str | Path) -> DataSheet:
     """
     path = Path(path)
     with about(path):
-        return _read(path)
+        return _read_sheet(path)
 
 
-def _read(path: Path) -> DataSheet:
+def _read_sheet(path: Path) -> DataSheet:
     """`DataSheet` read from a TOML or JSON file. Raises `InputError` without the path in its message."""
     text = text_of(path)
     with invalid_as_input_error("not a data sheet in TOML or JSON"):
@@ -265,7 +265,7 @@ def datasheet_of(parsed: object, name: str) -> DataSheet:
     found: list[Quoted] = []
     for table, figures in given.items():
         for key, value in figures.items():
-            figure = _figure(str(key), value)
+            figure = _quoted_figure(str(key), value)
             kind = TABLES[table]
             if kind is not None and figure.name not in FREQUENCY_FIGURES and figure.kind != kind:
                 raise InputError(
@@ -287,7 +287,7 @@ def datasheet_of(parsed: object, name: str) -> DataSheet:
     )
 
 
-def _figure(name: str, given: object) -> Quoted:
+def _quoted_figure(name: str, given: object) -> Quoted:
     """`Quoted` from the name and the value of a figure: a text such as "18 deg/h", or a mapping with value and unit.
 
     The unit of a noise density that states no side gets "one-sided". Raises `InputError` for an unknown name, a value
@@ -343,12 +343,12 @@ def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
         A sensor has neither a noise density nor an angle or velocity random walk.
     """
     return [
-        _document(sheet.of_kind(kind), kind, source)
+        _sheet_document(sheet.of_kind(kind), kind, source)
         for kind in dict.fromkeys(figure.kind for figure in sheet.figures)
     ]
 
 
-def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
+def _sheet_document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
     """Dict: model document of one kind of sensor. If two figures state the same coefficient, the larger is used.
 
     Raises `InputError` without a figure for N.

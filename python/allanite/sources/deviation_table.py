@@ -82,7 +82,7 @@ def documents_of_table(
         The file is not a table, the unit or the record length is missing, or the record is shorter than twice the
         longest τ.
     """
-    header, numbers = _read(path)
+    header, numbers = _read_table(path)
     tau, deviations = numbers[:, 0], numbers[:, 1:]
     if not ((np.diff(tau) > 0.0).all() and tau[0] > 0.0 and (deviations > 0.0).all()):
         raise InputError(
@@ -97,14 +97,14 @@ def documents_of_table(
             missing="record_length",
             remedy=": give {record_length}" + (" and {unit}" if unit is None else ""),
         )
-    units = _units(unit, names)
+    units = _column_units(unit, names)
     if record_length < 2.0 * tau[-1]:
         raise InputError(
             f"the record must be at least twice as long as the largest tau, {tau[-1]:g} s"
             f" (given record length: {record_length:g} s)"
         )
     fs = 1.0 / tau[0] if rate is None else rate
-    factors, rows = _factors(tau, fs)
+    factors, rows = _fitted_factors(tau, fs)
     n = round(record_length * fs)
     assumptions = [
         "fitted to a table of Allan deviations, assumed to be overlapping estimates; not fitted to samples",
@@ -132,14 +132,14 @@ def curves_of_table(path: Path, unit: str | None) -> list[tuple[str, str, Array,
     Raises `InputError` if the file is not a table or the unit is missing.
     """
     with about(path):
-        header, numbers = _read(path)
+        header, numbers = _read_table(path)
         names = header[1:] or [f"deviation {i}" for i in range(1, numbers.shape[1])]
-        columns = zip(names, _units(unit, names), numbers[:, 1:].T, strict=True)
+        columns = zip(names, _column_units(unit, names), numbers[:, 1:].T, strict=True)
         return [(name, own, numbers[:, 0], column) for name, own, column in columns]
 
 
-def _factors(tau: Array, rate: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Tuple (averaging factors of the points to fit, about eight per decade; row of each point in the table).
+def _fitted_factors(tau: Array, rate: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Tuple (averaging factors to fit, about eight per decade; row in the table of each) for a table with the times `tau`.
 
     Raises `InputError` unless each τ is within 5 % of a multiple of the sampling interval.
     """
@@ -156,8 +156,8 @@ def _factors(tau: Array, rate: float) -> tuple[NDArray[np.int64], NDArray[np.int
     return m[rows][kept], rows[kept]
 
 
-def _units(unit: str | None, names: list[str]) -> list[str]:
-    """List: unit of each column, from a comma-separated text of one unit, one per column, or one per kind of sensor.
+def _column_units(unit: str | None, names: list[str]) -> list[str]:
+    """List of the unit of each column, from a comma-separated text: one unit, one per column, or one per kind of sensor.
 
     Raises `InputError` for None, or if the units cannot be assigned to the columns.
     """
@@ -183,7 +183,7 @@ def _units(unit: str | None, names: list[str]) -> list[str]:
     )
 
 
-def _read(path: Path) -> tuple[list[str], Array]:
+def _read_table(path: Path) -> tuple[list[str], Array]:
     """Tuple (header, numbers) of a table: names of the columns (empty without any), and an array of shape (rows, columns).
 
     Raises `InputError` for a file that is no text, for a row that is not one of numbers, and for a table that is too

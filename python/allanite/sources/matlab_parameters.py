@@ -43,7 +43,7 @@ def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
         given = dict([*pairs, *re.findall(rf"\b{sensor}\.(\w+)\s*=\s*{value}", text)])
         if given:
             parts = {key: value.strip("'\"[] ").replace(",", " ") for key, value in given.items()}
-            found += _axes(parts, sensor, unit, source, None if rate is None else rate[1])
+            found += _axis_documents(parts, sensor, unit, source, None if rate is None else rate[1])
     if not found:
         raise InputError(
             "this MATLAB script has no gyroparams(…) or accelparams(…) with a NoiseDensity"
@@ -79,11 +79,11 @@ def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[
                 key: " ".join(map(str, value)) if isinstance(value, list) else str(value)
                 for key, value in own.items()
             }
-            found += _axes(texts, sensor, unit, source, None)
+            found += _axis_documents(texts, sensor, unit, source, None)
     return found
 
 
-def _axes(
+def _axis_documents(
     given: Mapping[str, str], sensor: str, unit: str, source: str, rate: str | None
 ) -> list[dict[str, Any]]:
     """List of model documents (dicts): three named x, y, z if any field has three numbers, else one for the sensor.

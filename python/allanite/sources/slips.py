@@ -28,11 +28,11 @@ SLIPS_OF_ALL = (
 )
 
 
-def slip(coefficient: str, ratio: float, tolerance: float) -> str:
-    """Text ``looks as if …`` with the mistake that explains `ratio`, measured divided by stated value; empty if none does.
+def mistake_text(coefficient: str, ratio: float, tolerance: float) -> str:
+    """Text ``looks as if …`` that names the mistake with units that explains `ratio` (measured over stated value); or "".
 
-    |ln ratio| must exceed the tolerance, and ln ratio must agree with that of a known factor to within the tolerance or
-    0.1, whichever is smaller.
+    A mistake explains a ratio if |ln ratio| exceeds the tolerance, and ln ratio agrees with that of a known factor to
+    within the tolerance or 0.1, whichever is smaller.
     """
     if ratio <= 0 or abs(math.log(ratio)) <= tolerance:
         return ""

@@ -67,25 +67,25 @@ def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
         place = getattr(error, "problem_mark", None)
         row = f" (line {place.line + 1})" if place is not None else ""
         raise InputError(f"not a YAML file{row}") from None
-    nodes = _nodes(tree)
+    nodes = _top_mappings(tree)
     kalibr = [n for n in nodes if any(f"{s}_{KALIBR[0]}" in n for s, _, _ in SENSORS)]
     if kalibr:
-        return [d for node in kalibr for d in _kalibr(node, str(path), len(kalibr) > 1)]
+        return [d for node in kalibr for d in _kalibr_documents(node, str(path), len(kalibr) > 1)]
     if isinstance(tree, dict) and ("Gyr" in tree or "Acc" in tree):
-        return _imu_utils(tree, str(path), rate)
+        return _imu_utils_documents(tree, str(path), rate)
     raise InputError(
         "neither a Kalibr file (gyroscope_noise_density) nor one of imu_utils (Gyr, Acc)"
     )
 
 
-def _nodes(tree: Any) -> list[dict[str, Any]]:
-    """List of mappings: the document itself and the mappings directly inside it (``imu0:``); empty if it is no mapping."""
+def _top_mappings(tree: Any) -> list[dict[str, Any]]:
+    """List of the mappings in a parsed YAML document: itself, and those directly inside (``imu0:``); [] if it is none."""
     if not isinstance(tree, dict):
         return []
     return [tree, *(value for value in tree.values() if isinstance(value, dict))]
 
 
-def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[str, Any]]:
+def _kalibr_documents(node: Mapping[str, Any], source: str, several: bool) -> list[dict[str, Any]]:
     """List of model documents (dicts) of one IMU in a Kalibr file, one per sensor; with `several`, named by ROS topic.
 
     Sensors without a noise density are left out. Raises `InputError` unless N and K are positive numbers.
@@ -95,7 +95,7 @@ def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[st
     for sensor, _, unit in SENSORS:
         if f"{sensor}_{KALIBR[0]}" not in node:
             continue
-        N, K = (_positive(node, f"{sensor}_{key}") for key in KALIBR)
+        N, K = (_positive_number(node, f"{sensor}_{key}") for key in KALIBR)
         name = f"{node.get('rostopic', sensor)} {sensor}" if several else sensor
         assumptions = [
             "Kalibr file: N and K are taken as continuous-time, two-sided densities; they were not fitted by allanite"
@@ -104,7 +104,9 @@ def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[st
     return found
 
 
-def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list[dict[str, Any]]:
+def _imu_utils_documents(
+    tree: Mapping[str, Any], source: str, rate: float | None
+) -> list[dict[str, Any]]:
     """List of model documents (dicts) of an imu_utils file: three axes per sensor if all are present, else their average.
 
     N is the noise per sample divided by √rate, B the minimum divided by 0.664. Raises `InputError` without the rate, or
@@ -126,8 +128,8 @@ def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list
             part = node.get(axis)
             if not isinstance(part, dict):
                 raise InputError(f"{short.capitalize()} has no {axis}")
-            noise = _positive(part, f"{short}_n")
-            floor = _positive(part, f"{short}_w")
+            noise = _positive_number(part, f"{short}_n")
+            floor = _positive_number(part, f"{short}_w")
             values = {"N": noise / math.sqrt(rate), "B": floor / PLATEAU}
             white = (
                 f"imu_utils file, log at {rate:g} Hz: {short}_n is the standard deviation of a sample,"
@@ -140,7 +142,7 @@ def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list
     return found
 
 
-def _positive(node: Mapping[str, Any], key: str) -> float:
+def _positive_number(node: Mapping[str, Any], key: str) -> float:
     """Value of `key` in a file as a float. Raises `InputError` if it is missing, no number, not positive or infinite."""
     try:
         value = float(node[key])

@@ -12,7 +12,7 @@ from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
 from allanite.effects.model import Model
 from allanite.exports import export
-from allanite.exports._axis import axes_of, used
+from allanite.exports._axis import axes_of, axis_for_export
 from allanite.exports._choice import choose
 
 TAU = np.unique(np.round(np.geomspace(1, 10_000, 60))) / 100.0
@@ -269,13 +269,13 @@ def test_an_overbound_of_a_power_law_is_near_its_density():
     assert found.std_error is not None
     f = rate / n * 10.0
     true = density**2 + level**2 / rate * (2.0 * np.sin(np.pi * f / rate)) ** -exponent
-    chosen = choose(used(axes_of([fit.to_dict()])[0], None, None), overbound=True)
+    chosen = choose(axis_for_export(axes_of([fit.to_dict()])[0], None, None), overbound=True)
     bound = chosen.N**2 + (chosen.K / (2.0 * np.pi * f)) ** 2
     assert 1.0 < np.sqrt(bound / true) < 3.0
 
     # Level and exponent err together: the bound is within 1.3 of the tightest N and K, on average over the times of use.
     def above(document):
-        return choose(used(axes_of([document])[0], None, None), overbound=True).model
+        return choose(axis_for_export(axes_of([document])[0], None, None), overbound=True).model
 
     document = fit.to_dict()
     noise, law = fit.model.effects
@@ -285,7 +285,7 @@ def test_an_overbound_of_a_power_law_is_near_its_density():
     law = law.with_values(level=law.level * float(np.sqrt(power / law.psd(at, rate))[0]))
     known = model_to_dict(Model((noise.with_values(N=density), law)))
     tightest = above({**known, "recording": fit.recording.describe()})
-    tau = used(axes_of([document])[0], None, None).taus
+    tau = axis_for_export(axes_of([document])[0], None, None).taus
     own, apart = (
         np.sqrt(bound.allan_variance(tau, rate) / tightest.allan_variance(tau, rate))
         for bound in (above(document), above({**document, "correlations": None}))

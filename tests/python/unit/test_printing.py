@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 import allanite as al
 from allanite.cli import cli
-from allanite.cli.output import wrapped
+from allanite.cli.output import wrapped_to_terminal
 from allanite.common.errors import InputError
 from allanite.common.numbers import (
     harmonics_text,
@@ -246,9 +246,9 @@ def test_sentences_are_wrapped_and_tables_are_not(monkeypatch):
     row = "  angle random walk  N  " + "1" * 80
     text = f"{row}\n  2. {'word ' * 30}"
     monkeypatch.setenv("COLUMNS", "70")
-    assert wrapped(text) == text  # no terminal: another program reads it
+    assert wrapped_to_terminal(text) == text  # no terminal: another program reads it
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
-    lines = wrapped(text).splitlines()
+    lines = wrapped_to_terminal(text).splitlines()
     assert lines[0] == row
     assert max(map(len, lines[1:])) <= 70
     assert all(line.startswith("     word") for line in lines[2:])

@@ -451,13 +451,13 @@ def test_watch_from_the_command_line(tmp_path):
 
 def test_watch_of_datagrams():
     from allanite.cli.first_rows import WatchedColumn
-    from allanite.cli.live_source import Stop, rows_of
+    from allanite.cli.live_source import Stop, samples_of_source
 
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     found, stop = [], Stop()
-    rows = rows_of(f"udp://127.0.0.1:{port}", lambda _: WatchedColumn(1), stop)
+    rows = samples_of_source(f"udp://127.0.0.1:{port}", lambda _: WatchedColumn(1), stop)
     reader = threading.Thread(target=lambda: found.extend(some.samples for some in rows))
     reader.start()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:

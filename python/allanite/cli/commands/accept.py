@@ -92,7 +92,7 @@ def command(
     from pathlib import Path
 
     from allanite.cli import output
-    from allanite.cli.options import columns_of
+    from allanite.cli.options import read_columns
     from allanite.common.errors import InputError
     from allanite.common.files import check_target
     from allanite.common.units import parse_unit
@@ -107,7 +107,7 @@ def command(
         if Path(report).suffix.lower() not in (".html", ".htm"):
             raise InputError(f"--report {report}: the name must end in .html")
         check_target(report)
-    columns = columns_of(log, options)
+    columns = read_columns(log, options)
     tested = [c for c in columns if part.of_kind(parse_unit(c.unit).kind).figures]
     if not tested:
         kinds = ", ".join(dict.fromkeys(parse_unit(c.unit).kind for c in columns))
@@ -122,14 +122,14 @@ def command(
     if report is not None:
         save_acceptance(found, report, serial, date)
     if as_csv:
-        click.echo(_csv(found, log, serial, date), nl=False)
+        click.echo(_csv_text(found, log, serial, date), nl=False)
     else:
         output.print_findings(tested, options)
         output.print_results(found, options)
     ctx.exit(EXIT_CODES[overall_verdict(found)])
 
 
-def _csv(found: Sequence[Acceptance], log: str, serial: str, date: str) -> str:
+def _csv_text(found: Sequence[Acceptance], log: str, serial: str, date: str) -> str:
     """CSV text with a header and one row per axis and figure; numbers have six digits, missing ones are empty."""
     import csv
     import io

@@ -166,11 +166,11 @@ def _measured(
 
     simple = kinds == ("oadev",) and options.trim is None and options.decimate is None
     if simple and (is_points_per_decade(taus) or taus == "octave") and long_log.is_too_large(file):
-        return _summarized(log, file, taus, options)
+        return _measured_in_chunks(log, file, taus, options)
     from allanite import deviation
-    from allanite.cli.options import columns_of
+    from allanite.cli.options import read_columns
 
-    columns = columns_of(log, options, for_fit=False, copy=file)
+    columns = read_columns(log, options, for_fit=False, copy=file)
     grid = int(taus) if is_points_per_decade(taus) else taus
     return [
         _Measured(column, getattr(deviation, kind)(column, taus=grid))
@@ -179,10 +179,10 @@ def _measured(
     ]
 
 
-def _summarized(log: str, file: Path, taus: str, options: LogOptions) -> list[_Measured]:
+def _measured_in_chunks(log: str, file: Path, taus: str, options: LogOptions) -> list[_Measured]:
     """List of `_Measured` with the overlapping Allan deviation of each column of a log that is read in chunks.
 
-    A diagnostic says why. Raises `InputError` for too many averaging times per decade.
+    A diagnostic says why it is read in chunks. Raises `InputError` for too many averaging times per decade.
     """
     from allanite.readers import request_of
     from allanite.readers.long_log import summary_of_log

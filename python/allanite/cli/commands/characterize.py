@@ -129,7 +129,7 @@ def command(
     from allanite.axes import characterize
     from allanite.axes.turn_on import turn_on_biases
     from allanite.cli import output as out
-    from allanite.cli.options import recordings_of
+    from allanite.cli.options import read_recordings
     from allanite.cli.run_folder import RunFolder
     from allanite.common.files import whole_file
     from allanite.effects.files import parse_model
@@ -138,9 +138,9 @@ def command(
     in_folder = _is_folder(target, output)
     _check_output_options(plot, report, save, target, output, in_folder=in_folder)
     check_columns = None if target is None else partial(_check_columns, target)
-    recordings = recordings_of(logs[0], options, check_columns)
+    recordings = read_recordings(logs[0], options, check_columns)
     parsed = parse_model(model or start_model(recordings[0]))
-    further = [recordings_of(log, options) for log in logs[1:]]
+    further = [read_recordings(log, options) for log in logs[1:]]
     at_work = _working_recordings(working, options, recordings)
     how: dict[str, Any] = {
         "overbound": overbound,
@@ -190,7 +190,7 @@ def command(
         written.append(report)
     if save is not None:
         with whole_file(save) as draft:
-            draft.write_text(out.dumps(found.to_dict()) + "\n", encoding="utf-8")
+            draft.write_text(out.json_text(found.to_dict()) + "\n", encoding="utf-8")
         written.append(save)
     if target is not None:
         _print_warnings(found)
@@ -203,7 +203,7 @@ def command(
                 draft.write_text(text, encoding="utf-8")
             written.append(str(path))
     if options.as_json:
-        click.echo(out.dumps(found.to_dict()))
+        click.echo(out.json_text(found.to_dict()))
         return
     click.echo(found.table(out.terminal_width(), words_of(options.trim)))
     if written and not options.quiet:
@@ -221,13 +221,13 @@ def _working_recordings(
     from dataclasses import replace
 
     from allanite.axes.working import check_working
-    from allanite.cli.options import recordings_of
+    from allanite.cli.options import read_recordings
     from allanite.common.errors import about
 
     if working is None:
         return []
     own = replace(options, anyway=True, trim=None, quiet=True)
-    found = recordings_of(working, own)
+    found = read_recordings(working, own)
     with about(working):
         check_working(rest, found)
     return found

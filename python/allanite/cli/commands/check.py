@@ -35,9 +35,9 @@ def command(
     """
     from allanite.cli import output
     from allanite.cli.models import start_models
-    from allanite.cli.options import columns_of
+    from allanite.cli.options import read_columns
 
-    columns = columns_of(log, options)
+    columns = read_columns(log, options)
     output.check_targets(plot)
     starts = start_models(model, columns)
     checks = []

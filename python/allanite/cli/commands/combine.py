@@ -47,13 +47,13 @@ def command(
     the sensors that are noisier or quieter than the others. allanite export reads the file of --save.
     """
     from allanite.cli import output as out
-    from allanite.cli.options import recording_of
+    from allanite.cli.options import read_recording
     from allanite.combination import combine
     from allanite.combination.combine import units_of
     from allanite.common.errors import InputError
 
     out.check_targets(plot, save)
-    recordings = [recording_of(log, options) for log in logs]
+    recordings = [read_recording(log, options) for log in logs]
     groups = units_of(recordings, named=bool(options.column))
     if save is not None and len(groups) > 1:
         raise InputError(

@@ -63,20 +63,20 @@ def command(
 
     from allanite.cli import output
     from allanite.cli.models import models_of
-    from allanite.cli.options import columns_of
+    from allanite.cli.options import read_columns
     from allanite.comparison.curves import Drawn, compare
     from allanite.sources.deviation_table import curves_of_table
 
     output.check_targets(plot)
     named: list[tuple[str, Any, str | None]] = []
     columns = []
-    for item, label in zip(items, _labels(items), strict=True):
+    for item, label in zip(items, _item_labels(items), strict=True):
         if _is_table(item):
             for name, unit, tau, deviation in curves_of_table(Path(item), options.unit):
                 curve = Drawn(f"{label} {name}", "recording", unit, tau, deviation)
                 named.append((curve.name, curve, unit))
         elif _is_log(item):
-            for column in columns_of(item, options):
+            for column in read_columns(item, options):
                 columns.append(column)
                 named.append((f"{label} {column.columns[0]}", column, None))
         else:
@@ -95,7 +95,7 @@ def command(
     output.print_results(results, options)
 
 
-def _labels(items: Sequence[str]) -> list[str]:
+def _item_labels(items: Sequence[str]) -> list[str]:
     """List of the base names of the items, with the folder where several items have one base name."""
     from pathlib import Path
 

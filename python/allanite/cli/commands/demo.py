@@ -42,7 +42,7 @@ def command(output: str, seed: int, as_json: bool) -> None:
     """
     from pathlib import Path
 
-    from allanite.cli.output import dumps, write_csv
+    from allanite.cli.output import json_text, write_csv
     from allanite.common.files import whole_file
     from allanite.effects.files import parse_model
     from allanite.study import improve
@@ -67,12 +67,12 @@ def command(output: str, seed: int, as_json: bool) -> None:
         result.plot(folder / f"{name}.svg")
     last.save(folder / "model.json")
     if as_json:
-        click.echo(dumps(study.to_dict()))
+        click.echo(json_text(study.to_dict()))
         return
     click.echo(str(first))
     click.echo("\nStepwise model building, one missing effect per step:\n")
     click.echo(str(study))
-    click.echo(f"\n{_verdict(study)}")
+    click.echo(f"\n{_verdict_sentence(study)}")
     names = ", ".join(f"{name}.svg" for name, _ in figures)
     click.echo(
         f"Files in {folder}: {names}, imu.csv, and model.json for allanite simulate, compare and export."
@@ -81,7 +81,7 @@ def command(output: str, seed: int, as_json: bool) -> None:
     click.echo(f"Next, open this log or your own in the browser: {program} explore {log}")
 
 
-def _verdict(study: Study) -> str:
+def _verdict_sentence(study: Study) -> str:
     """Sentence that says which kinds of the effects in `HIDDEN` the search found, missed, and added in excess."""
     from allanite.effects.files import parse_model
 

@@ -55,9 +55,9 @@ def command(
     """
     from allanite.cli import output
     from allanite.cli.models import start_models
-    from allanite.cli.options import columns_of
+    from allanite.cli.options import read_columns
 
-    columns = [column for log in logs for column in columns_of(log, options)]
+    columns = [column for log in logs for column in read_columns(log, options)]
     output.check_targets(plot, save)
     starts = start_models(model, columns)
     fits = [m.fit(column, method=method) for m, column in zip(starts, columns, strict=True)]
@@ -89,8 +89,8 @@ def command(
             "columns": documents,
             "pooled": [many.pooled_dict() for many in together],
         }
-        click.echo(output.dumps(document))
+        click.echo(output.json_text(document))
         return
     output.print_results(results, options)
     for many in together:
-        click.echo(output.wrapped(f"\n{many}"))
+        click.echo(output.wrapped_to_terminal(f"\n{many}"))

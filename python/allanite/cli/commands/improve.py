@@ -80,11 +80,11 @@ def command(
     from allanite.axes.run import improve_columns
     from allanite.cli import output
     from allanite.cli.models import start_models
-    from allanite.cli.options import columns_of
+    from allanite.cli.options import read_columns
     from allanite.common.threads import results_or_raise
     from allanite.study import SearchInterrupted, improve
 
-    columns = columns_of(log, options)
+    columns = read_columns(log, options)
     starts = start_models(model, columns)
     output.check_targets(plot, save)
     names = [c.columns[0] for c in columns]

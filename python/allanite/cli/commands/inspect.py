@@ -32,5 +32,7 @@ def command(log: str, options: LogOptions) -> None:
         names = ", ".join(options.after_reading)
         click.echo(f"· {names} ignored: inspect shows the whole log as it is read", err=True)
     click.echo(
-        output.dumps(found.to_dict()) if options.as_json else output.wrapped(found.worded(WORDS))
+        output.json_text(found.to_dict())
+        if options.as_json
+        else output.wrapped_to_terminal(found.worded(WORDS))
     )

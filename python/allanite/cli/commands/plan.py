@@ -91,7 +91,7 @@ def command(
     from dataclasses import replace
 
     from allanite.cli.models import models_of
-    from allanite.cli.output import dumps
+    from allanite.cli.output import json_text
     from allanite.common.errors import InputError
     from allanite.planning import detection_power, plan
 
@@ -122,7 +122,7 @@ def command(
         )
         power_found = replace(planned.power, unit=models[0].unit)
         document, result = planned.to_dict(), replace(planned, power=power_found)
-    click.echo(dumps(document) if as_json else str(result))
+    click.echo(json_text(document) if as_json else str(result))
 
 
 def _effect_to_find(text: str, unit: str | None) -> Effect | str:

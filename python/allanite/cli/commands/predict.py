@@ -67,7 +67,7 @@ def command(
     Schuler oscillation. A gyroscope alone gives velocity and position by tilt: the error of its angle since the fix times
     gravity, integrated.
     """
-    from allanite.cli.output import dumps
+    from allanite.cli.output import json_text
     from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
     from allanite.common.validation import positive
     from allanite.statespace.budget import Axis, six_axis_budget
@@ -80,7 +80,9 @@ def command(
         else positive(until, "--until", "s", "write a positive number of seconds")
     )
     documents, tables, axes = [], [], []
-    for name, whole, unit, rate, recording in _models(log, model, options, overbound=overbound):
+    for name, whole, unit, rate, recording in _models_to_predict(
+        log, model, options, overbound=overbound
+    ):
         axes.append(Axis(name, whole, unit, rate))
         duration = None if recording is None else recording.duration
         found = error_growth(
@@ -118,12 +120,12 @@ def command(
         several: dict[str, Any] = {"schema": "allanite/predict/1", "columns": documents}
         if together:
             several["six_axes"] = together
-        click.echo(dumps(one or several))
+        click.echo(json_text(one or several))
     else:
         click.echo("\n\n".join(tables))
 
 
-def _models(
+def _models_to_predict(
     log: str | None, text: str, options: LogOptions, *, overbound: bool
 ) -> Iterator[tuple[str, Any, str, float, Recording | None]]:
     """Yield (name, model, unit, rate in Hz, recording) of each column; the recording is None without a log.
@@ -132,9 +134,9 @@ def _models(
     a log, a model without values is fitted first. Raises `InputError` if the unit or rate is missing.
     """
     from allanite.cli.models import model_for_column, models_of
-    from allanite.cli.options import columns_of
+    from allanite.cli.options import read_columns
     from allanite.common.errors import InputError, about
-    from allanite.exports import sized
+    from allanite.exports import model_of_expected_size
     from allanite.recording.samples import find_column
 
     models = models_of(text)
@@ -150,17 +152,17 @@ def _models(
                     f"{m.name}: the unit or the rate of the samples is missing: add --unit UNIT and --rate HZ"
                 )
             with about(text):
-                own = sized(m.document, m.model, overbound=overbound)
+                own = model_of_expected_size(m.document, m.model, overbound=overbound)
             yield m.name, own, unit, rate, None
         return
-    for column in columns_of(log, options):
+    for column in read_columns(log, options):
         m = model_for_column(models, column.columns[0], text)
         own, document = m.model, m.document
         if any(getattr(e, e.coefficient) is None for e in own.stochastic):
             fit = own.fit(column)
             own, document = fit.model, fit.to_dict()
         with about(text):
-            own = sized(document, own, overbound=overbound)
+            own = model_of_expected_size(document, own, overbound=overbound)
         # The values of a model file are in the unit of its own recording.
         here = column if m.unit is None else column.to(m.unit)
         yield column.columns[0], own, here.unit, here.rate, here

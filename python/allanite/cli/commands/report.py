@@ -51,7 +51,7 @@ def command(
     With --json, the same numbers go to standard output. A file is then written only if --output names one.
     """
     from allanite.cli import output as out
-    from allanite.cli.options import recording_of
+    from allanite.cli.options import read_recording
     from allanite.common.errors import InputError
     from allanite.common.files import check_target
     from allanite.effects.files import parse_model
@@ -64,7 +64,7 @@ def command(
         check_target(target)
         if interactive and kind != "html":
             raise InputError(f"{target}: only HTML can be interactive: end the name in .html")
-    recordings = [recording_of(log, options) for log in logs]
+    recordings = [read_recording(log, options) for log in logs]
     model = model or start_model(recordings[0])
     parsed = parse_model(model)
     reports = []
@@ -79,7 +79,7 @@ def command(
     if target is not None:
         report.save(target, interactive)
     if options.as_json:
-        click.echo(out.dumps(report.to_dict()))
+        click.echo(out.json_text(report.to_dict()))
         return
     out.print_findings([entry.recording for entry in report.entries], options)
     for entry in report.entries:

@@ -181,7 +181,7 @@ def _write_and_describe(
     recording: Recording, model: str, seed: int, output: str | None, as_json: bool
 ) -> None:
     """Write a recording to a file and print a line about the file, or JSON with `as_json`; without a file, print CSV."""
-    from allanite.cli.output import dumps, write_csv
+    from allanite.cli.output import json_text, write_csv
     from allanite.common.files import whole_file
 
     if output is None:
@@ -192,7 +192,7 @@ def _write_and_describe(
     if as_json:
         description = {**recording.describe(), "path": output}
         click.echo(
-            dumps(
+            json_text(
                 {
                     "schema": "allanite/simulate/1",
                     "model": model,

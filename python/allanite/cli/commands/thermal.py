@@ -52,7 +52,7 @@ def command(
     """
     from allanite.calibration import thermal
     from allanite.cli import output as out
-    from allanite.cli.options import recording_of
+    from allanite.cli.options import read_recording
     from allanite.common.errors import InputError
     from allanite.common.files import check_target, whole_file
 
@@ -65,7 +65,7 @@ def command(
         raise InputError("--export and --json both use standard output: add --output FILE")
     if len(options.covariate) > 1:
         raise InputError("give only one --covariate: the column of the temperature")
-    recordings = [recording_of(log, options) for log in logs]
+    recordings = [read_recording(log, options) for log in logs]
     if target is None or output is not None:
         for log, recording in zip(logs, recordings, strict=True):
             out.print_findings(list(recording), options, log if len(logs) > 1 else "")
@@ -88,9 +88,9 @@ def command(
     if plot is not None:
         out.save_figure(found.plot(), plot)
     if options.as_json:
-        click.echo(out.dumps(found.to_dict()))
+        click.echo(out.json_text(found.to_dict()))
     elif target is None or output is not None:
-        click.echo(out.wrapped(str(found)))
+        click.echo(out.wrapped_to_terminal(str(found)))
     if target is not None:
         text = found.export(target)
         if output is None:

@@ -90,9 +90,9 @@ def command(
     if options.as_json:
         documents = [one.to_dict() for one in found]
         one = documents[0] if len(documents) == 1 else None
-        click.echo(output.dumps(one or {"schema": "allanite/timing/1", "columns": documents}))
+        click.echo(output.json_text(one or {"schema": "allanite/timing/1", "columns": documents}))
     else:
-        click.echo(output.wrapped("\n\n".join(map(str, found))))
+        click.echo(output.wrapped_to_terminal("\n\n".join(map(str, found))))
 
 
 def _phase_and_corrections(
@@ -105,15 +105,15 @@ def _phase_and_corrections(
     """
     from dataclasses import replace
 
-    from allanite.cli.options import recording_of
+    from allanite.cli.options import read_recording
 
-    first = recording_of(log, options, for_fit=False)
+    first = read_recording(log, options, for_fit=False)
     names = frozenset(column.name for column in first.log_columns)
     if as_logged or names not in SERVOS:
         return first, None
     covariates = (*options.covariate, "frequency")
     again = replace(options, covariate=covariates, quiet=True)
-    return recording_of(log, again, for_fit=False), ("frequency", SERVOS[names])
+    return read_recording(log, again, for_fit=False), ("frequency", SERVOS[names])
 
 
 def _print_three_cornered_hat(logs: tuple[str, ...], options: LogOptions) -> None:
@@ -122,17 +122,17 @@ def _print_three_cornered_hat(logs: tuple[str, ...], options: LogOptions) -> Non
     Raises `InputError` for several logs.
     """
     from allanite.cli import output
-    from allanite.cli.options import recording_of
+    from allanite.cli.options import read_recording
     from allanite.clocks import three_cornered_hat
     from allanite.common.errors import InputError, about
 
     if len(logs) > 1:
         raise InputError("--hat: give one log, with a column for each clock")
-    recording = recording_of(logs[0], options, for_fit=False)
+    recording = read_recording(logs[0], options, for_fit=False)
     output.print_findings([recording], options)
     with about(logs[0]):
         found = three_cornered_hat(recording)
-    click.echo(output.dumps(found.to_dict()) if options.as_json else str(found))
+    click.echo(output.json_text(found.to_dict()) if options.as_json else str(found))
 
 
 #: Columns of a servo's log → phase in s that 1 unit of its frequency column adds in 1 s. linuxptp (ppb) prints by how

@@ -63,7 +63,7 @@ def command(
     from pathlib import Path
 
     from allanite.cli import output
-    from allanite.cli.options import recording_of
+    from allanite.cli.options import read_recording
     from allanite.cli.pipe import log_file
     from allanite.common.errors import InputError, about
     from allanite.readers.texts.hector import offsets_of
@@ -74,12 +74,12 @@ def command(
         own = replace(options, quantity="rate", output_unit=None)
         try:
             # The unit of a series may be any text, which `read` does not know.
-            recording = recording_of(log, replace(own, unit="1"), for_fit=False, copy=file)
+            recording = read_recording(log, replace(own, unit="1"), for_fit=False, copy=file)
         except InputError as error:
             if error.missing != "unit":
                 raise
             # The log states a unit that `read` knows.
-            recording = recording_of(log, own, for_fit=False, copy=file)
+            recording = read_recording(log, own, for_fit=False, copy=file)
     stated = {c.unit for c in recording.log_columns if c.name in recording.columns}
     unit = options.unit or (stated.pop() if len(stated) == 1 else None)
     if unit is None or (unit == "1" and options.unit is None):
@@ -108,9 +108,9 @@ def command(
         )
     output.print_findings([recording], options)
     if options.as_json:
-        click.echo(output.dumps(trends.to_dict()))
+        click.echo(output.json_text(trends.to_dict()))
     else:
-        click.echo(output.wrapped(str(trends)))
+        click.echo(output.wrapped_to_terminal(str(trends)))
 
 
 def _output_unit_and_factor(unit: str, requested: str | None) -> tuple[str, float]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import rate_of, split
-from allanite.exports._head import head
+from allanite.exports._axis import gyro_and_accel_axes, rate_of
+from allanite.exports._head import head_comments
 from allanite.exports._lines import check_both_sensors, choose_all
 from allanite.exports._target import Target
-from allanite.exports._triad import in_xyz
+from allanite.exports._triad import numbers_in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,15 +28,17 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """
     update = rate_of(axes, rate, "basalt")
     check_both_sensors(axes, "basalt")
-    gyro, accel = (choose_all(own, overbound=overbound) for own in split(axes))
+    gyro, accel = (choose_all(own, overbound=overbound) for own in gyro_and_accel_axes(axes))
     convention = (
         f"Basalt: continuous-time, two-sided densities of x, y, z. Basalt multiplies N by sqrt({update:g} Hz) itself.",
         "Copy these lines into value0 of your calibration file, which also holds the cameras.",
     )
-    lines = head([*gyro, *accel], convention)
+    lines = head_comments([*gyro, *accel], convention)
     values: dict[str, object] = {"imu_update_rate": update}
     for name, pairs in (("accel", accel), ("gyro", gyro)):
-        places, axis_remarks = in_xyz([axis for axis, _ in pairs], [(c.N, c.K) for _, c in pairs])
+        places, axis_remarks = numbers_in_xyz(
+            [axis for axis, _ in pairs], [(c.N, c.K) for _, c in pairs]
+        )
         values[f"{name}_noise_std"] = [N for N, _ in places]
         values[f"{name}_bias_std"] = [K for _, K in places]
         lines += [f"{name} {remark}" for remark in axis_remarks]

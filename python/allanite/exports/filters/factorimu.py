@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import rate_of, split
-from allanite.exports._head import head
+from allanite.exports._axis import gyro_and_accel_axes, rate_of
+from allanite.exports._head import head_comments
 from allanite.exports._lines import check_both_sensors, choose_all
 from allanite.exports._target import Target
-from allanite.exports._text import comments
-from allanite.exports._triad import in_xyz
+from allanite.exports._text import as_comments
+from allanite.exports._triad import numbers_in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """
     fs = rate_of(axes, rate, "factorimu")
     check_both_sensors(axes, "factorimu")
-    gyro, accel = (choose_all(own, overbound=overbound) for own in split(axes))
+    gyro, accel = (choose_all(own, overbound=overbound) for own in gyro_and_accel_axes(axes))
     convention = [
         "factorIMUParameters: continuous-time, two-sided covariances N^2 and K^2, despite the units in its documentation.",
         "The factor multiplies N^2 by SampleRate for a sample, and K^2 by the time between two nodes.",
@@ -42,14 +42,16 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         ("Gyroscope", ("rad/s", "rad/s^2"), gyro),
         ("Accelerometer", ("m/s^2", "m/s^3"), accel),
     ):
-        numbers, axis_remarks = in_xyz([a for a, _ in pairs], [(c.N, c.K) for _, c in pairs])
+        numbers, axis_remarks = numbers_in_xyz(
+            [a for a, _ in pairs], [(c.N, c.K) for _, c in pairs]
+        )
         convention += [f"{name} {line}" for line in axis_remarks]
         for key, column, unit in zip(
             ("Noise", "BiasNoise"), zip(*numbers, strict=True), units, strict=True
         ):
             values = " ".join(f"{value:.6e}" for value in column)
             rows.append(f"    '{name}{key}', diag([{values}].^2), ...  % ({unit})^2/Hz\n")
-    lines = comments(head([*gyro, *accel], convention), "%")
+    lines = as_comments(head_comments([*gyro, *accel], convention), "%")
     return (
         f"{lines}parameters = factorIMUParameters( ...\n{''.join(rows)}    'SampleRate', {fs:g});\n"
     )

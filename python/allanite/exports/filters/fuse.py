@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.exports._head import head
+from allanite.exports._head import head_comments
 from allanite.exports._process_noise import CONVENTION, STATES, process_noise
 from allanite.exports._target import Target
-from allanite.exports._text import comments
+from allanite.exports._text import as_comments
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,7 +36,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         *CONVENTION,
         *noise.remarks,
     )
-    lines = [comments(head(noise.pairs, convention, samples=True))]
+    lines = [as_comments(head_comments(noise.pairs, convention, samples=True))]
     for name, states in MODELS.items():
         others = ", ".join(state for state in states if state not in noise.variances)
         numbers = ", ".join(f"{noise.variances.get(state, MOTION):.6e}" for state in states)

@@ -6,9 +6,14 @@ import json
 import math
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import split
-from allanite.exports._head import head
-from allanite.exports._lines import check_both_sensors, choose_all, largest, with_shared_numbers
+from allanite.exports._axis import gyro_and_accel_axes
+from allanite.exports._head import head_comments
+from allanite.exports._lines import (
+    check_both_sensors,
+    choose_all,
+    largest_number,
+    with_shared_numbers,
+)
 from allanite.exports._target import Target
 
 if TYPE_CHECKING:
@@ -31,20 +36,23 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """
     check_both_sensors(axes, "glim")
     scans = rate or SCAN_RATE
-    gyro, accel = (choose_all(own, overbound=overbound) for own in split(axes))
+    gyro, accel = (choose_all(own, overbound=overbound) for own in gyro_and_accel_axes(axes))
     convention = (
         "GLIM: imu_acc_noise and imu_gyro_noise are continuous-time, two-sided densities. imu_bias_noise is the standard",
         f"deviation of a bias step from scan to scan, K/sqrt(scan rate), here for {scans:g} scans per second. GLIM uses",
         "one number for gyroscope and accelerometer: the larger one.",
     )
     values = {
-        "imu_acc_noise": largest(accel, "N")[0],
-        "imu_gyro_noise": largest(gyro, "N")[0],
+        "imu_acc_noise": largest_number(accel, "N")[0],
+        "imu_gyro_noise": largest_number(gyro, "N")[0],
         "imu_int_noise": 1e-8,
-        "imu_bias_noise": max(largest(own, "K")[0] for own in (gyro, accel)) / math.sqrt(scans),
+        "imu_bias_noise": max(largest_number(own, "K")[0] for own in (gyro, accel))
+        / math.sqrt(scans),
     }
     whole = {
-        "_comment": head([*with_shared_numbers(gyro), *with_shared_numbers(accel)], convention),
+        "_comment": head_comments(
+            [*with_shared_numbers(gyro), *with_shared_numbers(accel)], convention
+        ),
         "sensors": values,
     }
     return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

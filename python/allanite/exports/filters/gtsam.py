@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import split
-from allanite.exports._head import head
+from allanite.exports._axis import gyro_and_accel_axes
+from allanite.exports._head import head_comments
 from allanite.exports._initial import initial_bias, unknown_bias_text
-from allanite.exports._lines import choose_all, largest, with_shared_numbers
+from allanite.exports._lines import choose_all, largest_number, with_shared_numbers
 from allanite.exports._target import Target
-from allanite.exports._text import comments
+from allanite.exports._text import as_comments
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,12 +24,14 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     Each number is the largest of the axes of its sensor. A prior on the first bias follows if both sensors have several
     logs.
     """
-    gyro, accel = (choose_all(own, overbound=overbound) for own in split(axes))
+    gyro, accel = (choose_all(own, overbound=overbound) for own in gyro_and_accel_axes(axes))
     convention = (
         "GTSAM: continuous-time, two-sided covariances N^2 and K^2. They do not depend on the sampling rate.",
     )
     lines = [
-        comments(head([*with_shared_numbers(gyro), *with_shared_numbers(accel)], convention)),
+        as_comments(
+            head_comments([*with_shared_numbers(gyro), *with_shared_numbers(accel)], convention)
+        ),
         "import gtsam\nimport numpy as np\n\n",
         "# For a frame whose z axis points up. Use MakeSharedD if the z axis points down.\n",
         "parameters = gtsam.PreintegrationCombinedParams.MakeSharedU(9.80665)\n",
@@ -41,14 +43,14 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         (gyro, "setBiasOmegaCovariance", "K", "(rad/s^2)^2/Hz"),
     ):
         if own:
-            value, remark = largest(own, name)
+            value, remark = largest_number(own, name)
             note = f"{unit}, two-sided" + (f"; {remark}" if remark else "")
             lines.append(f"parameters.{setter}({value:.6e}**2 * np.eye(3))  # {note}\n")
         else:
             lines.append(
                 f"# parameters.{setter}: no model was given. GTSAM keeps its default until you set a value.\n"
             )
-    walks = [f"{largest(own, 'K')[0] if own else 0.0:.6e}" for own in (accel, gyro)]
+    walks = [f"{largest_number(own, 'K')[0] if own else 0.0:.6e}" for own in (accel, gyro)]
     lines.append(
         "# GTSAM 4.2 adds this covariance to every preintegration; its default is the identity. The uncertainty of the\n"
         "# bias belongs into the prior on the first bias of your graph. This file uses the random walk within 1 ms.\n"
@@ -79,7 +81,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             for own, value in zip((accel, gyro), known, strict=True)
             if own
         ]
-        lines.append(comments([f"Prior on the first bias: {one}" for one in sentences]))
+        lines.append(as_comments([f"Prior on the first bias: {one}" for one in sentences]))
     return "".join(lines)
 
 

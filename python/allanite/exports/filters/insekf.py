@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import rate_of, split
-from allanite.exports._head import head
+from allanite.exports._axis import gyro_and_accel_axes, rate_of
+from allanite.exports._head import head_comments
 from allanite.exports._initial import initial_bias, unknown_bias_text
 from allanite.exports._lines import choose_all
 from allanite.exports._target import Target
-from allanite.exports._text import comments
-from allanite.exports._triad import in_xyz
+from allanite.exports._text import as_comments
+from allanite.exports._triad import numbers_in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     of x, y and z has its own numbers. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "insekf")
-    sensors = [choose_all(own, overbound=overbound) for own in split(axes)]
+    sensors = [choose_all(own, overbound=overbound) for own in gyro_and_accel_axes(axes)]
     convention = [
         "insEKF: AdditiveProcessNoise is a continuous-time density, K^2 for a bias. A prediction over dt adds dt times",
         f"this density. Measurement noise is the variance of a sample at {fs:g} Hz, N^2*rate. Orientation, velocity and",
@@ -39,7 +39,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         if not pairs:
             continue
         own = [axis for axis, _ in pairs]
-        numbers, axis_remarks = in_xyz(own, [(choice.N, choice.K) for _, choice in pairs])
+        numbers, axis_remarks = numbers_in_xyz(own, [(choice.N, choice.K) for _, choice in pairs])
         convention += [f"{name} {line}" for line in axis_remarks]
         member = name.lower()
         members.append(member)
@@ -58,13 +58,15 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
                 "  % standard deviation at switch-on, largest of the axes\n"
             )
         else:
-            body.append(comments([unknown_bias_text(own[0])], "%"))
+            body.append(as_comments([unknown_bias_text(own[0])], "%"))
     made = "".join(
         f"{member} = ins{name};\n"
         for (name, _), member in zip(SENSORS, ("gyroscope", "accelerometer"), strict=True)
         if member in members
     )
-    lines = comments(head([pair for pairs in sensors for pair in pairs], convention), "%")
+    lines = as_comments(
+        head_comments([pair for pairs in sensors for pair in pairs], convention), "%"
+    )
     return (
         f"{lines}{made}filter = insEKF({', '.join(members)}, insMotionPose);\nstates = stateinfo(filter);\n"
         f"Q = filter.AdditiveProcessNoise;\n{''.join(body)}filter.AdditiveProcessNoise = Q;\n"

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.exports._axis import split
+from allanite.exports._axis import gyro_and_accel_axes
 from allanite.exports._choice import TIME_NOTE, choose_lag
 from allanite.exports._follow import shared_correlation_time
-from allanite.exports._head import head
+from allanite.exports._head import head_comments
 from allanite.exports._lines import check_both_sensors
 from allanite.exports._target import Target
-from allanite.exports._text import comments
-from allanite.exports._triad import in_xyz
+from allanite.exports._text import as_comments
+from allanite.exports._triad import numbers_in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,7 +30,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     N is in °/√h and m/s/√h, σ in °/h and mGal. All axes have one correlation time, in h. Each of x, y and z has its own
     numbers. `rate` is not used. Raises `InputError` unless both sensors are given.
     """
-    gyro, accel = split(axes)
+    gyro, accel = gyro_and_accel_axes(axes)
     check_both_sensors(axes, "kfgins")
     axes = [*gyro, *accel]
     if overbound:
@@ -51,7 +51,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         ("gyroscope", choose_all[: len(gyro)]),
         ("accelerometer", choose_all[len(gyro) :]),
     ):
-        places, axis_remarks = in_xyz([a for a, _ in pairs], [(c.N, c.sigma) for _, c in pairs])
+        places, axis_remarks = numbers_in_xyz(
+            [a for a, _ in pairs], [(c.N, c.sigma) for _, c in pairs]
+        )
         convention += [f"{sensor} {line}" for line in axis_remarks]
         rows.append(places)
 
@@ -59,7 +61,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         """Text ``[x, y, z]`` of the number at index `number` of each axis, divided by `unit`."""
         return "[" + ", ".join(f"{place[number] / unit:.6e}" for place in places) + "]"
 
-    return comments(head(choose_all, convention)) + (
+    return as_comments(head_comments(choose_all, convention)) + (
         "imunoise:\n"
         f"  arw: {row(rows[0], 0, DEGREE / 60)}  # deg/sqrt(hr)\n"
         f"  vrw: {row(rows[1], 0, 1 / 60)}  # m/s/sqrt(hr)\n"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import split
+from allanite.exports._axis import gyro_and_accel_axes
 from allanite.exports._choice import TIME_NOTE, choose_lag
-from allanite.exports._head import head
+from allanite.exports._head import head_comments
 from allanite.exports._lines import check_both_sensors
 from allanite.exports._target import Target
-from allanite.exports._text import comments
-from allanite.exports._triad import in_xyz
+from allanite.exports._text import as_comments
+from allanite.exports._triad import numbers_in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,11 +33,11 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     ]
     rows, pairs = [], []
     for own, white, bias, unit in zip(
-        split(axes), ("arw", "vrw"), ("gb", "ab"), ("rad/s", "m/s^2"), strict=True
+        gyro_and_accel_axes(axes), ("arw", "vrw"), ("gb", "ab"), ("rad/s", "m/s^2"), strict=True
     ):
         chosen = [(axis, choose_lag(axis, overbound=overbound)) for axis in own]
         numbers = [(c.N, c.q_c, c.correlation_time, c.sigma) for _, c in chosen]
-        places, axis_remarks = in_xyz([axis for axis, _ in chosen], numbers)
+        places, axis_remarks = numbers_in_xyz([axis for axis, _ in chosen], numbers)
         convention += [f"{white}: {line}" for line in axis_remarks]
         pairs += chosen
         for key, place, what in (
@@ -48,7 +48,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         ):
             values = " ".join(f"{one[place]:.6e}" for one in places)
             rows.append(f"imu.{key} = [{values}];  % {what}\n")
-    return comments(head(pairs, convention), "%") + "".join(rows)
+    return as_comments(head_comments(pairs, convention), "%") + "".join(rows)
 
 
 TARGETS = (Target("navego", "NaveGo", "navego_imu.m", render),)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import split
+from allanite.exports._axis import gyro_and_accel_axes
 from allanite.exports._choice import TIME_NOTE, choose_lag
-from allanite.exports._head import head
+from allanite.exports._head import head_comments
 from allanite.exports._lines import check_both_sensors
 from allanite.exports._target import Target
-from allanite.exports._text import comments
-from allanite.exports._triad import in_xyz
+from allanite.exports._text import as_comments
+from allanite.exports._triad import numbers_in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,15 +41,17 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         TIME_NOTE,
     ]
     lines = []
-    for own, rows in zip(split(axes), SENSORS, strict=True):
+    for own, rows in zip(gyro_and_accel_axes(axes), SENSORS, strict=True):
         chosen = [(a, choose_lag(a, overbound=overbound)) for a in own]
         pairs += chosen
-        places, axis_remarks = in_xyz(own, [(c.N, c.sigma, c.correlation_time) for _, c in chosen])
+        places, axis_remarks = numbers_in_xyz(
+            own, [(c.N, c.sigma, c.correlation_time) for _, c in chosen]
+        )
         convention += axis_remarks
         for number, (key, unit, spelled) in enumerate(rows):
             values = "; ".join(f"{place[number] / unit:.6e}" for place in places)
             lines.append(f"{key} = [{values}];  % {spelled}\n")
-    return comments(head(pairs, convention), "%") + (
+    return as_comments(head_comments(pairs, convention), "%") + (
         "eb = zeros(3,1);  % deg/h\ndb = zeros(3,1);  % ug\n"
         + "".join(lines)
         + "imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);\n"

@@ -41,7 +41,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     The filter uses the variances (dt·σ)². Each number is the largest of the axes of its sensor.
     """
     form = "param set {key} {value:.6e}  {note}"
-    return _file(axes, rate, form, overbound=overbound)
+    return _parameter_lines(axes, rate, form, overbound=overbound)
 
 
 def render_tabs(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
@@ -50,10 +50,12 @@ def render_tabs(axes: Sequence[Axis], rate: float | None, *, overbound: bool = F
     Each number is the largest of the axes of its sensor.
     """
     form = f"{{note}}\n1\t1\t{{key}}\t{{value:.9g}}\t{REAL32}"
-    return _file(axes, rate, form, overbound=overbound)
+    return _parameter_lines(axes, rate, form, overbound=overbound)
 
 
-def _file(axes: Sequence[Axis], rate: float | None, form: str, *, overbound: bool) -> str:
+def _parameter_lines(
+    axes: Sequence[Axis], rate: float | None, form: str, *, overbound: bool
+) -> str:
     """Text of a file whose lines have the format `form`: N/√dt, K/√dt and the bias at switch-on.
 
     The step dt is that of the filter, 1/`rate` or 0.01 s.

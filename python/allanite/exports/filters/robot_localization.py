@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import split
-from allanite.exports._head import head
+from allanite.exports._axis import gyro_and_accel_axes
+from allanite.exports._head import head_comments
 from allanite.exports._initial import initial_bias, unknown_bias_text
 from allanite.exports._process_noise import CONVENTION, STATES, process_noise
 from allanite.exports._target import Target
-from allanite.exports._text import comments
+from allanite.exports._text import as_comments
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,17 +42,17 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         *CONVENTION,
         *noise.remarks,
     )
-    lines = [comments(head(noise.pairs, convention, samples=True))]
+    lines = [as_comments(head_comments(noise.pairs, convention, samples=True))]
     lines.append("ekf_filter_node:\n  ros__parameters:\n")
     values = DEFAULTS | noise.variances
     others = ", ".join(state for state in STATES if state not in noise.variances)
     lines.append(
         f"    # Defaults of robot_localization; adapt them to the motion of your vehicle: {others}.\n"
     )
-    lines.append(f"    process_noise_covariance: {_diagonal(values)}\n")
+    lines.append(f"    process_noise_covariance: {_diagonal_matrix_text(values)}\n")
     initial = dict.fromkeys(STATES, INITIAL)
     known: list[str] = []
-    for (sensor, states), own in zip(RATES.items(), split(axes), strict=True):
+    for (sensor, states), own in zip(RATES.items(), gyro_and_accel_axes(axes), strict=True):
         found = [
             value for axis in own if (value := initial_bias(axis, overbound=overbound)) is not None
         ]
@@ -60,16 +60,16 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             initial |= dict.fromkeys(states, max(found) ** 2)
             known.append(sensor)
         elif own:
-            lines.append(comments([unknown_bias_text(own[0])], "    #"))
+            lines.append(as_comments([unknown_bias_text(own[0])], "    #"))
     if known:
         lines.append(
             f"    # Initial variance for {', '.join(known)}: variance of the bias at switch-on, largest of the axes.\n"
-            f"    initial_estimate_covariance: {_diagonal(initial)}\n"
+            f"    initial_estimate_covariance: {_diagonal_matrix_text(initial)}\n"
         )
     return "".join(lines)
 
 
-def _diagonal(values: dict[str, float]) -> str:
+def _diagonal_matrix_text(values: dict[str, float]) -> str:
     """Text of the full 15 × 15 matrix, row by row, with `values` (by state) on its diagonal and 0 elsewhere.
 
     Older versions accept no diagonal.

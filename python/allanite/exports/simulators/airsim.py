@@ -6,9 +6,9 @@ import json
 import math
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import split
-from allanite.exports._head import head
-from allanite.exports._lines import choose_all, largest, with_shared_numbers
+from allanite.exports._axis import gyro_and_accel_axes
+from allanite.exports._head import head_comments
+from allanite.exports._lines import choose_all, largest_number, with_shared_numbers
 from allanite.exports._target import Target
 
 if TYPE_CHECKING:
@@ -29,12 +29,14 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     (per √Hz), ``AngularRandomWalk`` in °/√h. Each number is the largest of the axes of its sensor; a missing sensor has
     none.
     """
-    gyro, accel = (choose_all(own, overbound=overbound, simulator=True) for own in split(axes))
+    gyro, accel = (
+        choose_all(own, overbound=overbound, simulator=True) for own in gyro_and_accel_axes(axes)
+    )
     convention = (
         "AirSim: continuous-time, two-sided densities; AirSim divides by sqrt(dt) itself. K = BiasStability/sqrt(Tau).",
     )
     sensor: dict[str, object] = {"SensorType": 2, "Enabled": True}
-    notes = head(
+    notes = head_comments(
         [*with_shared_numbers(gyro), *with_shared_numbers(accel)], convention, simulator=True
     )
     degree = math.pi / 180.0
@@ -44,7 +46,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     ):  # fmt: skip
         if not own:
             continue
-        (n, n_remark), (k, k_remark) = largest(own, "N"), largest(own, "K")
+        (n, n_remark), (k, k_remark) = largest_number(own, "N"), largest_number(own, "K")
         sensor[keys[0]] = float(f"{n / n_unit:.6e}")
         sensor[keys[1]] = TAU
         sensor[keys[2]] = float(f"{k * math.sqrt(TAU) / k_unit:.6e}")

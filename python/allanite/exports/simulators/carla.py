@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import rate_of, split
-from allanite.exports._head import head
+from allanite.exports._axis import gyro_and_accel_axes, rate_of
+from allanite.exports._head import head_comments
 from allanite.exports._lines import choose_all
 from allanite.exports._target import Target
-from allanite.exports._text import comments
-from allanite.exports._triad import in_xyz
+from allanite.exports._text import as_comments
+from allanite.exports._triad import numbers_in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,18 +31,18 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "CARLA's bias is constant, so this file cannot hold slow noise.",
     ]
     lines = []
-    for own, sensor in zip(split(axes), ("gyro", "accel"), strict=True):
+    for own, sensor in zip(gyro_and_accel_axes(axes), ("gyro", "accel"), strict=True):
         if not own:
             continue
         numbers = choose_all(own, overbound=overbound, simulator=True)
         pairs += numbers
-        places, axis_remarks = in_xyz(own, [(c.N,) for _, c in numbers])
+        places, axis_remarks = numbers_in_xyz(own, [(c.N,) for _, c in numbers])
         convention += [f"{sensor} {line}" for line in axis_remarks]
         lines += [
             f'    "noise_{sensor}_stddev_{axis}": "{white * math.sqrt(fs):.6e}",\n'
             for axis, (white,) in zip("xyz", places, strict=True)
         ]
-    return comments(head(pairs, convention, simulator=True)) + (
+    return as_comments(head_comments(pairs, convention, simulator=True)) + (
         "imu_attributes = {\n" + "".join(lines) + f'    "sensor_tick": "{1 / fs:.6e}",\n}}\n\n\n'
         "def set_on(blueprint):\n    for name, value in imu_attributes.items():\n"
         "        blueprint.set_attribute(name, value)\n"

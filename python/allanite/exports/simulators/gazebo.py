@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import rate_of, split
+from allanite.exports._axis import gyro_and_accel_axes, rate_of
 from allanite.exports._choice import TIME_NOTE, choose_lag
-from allanite.exports._head import head
+from allanite.exports._head import head_comments
 from allanite.exports._target import Target
 from allanite.exports._text import xml_comment
-from allanite.exports._triad import in_xyz
+from allanite.exports._triad import numbers_in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,12 +34,16 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         TIME_NOTE,
     ]
     body = []
-    for own, tag in zip(split(axes), ("angular_velocity", "linear_acceleration"), strict=True):
+    for own, tag in zip(
+        gyro_and_accel_axes(axes), ("angular_velocity", "linear_acceleration"), strict=True
+    ):
         if not own:
             continue
         chosen = [(a, choose_lag(a, overbound=overbound, simulator=True)) for a in own]
         pairs += chosen
-        places, axis_remarks = in_xyz(own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen])
+        places, axis_remarks = numbers_in_xyz(
+            own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen]
+        )
         convention += [f"{tag} {line}" for line in axis_remarks]
         body.append(f"  <{tag}>\n")
         for letter, (white, q_c, time) in zip("xyz", places, strict=True):
@@ -52,7 +56,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
                 f"</noise></{letter}>\n"
             )
         body.append(f"  </{tag}>\n")
-    notes = head(pairs, convention, simulator=True)
+    notes = head_comments(pairs, convention, simulator=True)
     return xml_comment(notes) + "<imu>\n" + "".join(body) + "</imu>\n"
 
 

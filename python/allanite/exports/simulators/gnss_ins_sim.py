@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import split
+from allanite.exports._axis import gyro_and_accel_axes
 from allanite.exports._choice import choose_lag
-from allanite.exports._head import head
+from allanite.exports._head import head_comments
 from allanite.exports._held import Choice
 from allanite.exports._target import Target
-from allanite.exports._text import comments
-from allanite.exports._triad import in_xyz
+from allanite.exports._text import as_comments
+from allanite.exports._triad import numbers_in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,20 +36,22 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "correlation time.",
     ]
     lines = []
-    for own, (sensor, rows) in zip(split(axes), SENSORS, strict=True):
+    for own, (sensor, rows) in zip(gyro_and_accel_axes(axes), SENSORS, strict=True):
         if not own:
             continue
         chosen = [(a, choose_lag(a, overbound=overbound, simulator=True)) for a in own]
         pairs += chosen
-        places, axis_remarks = in_xyz(own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen])
+        places, axis_remarks = numbers_in_xyz(
+            own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen]
+        )
         convention += [f"{sensor} {line}" for line in axis_remarks]
         held = [Choice(N, 0.0, q_c, time) for N, q_c, time in places]
         lines.append(f'    "{sensor}_b": np.zeros(3),\n')
         for key, name, unit, spelled in (*rows, ("b_corr", "correlation_time", 1.0, "s")):
             values = ", ".join(f"{getattr(c, name) / unit:.6e}" for c in held)
             lines.append(f'    "{sensor}_{key}": np.array([{values}]),  # {spelled}\n')
-    notes = head(pairs, convention, simulator=True)
-    return comments(notes) + "import numpy as np\n\nimu_err = {\n" + "".join(lines) + "}\n"
+    notes = head_comments(pairs, convention, simulator=True)
+    return as_comments(notes) + "import numpy as np\n\nimu_err = {\n" + "".join(lines) + "}\n"
 
 
 TARGETS = (Target("gnss-ins-sim", "gnss-ins-sim", "gnss-ins-sim.py", render, whole_record=True),)

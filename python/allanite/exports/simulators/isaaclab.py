@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from allanite.exports._axis import rate_of, split
+from allanite.exports._axis import gyro_and_accel_axes, rate_of
 from allanite.exports._choice import choose_lag
-from allanite.exports._head import head
+from allanite.exports._head import head_comments
 from allanite.exports._target import Target
-from allanite.exports._text import comments
+from allanite.exports._text import as_comments
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,7 +30,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "The bias is drawn at each reset and stays constant in an episode. Each number is the largest of the axes.",
     ]
     lines = []
-    for own, name in zip(split(axes), ("imu_ang_vel", "imu_lin_acc"), strict=True):
+    for own, name in zip(gyro_and_accel_axes(axes), ("imu_ang_vel", "imu_lin_acc"), strict=True):
         if not own:
             continue
         held = [(a, choose_lag(a, overbound=overbound, simulator=True)) for a in own]
@@ -42,7 +42,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             f'    noise_cfg=GaussianNoiseCfg(mean=0.0, std={white:.6e}, operation="add"),\n'
             f'    bias_noise_cfg=GaussianNoiseCfg(mean=0.0, std={bias:.6e}, operation="abs"),\n)\n'
         )
-    return comments(head(pairs, convention, simulator=True)) + (
+    return as_comments(head_comments(pairs, convention, simulator=True)) + (
         "from isaaclab.utils.noise import GaussianNoiseCfg, NoiseModelWithAdditiveBiasCfg\n\n"
         + "".join(lines)
     )

@@ -12,7 +12,7 @@ import pytest
 
 import allanite as al
 from allanite.cli.first_rows import WatchedColumn
-from allanite.cli.live_source import MAX_LINE, Stop, rows_of
+from allanite.cli.live_source import MAX_LINE, Stop, samples_of_source
 from allanite.scale import Watch
 from command_line import piped, refused, started, strict, until
 from moving_records import MOVING
@@ -97,7 +97,7 @@ def test_a_line_without_end_is_refused_in_little_memory(monkeypatch, tmp_path):
         file.write(b"7" * (2 * MAX_LINE))
         file.truncate(1 << 40)
     with pytest.raises(al.InputError, match="a line is longer than") as raised:
-        list(rows_of(str(tmp_path / "log"), lambda _: WatchedColumn(0), Stop()))
+        list(samples_of_source(str(tmp_path / "log"), lambda _: WatchedColumn(0), Stop()))
     assert "\n" not in str(raised.value)
 
 
@@ -191,7 +191,7 @@ class Following:
 
     def __init__(self, path, position=None, monkeypatch=None):
         self.stop = Stop()
-        self.rows = rows_of(
+        self.rows = samples_of_source(
             str(path), lambda _: WatchedColumn(0), self.stop, position=position, follow=True
         )
 

@@ -75,7 +75,7 @@ def command(
     """
     import sys
 
-    from allanite.cli.output import dumps
+    from allanite.cli.output import json_text
     from allanite.effects.files import parse_model
     from allanite.scale import fleet, run_fleet
     from allanite.scale.logs import DEADLINE
@@ -106,4 +106,4 @@ def command(
         on_note=on_note,
     )
     found = fleet(rows)
-    click.echo(dumps(found.to_dict()) if as_json else str(found))
+    click.echo(json_text(found.to_dict()) if as_json else str(found))

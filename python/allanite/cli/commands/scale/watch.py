@@ -87,7 +87,7 @@ def command(
     between two runs are lost. A file that is truncated or replaced is read from its first row.
     """
     from allanite.cli.first_rows import WatchedColumn, watched_column
-    from allanite.cli.live_source import Stop, is_file, rows_of
+    from allanite.cli.live_source import Stop, is_file_source, samples_of_source
     from allanite.cli.models import models_of
     from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT
     from allanite.common.errors import InputError, about
@@ -116,7 +116,7 @@ def command(
     watch = Watch(chosen.model, rate, own, quantity=quantity)
     if state is not None and exists(state):
         watch.restore(state)
-        if not is_file(source):
+        if not is_file_source(source):
             # Samples that arrived since the state was saved are lost.
             watch.interrupt()
     name = INPUT_NAME if source == STANDARD_INPUT else source
@@ -130,7 +130,7 @@ def command(
     lines = _WatchOutput(watch, state, prometheus, every * rate)
     stop = Stop()
     with stop.listening():
-        rows = rows_of(source, column_of, stop, position=watch.position, follow=follow)
+        rows = samples_of_source(source, column_of, stop, position=watch.position, follow=follow)
         try:
             for some in rows:
                 if not some.follows:
