@@ -8,7 +8,8 @@ from playwright.sync_api import sync_playwright
 
 from allanite import Recording
 from allanite.effects import parse_model
-from allanite.page import explore
+from allanite.page import explore, open_page
+from allanite.page.source import Source
 
 #: Pictures of the docs.
 SHOWN = Path(__file__).parent / "screenshots"
@@ -18,6 +19,8 @@ CHROMIUM = "/usr/bin/chromium"
 READY = "body[data-busy=false][data-drawn] #verdict b"
 WIDTHS = {390: 844, 820: 1180, 1280: 720, 1920: 1080}
 VIEWS = ("allan", "psd", "map", "samples", "compare", "axes", "error", "nis", "accept")
+#: Tabs of logs with a temperature, and of several units.
+JOBS = ("thermal", "average")
 #: Columns of the log that is shown: the axes hide a lag, a line and nothing.
 MODELS = {
     "gyro_x": "N(N=1e-4)+B(B=1e-5)+K(K=2e-7)+GM(q_c=3e-5,correlation_time=20)+SIN(frequency=1.7,amplitude=4e-5)",
@@ -35,6 +38,21 @@ def recording() -> Recording:
     return Recording(
         np.column_stack(columns), 50.0, unit="rad/s", columns=list(MODELS), path="gyroscope.npz"
     )
+
+
+def warmed(seed: int) -> Source:
+    """A gyroscope whose bias follows its temperature."""
+    temperature = 25.0 + 20.0 * (1.0 - np.exp(-np.arange(4000) / 800.0))
+    noise = parse_model("N(N=0.05)").simulate(n=4000, rate=1.0, seed=seed, unit="deg/s").samples
+    log = Recording(
+        0.01 * temperature + noise,
+        1.0,
+        unit="deg/s",
+        columns=["gyro"],
+        covariates={"temperature": temperature},
+        covariate_units={"temperature": "degC"},
+    )
+    return Source(f"unit{seed}.npz", recording=log)
 
 
 def main() -> None:
@@ -68,7 +86,23 @@ def main() -> None:
             if "--every" in sys.argv:
                 every_view(tab, f"after-{theme}")
             tab.close()
+            if "--every" in sys.argv:
+                job_views(browser, theme)
         browser.close()
+    page.close()
+
+
+def job_views(browser, theme: str) -> None:
+    """The tabs of two units with a temperature, at each width."""
+    page = open_page([warmed(1), warmed(2)]).start()
+    tab = browser.new_page(viewport={"width": 1280, "height": 720}, color_scheme=theme)
+    tab.set_default_timeout(240_000)
+    tab.goto(page.url)
+    tab.wait_for_selector(READY)
+    tab.click("[data-tab=compare]")
+    tab.get_by_role("button", name="+ unit2.npz").click()
+    every_view(tab, f"jobs-{theme}", JOBS)
+    tab.close()
     page.close()
 
 
@@ -79,9 +113,9 @@ def show(tab, view: str) -> None:
     tab.mouse.move(640, 700)
 
 
-def every_view(tab, name: str) -> None:
+def every_view(tab, name: str, views: tuple[str, ...] = VIEWS) -> None:
     """Each tab at each width, the whole page where it scrolls."""
-    for view in VIEWS:
+    for view in views:
         show(tab, view)
         for width, height in WIDTHS.items():
             tab.set_viewport_size({"width": width, "height": height})

@@ -1,5 +1,6 @@
 """Browsers for tests of the page."""
 
+import json
 import shutil
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,12 +17,16 @@ BROWSERS = {"chromium": ("chromium", "chromium-browser"), "firefox": ("firefox-e
 INSTALL = "pip install --group test"
 
 
-def axe():
-    """The rules of axe-core; the test is skipped without them."""
+def serious_violations(tab, *where):
+    """List of texts of what axe-core calls serious or critical on a tab; the test is skipped without axe-core."""
     found = pytest.importorskip(
         "axe_playwright_python.sync_playwright", reason=f"no axe-playwright-python: {INSTALL}"
     )
-    return found.Axe()
+    return [
+        json.dumps([*where, v["id"], [n["html"][:140] for n in v["nodes"]][:3]])
+        for v in found.Axe().run(tab).response["violations"]
+        if v["impact"] in ("serious", "critical")
+    ]
 
 
 @contextmanager

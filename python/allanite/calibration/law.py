@@ -247,7 +247,7 @@ class AxisLaw:
         slope = next((v for k, v in self.numbers.items() if k == "COV.coefficient"), None)
         if self.form.power == 1 and self.form.memory != "hysteresis" and slope is not None:
             assert slope.interval is not None
-            text += f" ({value_and_interval_text(slope.value, slope.interval)} {unit}/°C)"
+            text += f", slope {value_and_interval_text(slope.value, slope.interval)} {unit}/°C"
         return text + after
 
     @property

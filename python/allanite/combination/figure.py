@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from allanite.common.numbers import number
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.curves import TAU
 from allanite.plots.scaling import deviation_axis, in_figure_units
 from allanite.plots.spec import Figure, Line, Mark, Panel, Points
-from allanite.plots.themes import COMPONENTS
+from allanite.plots.themes import LOGS
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,7 +37,8 @@ def plot_combination(
     marks: list[Mark] = []
     weights: list[Mark] = []
     for k, name in enumerate(found.labels):
-        color = COMPONENTS[k % len(COMPONENTS)]
+        # The first color of logs is that of the combined samples.
+        color = LOGS[1 + k % (len(LOGS) - 1)]
         marks.append(Line(found.tau, found.single[:, k], color, name, width=1.2))
         weights.append(Line(found.tau, found.best_weights[:, k], color, width=1.2))
     marks.append(Line(found.tau, found.equal, "before", "mean", dash="dash"))
@@ -55,9 +57,11 @@ def plot_combination(
             row=1,
         ),
     )
+    # Equal numbers in print are one number.
+    gains = dict.fromkeys(number(gain) for gain in (found.gain.min(), found.gain.max()))
     figure = Figure(
         f"{len(found.labels)} units averaged to one sensor",
-        f"Allan deviation {found.gain.min():.3g} to {found.gain.max():.3g} times lower than that of the best unit",
+        f"Allan deviation {' to '.join(gains)} times lower than that of the best unit",
         panels,
         heights=(2.4, 1.0),
         kind="combination",

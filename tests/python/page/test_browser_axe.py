@@ -1,11 +1,9 @@
 """What axe-core finds on the page: nothing serious in any view at any width in either theme, nor in what opens over it."""
 
-import json
-
 import pytest
 
 from allanite.page import explore, open_page
-from page_browser import READY, axe, give
+from page_browser import READY, give, serious_violations
 from six_axes import six_axes
 
 pytestmark = [pytest.mark.browser, pytest.mark.long]
@@ -29,22 +27,7 @@ def tab(context, request):
     return tab
 
 
-@pytest.fixture
-def serious():
-    """What axe calls serious or critical on a tab, as texts."""
-    rules = axe()
-
-    def found(tab, *where):
-        return [
-            json.dumps([*where, v["id"], [n["html"][:140] for n in v["nodes"]][:3]])
-            for v in rules.run(tab).response["violations"]
-            if v["impact"] in ("serious", "critical")
-        ]
-
-    return found
-
-
-def test_no_view_at_any_width(tab, server, serious):
+def test_no_view_at_any_width(tab, server):
     tab.goto(server.url)
     tab.wait_for_selector(READY)
     # An axis whose model fails, so that a card is a suggestion.
@@ -60,11 +43,11 @@ def test_no_view_at_any_width(tab, server, serious):
         for width, height in WIDTHS.items():
             tab.set_viewport_size({"width": width, "height": height})
             tab.wait_for_timeout(300)
-            wrong += serious(tab, view, width)
+            wrong += serious_violations(tab, view, width)
     assert wrong == []
 
 
-def test_nothing_that_opens_over_it(tab, server, serious):
+def test_nothing_that_opens_over_it(tab, server):
     tab.goto(server.url)
     tab.wait_for_selector(READY)
     wrong = []
@@ -77,23 +60,23 @@ def test_nothing_that_opens_over_it(tab, server, serious):
         ):
             tab.keyboard.press(key)
             tab.wait_for_selector(shown)
-            wrong += serious(tab, key, width)
+            wrong += serious_violations(tab, key, width)
             tab.keyboard.press("n" if key == "n" else "Escape")
             if key != "n":
                 tab.wait_for_selector(shown, state="hidden")
         tab.locator(".menu summary").click()
-        wrong += serious(tab, "menu", width)
+        wrong += serious_violations(tab, "menu", width)
         tab.locator(".menu summary").click()
         # A value that is typed with its limits; one that was tried; one that is at its limit.
         first = tab.locator(".chip button.text").first
         value = float(first.inner_text().split()[0])
         first.click()
         tab.get_by_label("Highest N").wait_for()
-        wrong += serious(tab, "typed", width)
+        wrong += serious_violations(tab, "typed", width)
         tab.locator(".chip input").first.fill(str(2 * value))
         tab.keyboard.press("Enter")
         tab.wait_for_selector("#tried:not([hidden])")
-        wrong += serious(tab, "tried", width)
+        wrong += serious_violations(tab, "tried", width)
         tab.get_by_role("button", name="Discard").click()
         tab.wait_for_selector("#tried", state="hidden")
         tab.wait_for_selector(READY)
@@ -102,9 +85,9 @@ def test_nothing_that_opens_over_it(tab, server, serious):
         tab.keyboard.press("Enter")
         tab.wait_for_selector(".chip .limits")
         tab.wait_for_selector(READY)
-        wrong += serious(tab, "limited", width)
+        wrong += serious_violations(tab, "limited", width)
         tab.keyboard.press("m")
-        wrong += serious(tab, "typed model", width)
+        wrong += serious_violations(tab, "typed model", width)
         tab.keyboard.press("Escape")
         tab.keyboard.press("Control+z")
         tab.wait_for_selector(".chip .limits", state="detached")
@@ -112,18 +95,18 @@ def test_nothing_that_opens_over_it(tab, server, serious):
     assert wrong == []
 
 
-def test_neither_the_first_page_nor_the_tour_nor_the_form(tab, serious, tmp_path):
+def test_neither_the_first_page_nor_the_tour_nor_the_form(tab, tmp_path):
     page = open_page([]).start()
     tab.goto(page.url)
     tab.wait_for_selector(".welcome")
     wrong = []
     for width, height in WIDTHS.items():
         tab.set_viewport_size({"width": width, "height": height})
-        wrong += serious(tab, "welcome", width)
+        wrong += serious_violations(tab, "welcome", width)
     tab.locator("#keys").click()
     tab.locator("#help-tour").click()
     tab.wait_for_selector("#tour[open]")
-    wrong += serious(tab, "tour")
+    wrong += serious_violations(tab, "tour")
     tab.keyboard.press("Escape")
     rows = "\n".join(f"{k},{(k * 7919) % 101}" for k in range(3000))
     (tmp_path / "bare.csv").write_text(f"index,gyro\n{rows}\n")
@@ -131,7 +114,7 @@ def test_neither_the_first_page_nor_the_tour_nor_the_form(tab, serious, tmp_path
     tab.wait_for_selector("dialog[open] #form-columns table")
     for width, height in WIDTHS.items():
         tab.set_viewport_size({"width": width, "height": height})
-        wrong += serious(tab, "form", width)
+        wrong += serious_violations(tab, "form", width)
     # Of a log that is not read there is nothing to show, and the page says so.
     tab.keyboard.press("Escape")
     tab.locator("#keys").click()
@@ -141,7 +124,7 @@ def test_neither_the_first_page_nor_the_tour_nor_the_form(tab, serious, tmp_path
     assert wrong == []
 
 
-def test_two_views(tab, server, serious):
+def test_two_views(tab, server):
     tab.goto(server.url)
     tab.wait_for_selector(READY)
     tab.locator("#two").click()
@@ -150,5 +133,5 @@ def test_two_views(tab, server, serious):
     for width, height in WIDTHS.items():
         tab.set_viewport_size({"width": width, "height": height})
         tab.wait_for_timeout(300)
-        wrong += serious(tab, width)
+        wrong += serious_violations(tab, width)
     assert wrong == []

@@ -7,7 +7,7 @@ from allanite import Recording, read
 from allanite.page.sessions import Sessions
 from allanite.page.source import Reading, Source
 from generators import white
-from page_browser import READY, launched
+from page_browser import READY, launched, serious_violations
 from page_sessions import act, client_of, opened
 
 pytestmark = pytest.mark.slow
@@ -114,3 +114,30 @@ def test_tabs_of_jobs_appear_where_they_apply(name):
         tab.wait_for_selector("body[data-drawn*=' average ']")
         assert "2 units" in tab.locator("#headline").inner_text()
     page.close()
+
+
+@pytest.mark.browser
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["chromium", "firefox"])
+def test_axe_finds_nothing_serious_in_tabs_of_jobs(name):
+    from allanite.page import open_page
+
+    page = open_page([Source(f"unit{k}.npz", recording=warmed(k)) for k in (1, 2)]).start()
+    wrong = []
+    with launched(name) as browser:
+        tab = browser.new_page()
+        tab.goto(page.url)
+        tab.wait_for_selector(READY)
+        tab.locator("[data-tab=compare]").click()
+        tab.get_by_role("button", name="+ unit2.npz").click()
+        for view in ("thermal", "average"):
+            tab.locator(f"[data-tab={view}]").click()
+            tab.wait_for_selector(f"body[data-drawn*=' {view} ']")
+            for scheme in ("light", "dark"):
+                tab.emulate_media(color_scheme=scheme)
+                for width, height in ((390, 844), (820, 1180), (1280, 720), (1920, 1080)):
+                    tab.set_viewport_size({"width": width, "height": height})
+                    tab.wait_for_timeout(300)
+                    wrong += serious_violations(tab, view, scheme, width)
+    page.close()
+    assert wrong == []
