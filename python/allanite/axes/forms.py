@@ -92,8 +92,8 @@ class Form:
 def common_form(fits: Mapping[str, Fit]) -> Form | None:
     """`Form`: model form that holds for every axis; None for fewer than two axes or without a common noise process.
 
-    An effect belongs to the form if every axis detects it, or if the axes that do not cannot exclude it with the values
-    of another axis. An effect that no axis detects belongs to the form if every model has it.
+    An effect belongs to the form if every axis either detects it or cannot exclude it with the values of another axis.
+    An effect that no axis detects belongs to the form if every model has it.
 
     Parameters
     ----------

@@ -230,8 +230,8 @@ def check_working(quiet: Sequence[Recording], recordings: Sequence[Recording]) -
 def _working_state(fit: Fit, log: Recording) -> Working:
     """`Working`: noise at work of one column, from its fit at rest and its working log.
 
-    The excess of white noise is measured above the frequencies of motion, up to 10 Hz or twice the end of motion (the
-    larger of both), and at most up to a quarter of the rate.
+    The excess of white noise is measured above the frequencies of motion. The upper end is 10 Hz or twice the highest
+    frequency of motion, the larger of both, but at most a quarter of the rate.
     Sinusoids in the model stand for spectral lines and for bands above this range. Raises `InputError` if the model at
     rest has no white noise.
     """

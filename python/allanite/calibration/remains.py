@@ -29,7 +29,7 @@ MIN_AVERAGES = 4
 #: Times after the last fix for which the error is stated, s; times longer than the longest run are omitted.
 TIMES_AFTER_FIX = (60.0, 600.0, 3600.0)
 #: Duration of aiding before the last fix, s.
-AIDED = 60.0
+AIDING_DURATION = 60.0
 #: Maximum number of samples over which the growth of an error is computed; limits time and memory.
 MAX_SAMPLES = 1 << 20
 
@@ -165,8 +165,8 @@ def error_growths(fit: Fit, runs: Runs) -> tuple[Growth, ...]:
     times = [
         t
         for t in TIMES_AFTER_FIX
-        if t <= longest and (t + AIDED) * rate <= MAX_SAMPLES and t * rate >= 1.0
+        if t <= longest and (t + AIDING_DURATION) * rate <= MAX_SAMPLES and t * rate >= 1.0
     ]
     if not times:
         return ()
-    return error_growth(fit, aided=max(AIDED, 1.0 / rate), tau=times)[:1]
+    return error_growth(fit, aided=max(AIDING_DURATION, 1.0 / rate), tau=times)[:1]

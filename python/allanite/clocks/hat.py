@@ -37,7 +37,7 @@ CHAINS, WARMUP_STEPS, STEPS = 64, 200, 400
 MIN_EDF = 2.0
 #: Scatter of the sum of three columns, relative to the scatter of the quietest column. Below this ratio the columns are
 #: differences of pairs: the sum contains only rounding. Chosen by judgment; not measured.
-MAX_REMAINDER = 1e-3
+MAX_RELATIVE_SUM = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -288,7 +288,7 @@ def _differences_of_clocks(
 def _require_no_differences(names: list[str], samples: Array) -> None:
     """Raise `InputError` if three columns of `samples`, shape (n, clocks), are differences: A − B, B − C and C − A.
 
-    Three such columns, each with one of both signs, add up to zero except for constants and `MAX_REMAINDER` of the
+    Three such columns, each with one of both signs, add up to zero except for constants and `MAX_RELATIVE_SUM` of the
     smallest. Records with fewer than three complete rows are not tested.
     """
     changes = np.diff(samples[np.isfinite(samples).all(axis=1)], axis=0)
@@ -298,7 +298,7 @@ def _require_no_differences(names: list[str], samples: Array) -> None:
     for columns in map(list, combinations(range(len(names)), 3)):
         three = covariance[np.ix_(columns, columns)]
         for signs in np.array([(1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)]):
-            if signs @ three @ signs < MAX_REMAINDER**2 * np.diag(three).min():
+            if signs @ three @ signs < MAX_RELATIVE_SUM**2 * np.diag(three).min():
                 listed = ", ".join(names[i] for i in columns)
                 raise InputError(
                     f"columns {listed}: the columns sum to zero, so they are differences of pairs of clocks; give"

@@ -67,7 +67,7 @@ class Holdover:
 
 
 #: Noise models with a smaller share of the evidence are not used for a prediction. Chosen by judgment; not measured.
-MIN_WEIGHT = 0.02
+MIN_EVIDENCE_SHARE = 0.02
 
 
 def holdovers_of(
@@ -91,7 +91,7 @@ def holdovers_of(
     """
     heights = np.array([fit.evidence for fit in fits])
     shares = np.exp(heights - heights.max())
-    shares = np.where(shares < MIN_WEIGHT * shares.sum(), 0.0, shares)
+    shares = np.where(shares < MIN_EVIDENCE_SHARE * shares.sum(), 0.0, shares)
     times = float(series.times[-1]) + np.asarray(after, dtype=float)
 
     def prediction_of(noise: StampedNoise) -> tuple[float, tuple[Array, Array]]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 #: Probability that a record with normal increments and without jumps has a false jump.
-FALSE_ALARM = 0.01
+FALSE_ALARM_PROBABILITY = 0.01
 #: If less than this fraction of a jump remains at the next sample, the sample is an outlier. Chosen by judgment; not
 #: measured.
 MIN_REMAINING_FRACTION = 0.5
@@ -65,7 +65,7 @@ def jumps_of(times: Array, values: Array) -> list[Jump]:
     if spread == 0.0:
         # More than half of the samples repeat their predecessor, as with a coarse counter: its resolution is the spread.
         spread = float(size[size > 0.0].min(initial=np.inf))
-    limit = -float(ndtri(0.5 * FALSE_ALARM / max(step.size, 1))) * spread
+    limit = -float(ndtri(0.5 * FALSE_ALARM_PROBABILITY / max(step.size, 1))) * spread
     rows = np.flatnonzero(size > limit)
     out: list[Jump] = []
     skip = -1

@@ -38,7 +38,7 @@ class Tone(Deterministic):
         return np.asarray(2.0 * np.pi * (self.values["frequency"] or 0.0) * time)
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
-        """Array of sine and cosine of the angle, shape (n, 2)."""
+        """Array of sine and cosine of the phase angle of the line at each `time`, shape (n, 2)."""
         angle = self._angle(time)
         return np.column_stack([np.sin(angle), np.cos(angle)])
 

@@ -276,7 +276,7 @@ def _recording_of_table(
 
 #: Maximum relative difference of two rates that counts as equal. It changes the level of white noise by 0.05 %, and the
 #: crystals of loggers differ by less.
-SAME_RATE = 1e-3
+MAX_RATE_DIFFERENCE = 1e-3
 
 
 def refuse_contradicting_rate(
@@ -284,12 +284,12 @@ def refuse_contradicting_rate(
 ) -> None:
     """Raise `InputError` if the requested rate differs from the `stated` rate (Hz) or from the rate of the stamps.
 
-    Nothing is raised if no rate is requested, if the request overrides the rate of the log, or if the unit of the
-    stamps is a guess.
+    Nothing is raised without a requested rate, if the request overrides the rate of the log, or if the unit of the stamps
+    is a guess. A difference of three standard errors, and at least 0.1 %, is a contradiction.
 
     The rate of stamps is the number of intervals divided by the time between two stamps. Its relative standard error is
-    the jitter of one interval divided by the length of the record, plus the resolution of stamps that several rows
-    share. A difference of three standard errors, and at least 0.1 %, is a contradiction.
+    the jitter of one interval divided by the length of the record. The resolution of stamps that several rows share is
+    added.
     """
     rate = request.rate
     if rate is None or request.overrides_rate or not 0.0 < rate < np.inf:
@@ -297,9 +297,9 @@ def refuse_contradicting_rate(
     if stamps is not None and not stamps.guessed:
         error = stamps.jitter + (stamps.resolution if stamps.coarse else 0.0)
         uncertain = 3 * error * stamps.rate / stamps.n
-        found, source, limit = stamps.rate, "the time column", max(SAME_RATE, uncertain)
+        found, source, limit = stamps.rate, "the time column", max(MAX_RATE_DIFFERENCE, uncertain)
     elif stated is not None:
-        found, source, limit = stated, "the file", SAME_RATE
+        found, source, limit = stated, "the file", MAX_RATE_DIFFERENCE
     else:
         return
     if abs(found / rate - 1) > limit:

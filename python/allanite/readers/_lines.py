@@ -9,7 +9,7 @@ from typing import IO
 from allanite.common.errors import InputError
 
 #: Maximum length of a line, bytes. Lines of RINEX have 80 bytes, of NovAtel about 500.
-LONGEST_LINE = 1 << 16
+MAX_LINE_BYTES = 1 << 16
 
 
 #: Number of first bytes of a text log from which its format is recognized.
@@ -31,8 +31,8 @@ def lines_of(stream: IO[bytes]) -> Iterator[bytes]:
         A line is longer than 64 kB: the file is damaged, or not text.
     """
     number = 0
-    while line := stream.readline(LONGEST_LINE + 1):
+    while line := stream.readline(MAX_LINE_BYTES + 1):
         number += 1
-        if len(line) > LONGEST_LINE:
+        if len(line) > MAX_LINE_BYTES:
             raise InputError(f"line {number} is longer than 64 kB: damaged, or not a text log")
         yield line

@@ -90,7 +90,7 @@ class Table:
 
 def _collapse_long_blanks(name: str) -> str:
     """Name or unit as given; if it has more than 1000 characters, with single spaces instead of runs of blanks."""
-    return name if len(name) <= LONGEST_HEADER else " ".join(name.split())
+    return name if len(name) <= MAX_HEADER_LENGTH else " ".join(name.split())
 
 
 def _unit_of(name: str, unit: str | None) -> str | None:
@@ -146,7 +146,7 @@ _WITH_UNIT = re.compile(
     r"^\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$"
 )
 #: Maximum length of a header cell that is searched for a unit, characters. The time of the search grows with its square.
-LONGEST_HEADER = 1000
+MAX_HEADER_LENGTH = 1000
 #: Text in brackets that distinguishes columns and is no unit: an index, a register (x8004), an axis, a state of the data.
 _NOT_A_UNIT = re.compile(
     r"\d+|0?x[0-9a-f]+|[xyz]|[ijk]|roll|pitch|yaw|left|right|raw|filtered|calibrated|uncalibrated",
@@ -160,7 +160,7 @@ def split_unit(cell: str) -> tuple[str, str | None]:
     An index such as ``gyro[0]`` is part of the name; ``[1]`` is a unit unless the name is that of a gyroscope or
     accelerometer. A text of over 1000 characters has no unit.
     """
-    match = _WITH_UNIT.match(cell) if len(cell) <= LONGEST_HEADER else None
+    match = _WITH_UNIT.match(cell) if len(cell) <= MAX_HEADER_LENGTH else None
     if match is None or not match["name"]:
         return cell.strip(), None
     unit = match["unit"].strip()

@@ -15,7 +15,7 @@ MAX_PERIOD = 16
 #: Number of first rows that are examined, and minimum number of rows for a decision. Chosen by judgment; not measured.
 ROWS, MIN_ROWS = 20_000, 20
 #: Range (maximum minus minimum) of a counter that wraps: two to four decimal digits, or 7, 8, 12 or 16 bits.
-SPANS = (99, 127, 255, 999, 4095, 9999, 65535)
+COUNTER_RANGES = (99, 127, 255, 999, 4095, 9999, 65535)
 #: Minimum ratio of rising to falling steps of a time that restarts. Chosen by judgment; not measured.
 MIN_RISING_PER_FALLING = 20
 #: Seconds of a day.
@@ -58,7 +58,7 @@ def kind_of_numbers(values: NDArray[Any]) -> str | None:
     alike = float(np.mean(np.abs(steps[rising] - usual) < 0.5 * usual))
     if rising.mean() > 0.9 and alike > 0.8:
         again = steps < 0
-        if usual == 1 and again.any() and np.ptp(x) in SPANS:
+        if usual == 1 and again.any() and np.ptp(x) in COUNTER_RANGES:
             return "counter"
         # A sensor that warms up also rises, but falls now and then within its noise.
         return "clock" if rising.mean() > 0.98 or again.mean() < 0.02 else None

@@ -177,7 +177,7 @@ def all_numbers(first: Table) -> list[int]:
 def first_rows(
     reader: _kernels.TextReader, names: Sequence[str], units: Sequence[str | None]
 ) -> tuple[Table, list[str]]:
-    """Tuple (table, cells): table of the first 20 000 rows of all columns of a text log, and one cell of each column.
+    """Tuple (table, cells): table of the first 20 000 rows of all columns of a text log, and a text cell of each column.
 
     A column with more texts than numbers is None in the table, and `texts` has its cell.
 

@@ -148,10 +148,10 @@ def find_time_parts(
 def _calendar_parts(
     column_named: Callable[..., int | None], numbers: Mapping[int, NDArray[Any]]
 ) -> TimeParts | None:
-    """`TimeParts` of year, month and day (or day of year) and, if logged, the time of day.
+    """`TimeParts` of year, month and day (or day of year) and, if logged, the time of day; None without such columns.
 
-    None without a year from 1900 to 2200 or without a day, and for a whole day of year that never rises without a time
-    of day. `column_named` finds the index of a column by a pattern of its name, `numbers` holds the first rows.
+    The year must lie between 1900 and 2200. The result is also None for a whole day of year that never rises without a
+    time of day. `column_named` finds the index of a column by a pattern of its name, `numbers` holds the first rows.
     """
     year = column_named(_YEAR)
     if year is None or not _are_whole(numbers[year]) or not 1900 < float(numbers[year][0]) < 2200:

@@ -34,7 +34,7 @@ def mean_acceleration(axes: list[NDArray[Any]]) -> float:
 
 
 def is_gravity(mean: float, unit: str, within: float = MAX_STATED_DIFFERENCE) -> bool:
-    """True if a mean acceleration, in `unit`, differs from 9.80665 m/s² by less than the share `within`."""
+    """True if a mean acceleration, in `unit`, is 9.80665 m/s² up to the relative difference `within`."""
     return abs(mean * conversion(unit, "m/s^2") / GRAVITY - 1.0) < within
 
 

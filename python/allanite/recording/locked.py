@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite.recording.resolution import MIN_FLIPS, is_fill
 
 #: Minimum share of samples with one code of a locked column. Normal noise in the middle of a code then has a standard
-#: deviation below a quarter of the step, and N of the rounded samples is at least 13 % too low, depending on the mean.
+#: deviation below a quarter of the step. N of the rounded samples is at least 13 % too low, depending on the mean.
 MIN_SHARE = 0.95
 #: One-sided probability of the limits of the two shares that leave the code: together 95 %.
 LIMIT_PROBABILITY = 0.975
@@ -42,8 +42,8 @@ class Locked:
 def locked_of(x: NDArray[np.floating | np.integer]) -> Locked | None:
     """`Locked` (share, step, limit of the standard deviation) if at least 95 % of the samples have one code; else None.
 
-    None also for more than 16 different values, if the nearest other value is a fill value, or if fewer than 5 samples
-    leave the code.
+    None also for more than 16 different values, or if fewer than 5 samples leave the code. The nearest other value must
+    not be a fill value such as 0.
 
     Notes
     -----

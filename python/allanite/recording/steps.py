@@ -78,7 +78,7 @@ def _mean_of_rounded_steps(steps: Array, middle: float) -> float:
 
 
 #: Problem of stamps without a rate.
-STALLED = "the time column nowhere advances at a steady rate"
+NO_STEADY_RATE = "the time column nowhere advances at a steady rate"
 
 
 @dataclass(slots=True)
@@ -150,7 +150,7 @@ class Steps:
         """Number of samples per unit of the stamps. Raises `InputError` if the stamps nowhere advance steadily."""
         span = float(self.times.sum())
         if not span > 0.0:
-            raise unusable_stamps(STALLED)
+            raise unusable_stamps(NO_STEADY_RATE)
         return float(self.counts.sum()) / span
 
     def _exclude_from_rate(self, rows: NDArray[np.int64]) -> None:

@@ -18,7 +18,7 @@ from allanite.recording.stamp_units import (
     unit_of_stamps,
     unusable_stamps,
 )
-from allanite.recording.steps import STALLED, Steps
+from allanite.recording.steps import NO_STEADY_RATE, Steps
 
 #: Maximum number of missing samples per present sample of one segment.
 MAX_MISSING_RATIO = 4
@@ -221,7 +221,7 @@ class StampSums:
     def stamps(self, piece: int | None) -> Stamps:
         """`Stamps` of all stamps, without drift. Raises `InputError` if they do not advance, or for an unknown segment."""
         if not self.times > 0.0:
-            raise unusable_stamps(STALLED)
+            raise unusable_stamps(NO_STEADY_RATE)
         second = TIME_UNITS[self.unit or "s"]
         pieces = segments_between_gaps(self.rows, self.gaps)
         return Stamps(

@@ -212,8 +212,8 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
     """True variance of each filter's error due to the noise of a model, shape (c, t), in U² s², for exact fixes.
 
     Lines count with a random phase and a ramp with its square. Steps, warm-ups and effects of a column do not count,
-    because a filter must subtract them. A filter that forgets its bias falls back to the mean of the model if there is
-    one, else to the mean over a segment before aiding.
+    because a filter must subtract them. A filter that forgets its bias falls back to the mean of the model. If the model
+    has no mean, the filter falls back to the mean over a segment before aiding.
 
     Parameters
     ----------
@@ -276,9 +276,10 @@ def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights:
 def _step_variogram(
     terms: tuple[Term, ...], rate: float, m: int, count: int
 ) -> tuple[Array, float]:
-    """Tuple (variogram ½ E(u(k+h) − u(k))², h = 0 … count − 1, of the integrals u over m samples, constant). Cached.
+    """Tuple (variogram of the integrals u over m samples, U² s², shape (count,); constant, U²). Cached.
 
-    The constant is the last value of the samples' variogram. It is subtracted from that variogram before summation.
+    The variogram is ½ E(u(k+h) − u(k))² at h = 0 … count − 1. The constant is the last value of the samples' variogram.
+    It is subtracted from that variogram before summation.
     """
     top = m * (count + 1)
     g = np.zeros(top + 1)

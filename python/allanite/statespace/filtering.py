@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 #: 95 % quantile of χ² with one degree of freedom.
 CHI2_95 = 3.841458820694124
 #: Number of lags, in samples, of the whiteness test.
-LAGS = 20
+WHITENESS_LAGS = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,13 +112,13 @@ class Innovations:
         z = np.where(there, self.values, 0.0) / np.sqrt(self.variances)
         power = float(z @ z)
         statistic = 0.0
-        for lag in range(1, LAGS + 1):
+        for lag in range(1, WHITENESS_LAGS + 1):
             pairs = int(np.count_nonzero(there[lag:] & there[:-lag]))
             if pairs:
                 # (n + 2)/(n − lag) of a whole record is 1 over the share of pairs that are there.
                 rho = float(z[lag:] @ z[:-lag]) / power * self.n / pairs
                 statistic += pairs * rho**2
-        return float(chdtrc(LAGS, statistic))
+        return float(chdtrc(WHITENESS_LAGS, statistic))
 
     @cached_property
     def by_tau(self) -> NisByTau:

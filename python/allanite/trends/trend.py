@@ -42,7 +42,7 @@ MIN_YEARS = 1.0
 #: Minimum number of samples, in addition to one for each known function. Chosen by judgment; not measured.
 MIN_SAMPLES = 16
 #: Probability that a record without steps has a false step.
-FALSE_ALARM = 0.01
+FALSE_ALARM_PROBABILITY = 0.01
 #: Maximum number of steps that the search adds. Chosen by judgment; not measured.
 MAX_STEPS = 50
 #: Multiples of the length of the record for which the standard error of the rate is predicted.
@@ -587,7 +587,7 @@ def _is_significant(square: float, n: int) -> bool:
     """
     from scipy.special import chdtrc
 
-    return n * float(chdtrc(1, square)) < FALSE_ALARM
+    return n * float(chdtrc(1, square)) < FALSE_ALARM_PROBABILITY
 
 
 def _wave_amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:

@@ -44,7 +44,7 @@ _BYTES = {"double": 8, "single": 4, "logical": 1} | {
 
 
 def read(path: Path, pick: Picker) -> Table:
-    """`Table` of the numeric arrays of the largest length, also in structures; each array is one or several columns.
+    """`Table` of the longest numeric arrays in a MATLAB file, also in structures; each array is one or several columns.
 
     A scalar named Fs, rate, … is the sampling rate. An array of three columns named omega gives omega_x, omega_y and
     omega_z. A file written by ``save -ascii`` is read as text. `pick` selects columns of such a text only.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the clock offsets in s, one column per clock in order of appearance, with the epochs as time.
+    """`Table` of a RINEX clock file: clock offsets in s, one column per clock in order of appearance; epochs are the time.
 
     Epochs are sorted; an epoch without a value of a clock is NaN. For a repeated epoch, the last offset counts. `pick`
     is not used: all these columns are read.

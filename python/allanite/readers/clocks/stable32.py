@@ -29,7 +29,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
-    """`Table` of one column of phases in s or frequencies, or of two columns with MJD time tags in d before it.
+    """`Table` of a Stable32 file: one column of phases in s or of frequencies, with MJD time tags in d before it if logged.
 
     A line such as ``# Tau: 1.0`` states the interval in s; otherwise the rate is None. The header, or else the suffix,
     states whether the values are phases or frequencies. If neither does, names and units are those of `text.read`. A

@@ -27,7 +27,7 @@ _BLOCK = re.compile(rb"^TIC[ \t]+(\d+)[ \t]+(\d+)[ \t]*\r?$", re.MULTILINE)
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the time errors in s, named ``phase``, or ``phase_1``, ``phase_2``, … for several channels. No rate.
+    """`Table` of a TimeLab file: time errors in s, named ``phase``, or ``phase_1``, ``phase_2``, … for several channels.
 
     `pick` is not used: all these columns are read.
 

@@ -48,7 +48,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` with the offset of the clock in s as its first column; further columns depend on the kind of log.
+    """`Table` of a log of chronyd: offset of the clock in s as the first column; other columns depend on the kind of log.
 
     If the log has several sources, the source named in `topics` is read, or by default the source with the most rows. A
     note names the others. Without topics, all rows of ``tracking`` are read, in order of time. Medians in ``refclocks``

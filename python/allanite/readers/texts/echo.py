@@ -22,7 +22,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> NoReturn:  # noqa: ARG001 - nothing is read
-    """Raise `InputError` with the names of formats that hold the same data.
+    """Raise `InputError` for the output of `ros2 topic echo`, with the names of formats that hold the same data.
 
     Raises
     ------

@@ -27,12 +27,12 @@ _PERIOD = re.compile(rb"^#\s*sampling\s+period\s+[0-9.]+", re.IGNORECASE | re.MU
 
 
 def recognizes(head: bytes) -> bool:
-    """True if a comment states the sampling period (``# sampling period 1.0``)."""
+    """True if a comment states the sampling period as in Hector series (``# sampling period 1.0``)."""
     return _PERIOD.search(head) is not None
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes the columns
-    """`Table` with one column of observations, without unit, and its dates; days without an observation have no row.
+    """`Table` of a Hector series: one column of observations, without unit, and its dates; days without one have no row.
 
     `pick` is not used: all these columns are read.
 

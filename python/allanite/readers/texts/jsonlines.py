@@ -62,7 +62,7 @@ def _flat_values(value: object, path: str) -> Iterator[tuple[str, object]]:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the numbers of the objects, one row per line; numbers in nested objects are named by their path.
+    """`Table` of the numbers in JSON objects, one row per line; numbers in nested objects are named by their path.
 
     A key that is missing in a line is NaN there. Columns with text are left out; notes name both. A column of
     date-times named like a time is the time. `pick` is not used: all these columns are read.

@@ -34,7 +34,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
-    """`Table` of the channels of the first segment; the X values are the time if the header says so.
+    """`Table` of the first segment of a LabVIEW measurement file; the X values are the time if the header says so.
 
     Without X values, a single ``Delta_X`` states the sampling interval in s. `pick` is not used: all these columns are
     read.

@@ -51,7 +51,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the offset of a clock in s, its frequency in ppb and the path delay in s (NaN if not logged).
+    """`Table` of a log of linuxptp: offset of a clock in s, its frequency in ppb, path delay in s (NaN if not logged).
 
     If the log has several clocks, the clock named in `topics` is read, or by default the clock with the most lines. The
     samples before the servo first locks (state s2) are excluded, because the servo steps the clock there. Notes report

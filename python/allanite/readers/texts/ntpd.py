@@ -48,7 +48,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the offset in s, and the frequency in ppm (loopstats) or delay in s (peerstats) of one peer.
+    """`Table` of a log of ntpd: offset in s, and frequency in ppm (loopstats) or delay in s of one peer (peerstats).
 
     The peer in `topics` is read, or the one with most rows (the first one if equal). A note names the others. The first
     line decides between the two forms. `pick` is not used: all these columns are read.

@@ -44,7 +44,7 @@ PICOSECONDS_PER_SECOND = 10**12
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the first lines are times of edges of a pulse.
+    """True if the first lines are times of the edges of a pulse (PPS), one edge per line.
 
     Lines with ``assert`` or a channel suffice; bare numbers need at least 8 unequal steps near whole multiples of a
     round period.
@@ -103,7 +103,7 @@ def _round_period(step: float) -> float | None:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the phase in s, one column per channel: time of an edge minus the whole periods since the first edge.
+    """`Table` of the phase in s of pulses (PPS), one column per channel: time of an edge minus the whole periods before it.
 
     Periods without an edge, and the end of shorter channels, are NaN. The rate is one over the period. `pick` is not
     used: all these columns are read.

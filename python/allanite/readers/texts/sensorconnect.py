@@ -24,7 +24,7 @@ _UNITS = {"scaledAccel": "g", "scaledGyro": "rad/s"}
 
 
 def recognizes(head: bytes) -> bool:
-    """True if the first lines contain channel names with a serial number."""
+    """True if the first lines contain channel names with a serial number, as SensorConnect of MicroStrain writes them."""
     return _CHANNEL.search(head) is not None
 
 
@@ -39,7 +39,7 @@ def _name_and_unit(name: str, unit: str | None) -> tuple[str, str | None]:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - every channel is a number
-    """`Table` of the channels of the log. If there are several sensors, the names keep the serial numbers.
+    """`Table` of a log of SensorConnect (MicroStrain); the names of several sensors keep the serial numbers.
 
     `pick` is not used: all these columns are read.
     """

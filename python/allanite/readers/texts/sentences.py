@@ -80,7 +80,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the sentences whose kind comes first in the log; other sentences are skipped.
+    """`Table` of the VectorNav or NovAtel sentences whose kind comes first in the log; other sentences are skipped.
 
     A damaged sentence is a row of NaN (VectorNav), or has no row (NovAtel, whose rows have times). `pick` is not used:
     all these columns are read.

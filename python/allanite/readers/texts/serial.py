@@ -58,7 +58,7 @@ def _labels_and_values(line: str) -> list[tuple[str, str]] | None:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
-    """`Table` of the values after the time stamps or after their labels.
+    """`Table` of the output of a serial monitor or plotter: the values after the time stamps or after their labels.
 
     Lines of text before the first values are skipped, except a line of column names. The time stamp of the terminal,
     which states when the line arrived, is the time. It is not used if a line lacks it, or if a column is the time.

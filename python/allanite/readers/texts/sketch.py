@@ -45,8 +45,9 @@ _UNITS = {
 
 
 def recognizes(head: bytes) -> bool:
-    """True if over half of the first lines hold three axes or a temperature, and at least two of them name a sensor.
+    """True if the text looks like the output of a sensor library's example: lines with a sensor's name and three axes.
 
+    Over half of the first lines must hold three axes or a temperature, and at least two must have a name and three axes.
     Time stamps of a serial monitor at the beginning of the lines are ignored.
     """
     lines = [STAMP.sub("", line) for line in first_lines(head)]
@@ -64,10 +65,11 @@ def _line_match(line: str) -> re.Match[str] | None:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` with one sample from each group of lines; every group begins with the sensor of the first line.
+    """`Table` of the output of a sensor library's example: one sample from each group of lines.
 
-    The time stamp of the terminal at the beginning of a line is the time if all groups have one. It states when the
-    line arrived. An incomplete last group is left out. `pick` is not used: all these columns are read.
+    Every group begins with the sensor of the first line. The time stamp of the terminal at the beginning of a line is the
+    time if all groups have one. It states when the line arrived. An incomplete last group is left out. `pick` is not used:
+    all these columns are read.
 
     Raises
     ------

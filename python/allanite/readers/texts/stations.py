@@ -37,7 +37,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of east, north and up of each day with its date; days without a solution have no row.
+    """`Table` of a GNSS station file (tenv, tenv3): east, north and up of each day with its date.
 
     The positions are in m, which a note states; the units of the columns are None. In a tenv3 file, whole meters and
     fractions are added. `pick` is not used: all these columns are read.

@@ -35,9 +35,9 @@ _KINDS = (re.compile("gyr", re.IGNORECASE), re.compile("acc", re.IGNORECASE))
 
 
 def recognizes(head: bytes) -> bool:
-    """True if at least 80 % of the rows, and 8, begin with one of 2 to 12 words, one of which names an inertial sensor.
+    """True if rows begin with the name of a sensor: at least 80 % of them, and 8, begin with one of 2 to 12 words.
 
-    The word must change at least 4 times between rows.
+    One of the words must name an inertial sensor. The word must change at least 4 times between rows.
     """
     lines = [line for line in first_lines(head) if line[0] not in "%#/"]
     rows = [m["tag"] for line in lines if (m := _ROW.match(line))]
@@ -52,7 +52,7 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - roles need all
-    """`Table` of the rows of one sensor: of the topic, or else of the gyroscope, or else of the accelerometer.
+    """`Table` of a log whose rows begin with a sensor's name: rows of the topic, or else the gyroscope or accelerometer.
 
     Only tags of at least 4 rows are sensors. If both exist, `others` names the accelerometer, and a note names the
     other rows. `pick` is not used: all these columns are read.

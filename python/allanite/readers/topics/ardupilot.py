@@ -29,7 +29,7 @@ FIELDS |= {"T": ("temperature", "degC")}
 
 @isolated("pymavlink", 1.4, ["pymavlink.DFReader"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the messages of the topic, or of the first instance of ``IMU``, or else ``GYR``, ``ACC``, ….
+    """`Table` of an ArduPilot log: messages of the topic, or of the first instance of ``IMU``, or else ``GYR``, ``ACC``, ….
 
     The topic ``IMU.1`` is the second instance. With ``GYR``, `others` names the accelerometer's messages; a note names
     the messages not read. Without a topic, only inertial fields and temperature are columns. `pick` is not used: all

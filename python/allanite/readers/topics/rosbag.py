@@ -36,7 +36,7 @@ AXES = {
 
 @isolated("rosbags", 0.07, ["rosbags.highlevel", "rosbags.typesys"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the given topics, or of the first topic of type ``sensor_msgs/msg/Imu``.
+    """`Table` of a ROS bag: the given topics, or the first topic of type ``sensor_msgs/msg/Imu``.
 
     Without given topics, the accelerometer or gyroscope of a second IMU topic is added if it has the same rate. Stamps
     in headers are the time, or else the times of receipt. `pick` is not used: all these columns are read.

@@ -31,7 +31,7 @@ FIELDS = {
 
 @isolated("pyulog", 0.1, ["pyulog.core"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the given topic, or of ``sensor_combined``, or else ``sensor_gyro``, ``sensor_accel``, ….
+    """`Table` of a ULog: the given topic, or ``sensor_combined``, or else ``sensor_gyro``, ``sensor_accel``, ….
 
     ``sensor_gyro.1`` is the second instance. A topic without a temperature gets that of ``sensor_gyro``,
     ``sensor_accel`` or ``sensor_baro``, interpolated. For ``sensor_gyro``, `others` names the accelerometer; a note
