@@ -103,8 +103,11 @@ class Correctable(Protocol):
 
 
 def _register_estimator(**what: Any) -> Estimator:
-    """New `Estimator` with these attributes; it is added to the table `ESTIMATORS`."""
-    row = Estimator(**what)
+    """New `Estimator` with these attributes; it is added to the table `ESTIMATORS`.
+
+    By default its kernel is the one with its name.
+    """
+    row = Estimator(**{"kernel": _family_kernel(what["name"]), **what})
     ESTIMATORS[row.name] = row
     return row
 
@@ -238,7 +241,6 @@ mdev = _uncorrected_estimator(
     name="mdev",
     title="modified Allan deviation",
     source="NIST SP 1065 eq. 14",
-    kernel=_family_kernel("mdev"),
     most=lambda points: points // 3,
     terms=lambda m, points: points - 3 * m + 1,
     edf=bias.modified_edf,
@@ -249,7 +251,6 @@ hdev = _uncorrected_estimator(
     name="hdev",
     title="Hadamard deviation",
     source="NIST SP 1065 eq. 18",
-    kernel=_family_kernel("hdev"),
     most=lambda points: (points - 1) // 3,
     terms=lambda m, points: -((3 * m - points) // m),
     edf=lambda alpha, m, count, points: bias.hadamard_edf(alpha, m, count, points, stride=m),
@@ -260,7 +261,6 @@ ohdev = _uncorrected_estimator(
     name="ohdev",
     title="overlapping Hadamard deviation",
     source="NIST SP 1065 eq. 20",
-    kernel=_family_kernel("ohdev"),
     most=lambda points: (points - 1) // 3,
     terms=lambda m, points: points - 3 * m,
     edf=bias.hadamard_edf,
@@ -284,7 +284,6 @@ totdev = _corrected_estimator(
     name="totdev",
     title="total deviation",
     source="NIST SP 1065 eq. 25",
-    kernel=_family_kernel("totdev"),
     most=lambda points: points - 1,
     terms=lambda m, points: np.full_like(m, points - 2),
     edf=bias.total_edf,
@@ -296,7 +295,6 @@ pdev = _uncorrected_estimator(
     name="pdev",
     title="parabolic deviation",
     source="Vernotte et al. 2016 eq. 9",
-    kernel=_family_kernel("pdev"),
     most=lambda points: (points - 1) // 2,
     terms=lambda m, points: points - 2 * m,
     edf=bias.modified_edf,
@@ -307,7 +305,6 @@ mtotdev = _corrected_estimator(
     name="mtotdev",
     title="modified total deviation",
     source="NIST SP 1065 eq. 27",
-    kernel=_family_kernel("mtotdev"),
     most=lambda points: points // 3,
     terms=lambda m, points: points - 3 * m + 1,
     edf=bias.modified_total_edf,
@@ -334,7 +331,6 @@ htotdev = _corrected_estimator(
     name="htotdev",
     title="Hadamard total deviation",
     source="NIST SP 1065 eq. 29",
-    kernel=_family_kernel("htotdev"),
     most=lambda points: (points - 1) // 3,
     terms=lambda m, points: points - 3 * m,
     edf=bias.hadamard_total_edf,
@@ -358,7 +354,6 @@ tierms = _uncorrected_estimator(
     name="tierms",
     title="root mean square time interval error",
     source="ITU-T G.810",
-    kernel=_family_kernel("tierms"),
     most=lambda points: points - 1,
     terms=lambda m, points: points - m,
     gain=lambda scale, tau, rate: scale / rate,
@@ -369,7 +364,6 @@ mtie = _uncorrected_estimator(
     name="mtie",
     title="maximum time interval error",
     source="ITU-T G.810",
-    kernel=_family_kernel("mtie"),
     most=lambda points: points - 1,
     terms=lambda m, points: points - m,
     gain=lambda scale, tau, rate: scale / rate,

@@ -146,7 +146,7 @@ def test_parabolic_of_sigmatheta():
 def test_limits_of_stable32(kind, factors, low, high, tolerance):
     # 68.3 %, white FM. At m = 1 Stable32's edf of white FM is not that of sampled noise (782 for 666).
     curve = getattr(deviation, kind)(thousand(), factors=factors)
-    edf = deviation.estimator_named(kind).freedom(
+    edf = deviation.estimator_named(kind).edf_at(
         np.zeros(len(factors)), curve.factors, curve.n, 1001
     )
     found = interval(curve.deviation, edf, 0.683)
