@@ -167,7 +167,8 @@ def comb_window(
     frequency: float, multiples: Sequence[float], data: Data, half: int = LINE_WINDOW
 ) -> NDArray[np.int64]:
     """Sorted array, without duplicates, of the ordinates within `half` ordinates of the `multiples` of a frequency, Hz."""
-    return np.unique(np.concatenate([ordinates_near(m * frequency, data, half) for m in multiples]))
+    windows = [ordinates_near(m * frequency, data, half) for m in multiples]
+    return windows[0] if len(windows) == 1 else np.unique(np.concatenate(windows))
 
 
 def design_of(

@@ -244,31 +244,39 @@ def polish_line(
         j = near
     variance = noise.variance(j)
     step = data.rate / (2.0 * data.n)
-    # Evaluate the lines of a long comb separately; together their cost grows with the square of their number.
-    parts = [(multiples, np.arange(j.size))]
-    if len(multiples) > MAX_JOINT_LINES and start > (2 * ORDINATES_BESIDE_LINE + 2) * step:
-        windows = [ordinates_near(m * start, data, ORDINATES_BESIDE_LINE) for m in multiples]
-        parts = [
-            ([m], np.flatnonzero(np.isin(j, own)))
-            for m, own in zip(multiples, windows, strict=True)
-        ]
 
-    def gains_at(tried: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Array of the ΔlogL of the line at each frequency."""
+    def gains_together(tried: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Array of the ΔlogL of all lines at each frequency."""
+        return comb_gains(tried, multiples, j, values, variance, data)
+
+    windows = [
+        np.isin(j, ordinates_near(m * start, data, ORDINATES_BESIDE_LINE), assume_unique=True)
+        for m in multiples
+    ]
+
+    def gains_apart(tried: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Array of the sum of the ΔlogL of each line in its own ordinates, at each frequency."""
         total = np.zeros(tried.size)
-        for some, own in parts:
-            total += comb_gains(tried, some, j[own], values[own], variance[own], data)
+        for m, own in zip(multiples, windows, strict=True):
+            total += comb_gains(tried, [m], j[own], values[own], variance[own], data)
         return total
 
+    # Together the lines cost the square of their number. Lines that do not overlap are the same apart.
+    is_apart = len(multiples) > MAX_JOINT_LINES and start > (2 * ORDINATES_BESIDE_LINE + 2) * step
+    gains_at = gains_apart if is_apart else gains_together
     # The highest harmonic determines the step.
     fine = step / (8.0 * max(multiples))
     spacing = fine / 8.0
     here, center, best = _peak(start + spacing * np.arange(-1.0, 2.0), gains_at)
     if center == start:
+        # Noise that was fitted again moves the maximum by a fraction of its width.
+        _, center, best = _peak(start + spacing * np.arange(-8.0, 9.0), gains_at)
+    if center == start:
         grid = start + np.arange(-2.0 * step, 2.0 * step + 0.5 * fine, fine)
         inside = (grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)
         tried = np.append(grid[inside], start)
-        center = float(tried[int(np.argmax(gains_at(tried)))])
+        # The grid only selects the maximum, for which lines that overlap may be taken apart.
+        center = float(tried[int(np.argmax(gains_apart(tried)))])
         _, center, best = _peak(center + spacing * np.arange(-8.0, 9.0), gains_at)
     return start if best - here < MIN_SHAPE_DELTA_LOGL else center
 
