@@ -7,7 +7,7 @@ import pytest
 
 import allanite as al
 from allanite.effects.files import model_from_dict, model_to_dict
-from allanite.fit import fit_model
+from allanite.fit import engine, fit_model
 from allanite.fit.table import fit_table
 from generators import sinusoid, walk, white
 
@@ -233,3 +233,15 @@ def test_a_walk_below_its_least_value_is_where_it_says(wandering):
     fit = fit_model(log, "N+K(K=[1e-3,1])")
     assert fit["K"] == 1e-3
     assert fit.model.effects[1].at_limit == ("K",)
+
+
+def test_a_shape_that_a_fit_finds_at_the_end_of_its_range_needs_no_second_fit(monkeypatch):
+    fits = []
+    inner = engine._fit
+    monkeypatch.setattr(engine, "_fit", lambda *given: fits.append(1) or inner(*given))
+    # The density of quantization rises with f²; the steepest power law of the catalog is the nearest.
+    log = al.parse_model("N(N=0.01)+Q(Q=0.1)").simulate(rate=10.0, duration=1000.0, seed=1)
+    law = fit_model(log, "N+PL").model.effects[1]
+    assert law.at_limit == ("exponent",)
+    assert law.exponent == law.parameter("exponent").high
+    assert len(fits) == 1

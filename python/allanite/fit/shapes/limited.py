@@ -8,10 +8,11 @@ Murray & Wright 1981, section 5.2).
 from __future__ import annotations
 
 from dataclasses import replace
+from math import isclose
 from typing import TYPE_CHECKING
 
 from allanite.effects import Deterministic, Model
-from allanite.effects._limits import Limits
+from allanite.effects._limits import LIMIT_TOLERANCE, Limits
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,10 +48,17 @@ def within_limits(model: Model, fit: Callable[[Model], Solution]) -> Solution:
 def _hold_until_inside(
     model: Model, held: Held, found: Solution, fit: Callable[[Model], Solution]
 ) -> tuple[Held, Solution]:
-    """Pair: held parameters, and the solution with them, after holding more until no other is beyond its limits."""
+    """Pair: held parameters, and the solution with them, after holding more until no other is beyond its limits.
+
+    Parameters that a fit has found at the end of their range are held without a new fit, which would find the same.
+    """
     while beyond := _beyond_limits(found.model, held):
         held = {**held, **beyond}
-        found = fit(_with_held(model, found.model, held))
+        reached = ((found.model.effects[at], name, end) for (at, name), end in beyond.items())
+        if all(_has_reached(*one) for one in reached):
+            found = _held_at_limits(found, held)
+        else:
+            found = fit(_with_held(model, found.model, held))
     return held, found
 
 
@@ -73,6 +81,23 @@ def _with_released(
     ):
         return None
     return rest, tried
+
+
+def _has_reached(effect: Effect, name: str, limit: float) -> bool:
+    """True if a shape is at the end of its declared range, not beyond; False for limits of the user."""
+    at_end = isclose(effect.values[name], limit, rel_tol=10.0 * LIMIT_TOLERANCE)
+    return at_end and name not in effect.limits
+
+
+def _held_at_limits(found: Solution, held: Held) -> Solution:
+    """Copy of the solution in which the parameters are held at their limits, which they have reached."""
+    effects = list(found.effects)
+    for place in {place for place, _ in held}:
+        values = {name: value for (at, name), value in held.items() if at == place}
+        own = effects[place]
+        made = own.effect.with_values(**values, at_limit=tuple(values))
+        effects[place] = replace(own, effect=made)
+    return replace(found, effects=tuple(effects))
 
 
 def _set_to_limits(found: Solution, held: Held) -> Solution:
