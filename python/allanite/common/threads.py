@@ -26,7 +26,7 @@ T = TypeVar("T")
 WORKERS = 2
 NAME = "allanite column"
 #: Seconds between two readings of the clock of a deadline. A reading of the processor time takes 0.15 ms on some machines.
-READING_INTERVAL = 0.02
+READING_INTERVAL = 0.1
 _wanted: contextvars.ContextVar[Callable[[], bool] | None] = contextvars.ContextVar(
     "wanted", default=None
 )

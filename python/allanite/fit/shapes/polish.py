@@ -42,6 +42,9 @@ LIMIT_MARGIN = 1e-12
 MAX_STEPS = 60
 #: Minimum rise of logL in a step; smaller rises end the optimization. Chosen by judgment; not measured.
 MIN_STEP_DELTA_LOGL = 1e-4
+#: A step of which the linearized model promises less than this part of the minimum rise is not tried, because the
+#: optimization is at its maximum. Chosen by judgment; not measured.
+MAX_NEGLIGIBLE_PROMISE = 0.1
 #: Maximum number of steps for candidates, which are only compared. Chosen by judgment; not measured.
 MAX_ROUGH_STEPS = 15
 #: Minimum rise of logL in a step for candidates. Chosen by judgment; not measured.
@@ -173,9 +176,15 @@ def _climb(
         if roughly
         else (MAX_STEPS, MIN_STEP_DELTA_LOGL)
     )
+    slopes: Array | None = None
     for _ in range(steps):
-        slopes = _slopes(shapes, point, here, linear, theta, part)
-        goal_theta, goal = _step(slopes, point, trust, linear, theta, spectrum, judged.weight, part)
+        if slopes is None:
+            slopes = _slopes(shapes, point, here, linear, theta, part)
+        goal_theta, goal, promised = _step(
+            slopes, point, trust, linear, theta, spectrum, judged.weight, part
+        )
+        if promised < MAX_NEGLIGIBLE_PROMISE * enough:
+            break
         risen, step = -1.0, 1.0
         while step > 0.02:
             tried = np.clip(point + step * (goal - point), shapes.limits[:, 0], shapes.limits[:, 1])
@@ -193,6 +202,7 @@ def _climb(
             if trust.max() < MIN_TRUST:
                 break
             continue
+        slopes = None
         short = float(np.max(np.abs(tried - point) / trust)) < 0.1
         point, here, linear, theta = tried, there, moved_linear, moved_theta
         spectrum, judged = moved, found
@@ -233,8 +243,8 @@ def _step(
     spectrum: Array,
     weight: Array,
     part: RandomPart,
-) -> tuple[Array, Array]:
-    """Pair of arrays: squared coefficients θ and shape coordinates at the optimum of a linearized model, near `point`.
+) -> tuple[Array, Array, float]:
+    """Tuple (squared coefficients θ, shape coordinates, rise of logL) at the optimum of a linearized model near `point`.
 
     Near the current shapes, the spectrum is linear in θ and in changes of the shapes. Nonnegative least squares finds
     both. A shape changes by at most `trust`.
@@ -263,6 +273,7 @@ def _step(
     scaled = np.hstack([free * units, slopes * trust]) / spectrum[:, None]
     matrix, target = linearized(scaled, part.power, part.count, spectrum, weight)
     start = np.concatenate([theta[linear.free] / units, np.ones(point.size)])
+    before = float(target @ target)
     target = target + matrix @ start
     size = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
     # Nonnegative least squares has no upper limits. Shapes beyond theirs, v = 2, are fixed there and the rest is solved
@@ -280,4 +291,5 @@ def _step(
     out = linear.fixed.copy()
     out[linear.free] = solution[: free.shape[1]] * units
     change = np.where(np.abs(slopes).max(axis=0) > 0.0, solution[free.shape[1] :] - 1.0, 0.0)
-    return out, point + change * trust
+    left = target - matrix @ solution
+    return out, point + change * trust, 0.25 * (before - float(left @ left))
