@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.rivals.alternatives import Alternative
     from allanite.fit.rivals.together import Pair
+    from allanite.fit.rivals.undecided import Undecided
     from allanite.fit.simulated import SimulatedCheck
     from allanite.fit.solution import Solution
     from allanite.plots import Figure
@@ -104,6 +105,15 @@ class Fit:
         return estimates(
             self.solution, self.data, self.recording.unit, self.recording.covariate_units
         )
+
+    @cached_property
+    def estimates_of_last(self) -> dict[str, Any]:
+        """Dict as in `estimates` of the last effect of the model. Faster than `estimates` if these are not known yet."""
+        if self.given is not None or "estimates" in self.__dict__:
+            return self.estimates[-1]
+        s, recording = self.solution, self.recording
+        last = len(s.effects) - 1
+        return estimates(s, self.data, recording.unit, recording.covariate_units, [last])[0]
 
     @cached_property
     def correlations(self) -> Correlations:
@@ -254,6 +264,16 @@ class Fit:
         from allanite.fit.rivals.together import instead_of_two
 
         return instead_of_two(self)
+
+    @cached_property
+    def undecided(self) -> Undecided | None:
+        """`Undecided`: models that explain the record as well as this one, and values over all of them; None without any.
+
+        Cached with the fit, because copies of a study share it.
+        """
+        from allanite.fit.rivals.undecided import undecided
+
+        return undecided(self)
 
     def together(self, place: int) -> tuple[Pair, ...]:
         """Tuple of pairs of effects (`Pair`) that may replace the effect at index `place` of the model; cached."""

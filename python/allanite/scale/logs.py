@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import math
 import os
@@ -186,21 +187,29 @@ def _study_columns(study: Study) -> dict[str, Any]:
     mean = float(np.nanmean(np.asarray(fit.recording.rate_samples(), dtype=np.float64)))
     numbers["mean"] = [mean, None, None, None]
     effects: dict[str, float] = {}
-    for rung in study.ladder[1:]:
-        added = rung.added
-        if added is None or added.kind not in {e.kind for e in fit.model}:
-            continue
-        free = sum(p.role in {"coefficient", "shape", "time"} for p in added.parameters)
-        p = max(rung.trials or MIN_TRIALS, MIN_TRIALS) * float(
-            chdtrc(free, max(2.0 * (rung.risen or 0.0), 0.0))
-        )
-        # Several effects of a kind, such as the lines of a comb, count as one: the clearest.
-        effects[added.kind] = min(1.0, p, effects.get(added.kind, 1.0))
+    explained: dict[str, float] = {}
+    for before, rung in itertools.pairwise(study.ladder):
+        # An effect that takes the place of others explains what they explained.
+        risen = rung.risen_since(before) + sum(explained.get(kind, 0.0) for kind in rung.removed)
+        for effect in rung.new:
+            own = risen
+            if effect is not rung.added:
+                place = next(i for i, e in enumerate(rung.fit.model) if e is effect)
+                less = rung.fit.solution_without(place).log_likelihood
+                own = min(risen, rung.fit.solution.log_likelihood - less)
+            free = sum(p.role in {"coefficient", "shape", "time"} for p in effect.parameters)
+            p = max(rung.trials or MIN_TRIALS, MIN_TRIALS) * float(
+                chdtrc(free, max(2.0 * own, 0.0))
+            )
+            # Several effects of a kind, such as the lines of a comb, count as one: the clearest.
+            effects[effect.kind] = min(1.0, p, effects.get(effect.kind, 1.0))
+            explained[effect.kind] = max(own, explained.get(effect.kind, 0.0))
+    there = {e.kind for e in fit.model}
     return {
         "model": fit.model.name,
         "verdict": study.verdict,
         "discrepancy_percent": fit.discrepancy.percent,
-        "effects": json.dumps(effects),
+        "effects": json.dumps({kind: p for kind, p in effects.items() if kind in there}),
         "numbers": json.dumps(numbers),
     }
 

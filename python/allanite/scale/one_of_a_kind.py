@@ -38,7 +38,7 @@ def study_of_kinds(column: Recording, model: str | Model) -> Study:
 
 
 class _SearchOfKinds(Search):
-    """Search that adds effects of the same kind only from one check."""
+    """Search that adds effects of the same kind only from one check, and keeps its steps in the order of the search."""
 
     def _check_of_last_fit(self) -> Check:
         """`Check` of the last fit without suggestions of kinds that the model has; `check` keeps all suggestions."""
@@ -55,3 +55,7 @@ class _SearchOfKinds(Search):
         """Reason (text) to end the search after the last check, judged by all suggestions; None to continue."""
         assert self.check is not None
         return super()._stop_reason(self.check)
+
+    def _steps(self, _: str) -> tuple[Rung, ...]:
+        """Tuple of the checked steps, oldest first; a table shows no steps, so that none is fitted for readers."""
+        return tuple(self.ladder[: self.checked])

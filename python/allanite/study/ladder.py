@@ -13,7 +13,6 @@ from allanite import _kernels
 from allanite.common.numbers import number
 from allanite.effects import title_of
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
-from allanite.fit.rivals.undecided import Undecided, undecided
 from allanite.study.judgement import refusal_reason
 from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS
 
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
 
     from allanite.effects import Effect
     from allanite.fit.result import Fit
+    from allanite.fit.rivals.undecided import Undecided
     from allanite.plots import Figure
     from allanite.recording import Recording
     from allanite.study.state import State
@@ -65,6 +65,12 @@ class Rung:
     def new(self) -> tuple[Effect, ...]:
         """Tuple of the effects that this step put into the model, `added` first; empty for the first step."""
         return () if self.added is None else (self.added, *self.brought)
+
+    def risen_since(self, before: Rung) -> float:
+        """ΔlogL of this step after the step `before`, nats: `risen`, or else the difference of the two fits."""
+        if self.risen is not None:
+            return self.risen
+        return self.fit.solution.log_likelihood - before.fit.solution.log_likelihood
 
     @property
     def changes(self) -> tuple[str, ...]:
@@ -227,7 +233,8 @@ class Study:
         """
         if self.stopped_because == "within tolerance":
             return self.stopped_because
-        return "unexplained" if self.doubts else self.check.verdict
+        # Doubts take many fits, and matter only if the check is adequate.
+        return "unexplained" if self.check.adequate and self.doubts else self.check.verdict
 
     @property
     def reason(self) -> str:
@@ -244,13 +251,13 @@ class Study:
         """Tuple of the unexplained misfit of each step, % of the largest, usually that of the first step."""
         return misfit_left(self.ladder)
 
-    @cached_property
+    @property
     def undecided(self) -> Undecided | None:
-        """`Undecided`: other models that explain the record as well as the last, and intervals averaged over them. Cached.
+        """`Undecided`: other models that explain the record as well as the last, and intervals averaged over them.
 
         None if there are none.
         """
-        return undecided(self.fit)
+        return self.fit.undecided
 
     @property
     def left(self) -> list[str]:
@@ -421,11 +428,7 @@ def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
     """
     left = [max(ladder[-1].fit.excess, 0.0)]
     for before, rung in reversed(list(itertools.pairwise(ladder))):
-        risen = rung.risen
-        if risen is None:
-            fits = before.fit.solution, rung.fit.solution
-            risen = fits[1].log_likelihood - fits[0].log_likelihood
-        left.append(left[-1] + risen)
+        left.append(left[-1] + rung.risen_since(before))
     whole = max(left)
     return tuple(
         100.0 * max(value, 0.0) / whole if whole > 0.0 else 100.0 for value in reversed(left)

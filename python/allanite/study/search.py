@@ -121,19 +121,23 @@ class Search:
     def study(self, stop: str) -> Study:
         """`Study` of the checked steps; `stop` is the reason why the search ended.
 
-        The steps are rearranged by `story`, except after "time" and "interrupted".
         If an adequate study has doubts, its reason becomes "nothing helps".
         """
         assert self.check is not None
         self.check.fit.forget_check()
-        ladder = self.ladder[: self.checked]
-        steps = tuple(ladder) if stop in {"time", "interrupted"} else story(ladder)
         recording = self.check.fit.recording
-        tried = tried_and_dropped(ladder)
-        study = Study(recording, steps, self.check, stop, self.tolerance, tried, self.first_check)
+        tried = tried_and_dropped(self.ladder[: self.checked])
+        study = Study(
+            recording, self._steps(stop), self.check, stop, self.tolerance, tried, self.first_check
+        )
         if stop == "adequate" and study.doubts:
             return replace(study, stopped_because="nothing helps")
         return study
+
+    def _steps(self, stop: str) -> tuple[Rung, ...]:
+        """Tuple of the checked steps as users read them: rearranged by `story`, except after "time" and "interrupted"."""
+        ladder = self.ladder[: self.checked]
+        return tuple(ladder) if stop in {"time", "interrupted"} else story(ladder)
 
 
 def has_reached_limit(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:

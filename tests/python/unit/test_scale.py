@@ -256,6 +256,36 @@ def test_the_clearest_of_several_effects_of_a_kind_counts():
     assert effect(*rungs) == effect(rungs[0]) < 1e-9 < effect(rungs[1])
 
 
+def test_an_effect_explains_what_the_effects_explained_whose_place_it_takes():
+    log = al.parse_model("N(N=0.1)+B(B=0.1)").simulate(rate=10.0, duration=600.0, seed=1)
+    fits = {model: al.fit_model(log, model) for model in ("N", "N+K", "N+B", "N+B+SIN(f=1)")}
+
+    def effects(*steps):
+        """Dict from kind to p-value in the row of a study."""
+        study = Study(log, (Rung(fits["N"]), *steps), fits["N+B"].check(), "adequate")
+        return json.loads(_study_columns(study)["effects"])
+
+    walk, flicker = fits["N+K"].model.effects[1], fits["N+B"].model.effects[1]
+    whole = fits["N+B"].solution.log_likelihood - fits["N"].solution.log_likelihood
+    # The ΔlogL of a step without one is the difference of its fits.
+    alone = effects(Rung(fits["N+B"], flicker))
+    assert alone == effects(Rung(fits["N+B"], flicker, risen=whole)) != {}
+    taken = effects(
+        Rung(fits["N+K"], walk), Rung(fits["N+B"], flicker, removed=("rate_random_walk",))
+    )
+    assert taken == pytest.approx(alone, rel=1e-6)
+    # An effect that a step brings along counts with its own part of the ΔlogL.
+    both = fits["N+B+SIN(f=1)"]
+    brought = effects(Rung(both, both.model.effects[1], brought=both.model.effects[2:]))
+    assert brought["sinusoid"] == 1.0 > brought["bias_instability"]
+
+
+def test_a_row_of_a_fleet_needs_no_fit_of_steps_for_readers(monkeypatch):
+    monkeypatch.setattr("allanite.study.search.story", None)
+    log = al.parse_model("N(N=0.1)+K(K=0.02)").simulate(rate=10.0, duration=600.0, seed=1)
+    assert study_of_kinds(log, "N").fit.model.name == "N+K"
+
+
 def test_a_fleet_adds_the_lines_of_one_check():
     lines = "SIN(f=1.3,A=0.03,phase=1)+SIN(f=3.1,A=0.03,phase=2)"
     log = al.parse_model(f"N(N=0.01)+{lines}").simulate(rate=20.0, duration=400.0, seed=1)

@@ -15,6 +15,7 @@ from allanite.fit.rivals.alternatives import (
     Scan,
     best_of_kinds,
     fit_replacement,
+    is_detected,
     is_removable,
     slow_scans,
 )
@@ -77,14 +78,17 @@ def can_be_split(effect: Effect) -> bool:
 def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
     """Tuple of (ln evidence over the fit, indices, solution) of models in which one or two processes replace two slow ones.
 
-    `indices` are the two replaced effects, random processes that drift slowly. Models whose evidence is lower by
-    `MAX_RIVAL_LOG_EVIDENCE` or more are omitted. A search that changes one process at a time can miss these models.
+    `indices` are the two replaced effects, detected random processes that drift slowly. Models whose evidence is lower
+    by `MAX_RIVAL_LOG_EVIDENCE` or more are omitted. A search that changes one process at a time can miss these models.
     """
     effects = fit.model.effects
     wandering = [
         place
         for place, effect in enumerate(effects)
-        if isinstance(effect, Stochastic) and effect.wanders and is_removable(effect)
+        if isinstance(effect, Stochastic)
+        and effect.wanders
+        and is_removable(effect)
+        and is_detected(fit, place)
     ]
     found = []
     for out in combinations(wandering, 2):

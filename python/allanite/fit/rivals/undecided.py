@@ -165,9 +165,7 @@ def _other_models(fit: Fit) -> Iterator[tuple[float, Solution]]:
     The replaced effects are detected. One-time events are excluded, since their evidence does not pay for the many
     times that were tried. A model may come twice.
     """
-    for lead, places, solution in fit.instead_of_two:
-        if all(is_detected(fit, place) for place in places):
-            yield lead, solution
+    yield from ((lead, solution) for lead, _, solution in fit.instead_of_two)
     for place in range(len(fit.model)):
         if not is_detected(fit, place):
             continue

@@ -25,8 +25,7 @@ def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], 
     last of the model. A lead of more than 3 nats of evidence suffices whatever the priors are.
     """
     for lead, places, solution in fit.instead_of_two:
-        if all(is_detected(fit, place) for place in places):
-            yield _expected_gain(fit, lead, solution.model), places, solution.model
+        yield _expected_gain(fit, lead, solution.model), places, solution.model
     for place, out in enumerate(fit.model.effects):
         if is_detected(fit, place):
             for other in fit.alternatives(place):
