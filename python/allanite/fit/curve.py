@@ -204,7 +204,8 @@ def compare_curves(data: Data, model: Model) -> Curve:
     from scipy.special import chdtri
 
     factors = data.factors()
-    measured = data.deviation(factors)
+    # The same for all models of a search.
+    measured = data.of_bins.get("measured deviation", lambda: data.deviation(factors))
     terms = data.terms(model)
     noise = expected_variance(terms, factors)
     total, residual = noise, measured**2

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -87,18 +87,27 @@ def _unit(
 
 
 def estimates(
-    solution: Solution, data: Data, unit: str, column_units: Mapping[str, str]
+    solution: Solution,
+    data: Data,
+    unit: str,
+    column_units: Mapping[str, str],
+    places: Sequence[int] | None = None,
 ) -> tuple[dict[str, Any], ...]:
     """Tuple of a dict for each effect of the model: values by parameter name, numbers as `Estimate` with interval.
 
-    `unit` is the unit of the samples; `column_units` are the known units of logged columns.
+    `unit` is the unit of the samples; `column_units` are the known units of logged columns. With `places`, only the
+    effects at these indices of the model are estimated.
     """
     shaped = _shape_errors(solution, data)
     out: list[dict[str, Any]] = []
     slow: dict[Regressed, Mixture] = {}
-    if any(e.low and not _all_held(e) for e in solution.model.deterministic):
+    if places is None:
+        places = range(len(solution.effects))
+    wanted = [solution.effects[place] for place in places]
+    known = (own.effect for own in wanted if isinstance(own, Regressed))
+    if any(e.low and not _all_held(e) for e in known):
         slow = slow_amplitudes(solution, data)
-    for position, own in enumerate(solution.effects):
+    for position, own in zip(places, wanted, strict=True):
         errors = {name: error for (place, name), error in shaped.items() if place == position}
         if isinstance(own, Process):
             out.append(_process_values(solution, own, errors, unit, data))
@@ -111,7 +120,7 @@ def estimates(
             out.append(_modifier_values(own.effect, errors, data, unit, column_units))
     return tuple(
         _with_admissible_intervals(own.effect, values)
-        for own, values in zip(solution.effects, out, strict=True)
+        for own, values in zip(wanted, out, strict=True)
     )
 
 

@@ -25,7 +25,7 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
     `found` is the fit whose last effect is `effect`, `before` the fit without it. `note` precedes the physics; without
     a note, differing slopes of a followed column are mentioned. The share is omitted for modifiers.
     """
-    values = found.estimates[-1]
+    values = found.estimates_of_last
     numbers = ", ".join(
         _value_text(n, in_sheet_unit(v, p))
         for n, v in values.items()
@@ -88,7 +88,7 @@ def _slopes_sentence(effect: Effect, found: Fit) -> str:
     if slopes is None or abs(slopes[0][0] - slopes[0][1]) < 2.0 * slopes[1]:
         return ""
     slow, fast = (share * float(fitted[0]) for share in slopes[0])
-    unit = printed(found.estimates[-1]["coefficient"].unit)
+    unit = printed(found.estimates_of_last["coefficient"].unit)
     return (
         f"The slope is {slow:.3g} {unit} at slow and {fast:.3g} at fast time scales: "
         "more than one lag, hysteresis, or a thermometer in another place. "

@@ -161,7 +161,7 @@ class Suggestion:
     @cached_property
     def estimates(self) -> dict[str, Any]:
         """Dict from JSON name to the value of the effect: an `Estimate` (with error and interval), or a plain value."""
-        return self.found.estimates[-1]
+        return self.found.estimates_of_last
 
     @cached_property
     def explanation(self) -> str:

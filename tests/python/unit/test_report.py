@@ -14,6 +14,7 @@ import pytest
 import allanite as al
 from allanite.cli import main
 from allanite.common.numbers import value_and_interval_text, with_readable_numbers
+from allanite.fit import engine
 from allanite.plots.svg_painter import _path_data, inline_svg
 from allanite.report import make_report
 from allanite.report.words import COMPLETED, data_sheet_value, texts_to_uncertainty
@@ -61,6 +62,18 @@ def test_the_first_model_is_checked_once(report):
     assert len(entry.study.ladder) > 1
     assert entry.first is entry.study.first_check
     assert entry.first.fit is entry.study.ladder[0].fit
+
+
+def test_a_report_of_finished_models_fits_no_model(tmp_path, monkeypatch):
+    # Undecided alternatives were fitted in the search, and belong to the fit.
+    truth = al.parse_model("N(N=0.1)+K(K=0.02)")
+    columns = [truth.simulate(duration=1000.0, rate=10.0, seed=k).samples for k in (1, 2)]
+    samples = np.column_stack(columns)
+    log = al.Recording(samples, 10.0, unit="deg/s", columns=["gyro_x", "gyro_y"])
+    found = al.characterize(log, "N+B")
+    assert all(study.adequate for study in found.studies.values())
+    monkeypatch.setattr(engine, "_fit", None)
+    assert found.report().save(tmp_path / "report.html").exists()
 
 
 class Numbers(HTMLParser):

@@ -140,3 +140,13 @@ def test_a_fit_reaches_the_maximum_from_other_start_values(start):
     slow, fast = start
     found = al.fit_model(log, f"N+GM(correlation_time={slow})+GM(correlation_time={fast})")
     assert found.solution.log_likelihood == pytest.approx(best, abs=0.01)
+
+
+def test_the_estimates_of_the_last_effect_are_those_of_all_effects():
+    log = al.parse_model("N(N=0.1)+K(K=0.01)+STEP(time=300,height=1)").simulate(
+        rate=10.0, duration=1000.0, seed=1
+    )
+    for model in ("K+N", "N+K", "N+K+STEP(time=300)", "N+BW"):
+        alone, whole = (al.fit_model(log, model) for _ in range(2))
+        assert alone.estimates_of_last == whole.estimates[-1]
+        assert "estimates" not in vars(alone)
