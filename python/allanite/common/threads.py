@@ -92,7 +92,7 @@ def with_deadline(
     outer, in_time, due = _wanted.get(), True, float("-inf")
 
     def is_wanted() -> bool:
-        """True before the deadline, while the surrounding computation is wanted. It reads the clock every 20 ms."""
+        """True before the deadline, while the surrounding computation is wanted. It reads the clock every 0.1 s."""
         nonlocal in_time, due
         now = time.monotonic()
         if now >= due:
