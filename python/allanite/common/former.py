@@ -16,21 +16,26 @@ def warn_of_former_name(former: str, present: str, stacklevel: int = 3) -> None:
 
 
 class Former:
-    """Class method under a former name, which warns of the `present` name of the method.
+    """Attribute under a former name, which warns of the `present` name of the property or method.
 
-    `call` gets the class and the arguments of the former method.
+    With `call`, a class method: `call` gets the class and the arguments of the former method.
     """
 
-    def __init__(self, present: str, call: Callable[..., Any]) -> None:
+    def __init__(self, present: str, call: Callable[..., Any] | None = None) -> None:
         self._present, self._call = present, call
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
 
-    def __get__(self, instance: object, owner: type) -> Callable[..., Any]:
-        def method(*args: Any, **kwargs: Any) -> Any:
-            kind = owner.__name__
-            warn_of_former_name(f"{kind}.{self._name}", f"{kind}.{self._present}")
-            return self._call(owner, *args, **kwargs)
+    def __get__(self, instance: object, owner: type) -> Any:
+        if self._call is None:
+            return (
+                self if instance is None else self._warned(getattr(instance, self._present), owner)
+            )
+        return lambda *args, **kwargs: self._warned(self._call, owner, 4)(owner, *args, **kwargs)
 
-        return method
+    def _warned(self, value: Any, owner: type, stacklevel: int = 4) -> Any:
+        """The `value` itself, after the warning."""
+        kind = owner.__name__
+        warn_of_former_name(f"{kind}.{self._name}", f"{kind}.{self._present}", stacklevel)
+        return value

@@ -8,7 +8,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
-from allanite.common.former import warn_of_former_name
+from allanite.common.former import Former
 from allanite.common.validation import positive_rate
 from allanite.deviation.averaging import QUANTITIES, one_column
 from allanite.deviation.confidence import degrees_of_freedom
@@ -105,11 +105,7 @@ class Accumulator:
         """Number of missing samples so far."""
         return self._core.gaps()
 
-    @property
-    def gaps(self) -> int:
-        """Former name of `missing`: the same number; warns of deprecated use."""
-        warn_of_former_name("Accumulator.gaps", "Accumulator.missing")
-        return self.missing
+    gaps = Former("missing")
 
     def update(self, chunk: ArrayLike) -> None:
         """Add the next samples. Infinite samples leave the accumulator unchanged.

@@ -601,6 +601,8 @@ class Stochastic(Effect):
         """
         raise NotImplementedError
 
+    stretches = Former("segments")
+
     @property
     def segments(self) -> tuple[Stochastic, ...]:
         """Tuple of one effect for each of the equal time segments of the record: the process in that segment.

@@ -83,6 +83,8 @@ class Modifier(Effect):
         """Pair (lowest, highest) frequency, Hz, of the noise whose power changes over time; by default None."""
         return None
 
+    swells = Former("changes_level_of")
+
     def changes_level_of(self, effect: Effect) -> bool:
         """True if the `band` of this modifier includes the center of the band of `effect`; False if either has no band."""
         if self.band is None or effect.occupies is None or isinstance(effect, Modifier):

@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.common.aligned import with_aligned_arrays
 from allanite.common.errors import InputError, about
+from allanite.common.former import Former
 from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate, sample_index
 from allanite.recording import samples as arrays
@@ -222,6 +223,8 @@ class Recording(Record):
         declared_units = [units.get(c, u) for c, u in zip(self.columns, self.units, strict=True)]
         names = tuple(rate_unit(text, self.quantity).name for text in declared_units)
         return self if names == self.units else self._with(units=names)
+
+    told_of = Former("with_findings")
 
     def with_findings(
         self, findings: Sequence[Finding], log_columns: Sequence[LogColumn] | None = None

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common.arrays import Array
 from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.former import Former
 from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.common.validation import positive, positive_rate, require_recording
@@ -91,6 +92,8 @@ class Growth:
     left_out: tuple[str, ...]
     aided: float
     following: tuple[str, ...] = ()
+
+    shown = Former("display_unit")
 
     @property
     def display_unit(self) -> tuple[str, float]:

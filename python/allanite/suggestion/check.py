@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.former import Former
 from allanite.common.numbers import (
     log10_probability_text,
     number,
@@ -85,6 +86,8 @@ class Check:
             "where": self.where.to_dict(),
             "suggestions": [s.to_dict() for s in self.suggestions],
         }
+
+    rest = Former("unexplained_shape")
 
     @cached_property
     def unexplained_shape(self) -> UnexplainedShape | None:

@@ -100,6 +100,30 @@ def test_a_former_way_to_make_an_effect_works_and_warns(kind, former, arguments,
     assert found == (now and eval(now, vars(allanite.effects)))
 
 
+@pytest.mark.parametrize(
+    ("owner", "former", "now"),
+    [
+        (allanite.Check, "rest", "unexplained_shape"),
+        (allanite.Growth, "shown", "display_unit"),
+        (allanite.ManyFits, "of", "record_noun"),
+        (allanite.Recording, "told_of", "with_findings"),
+        (allanite.effects.Modifier, "swells", "changes_level_of"),
+        (allanite.effects.DriftingResonance, "stretches", "segments"),
+    ],
+)
+def test_a_former_attribute_works_and_warns(owner, former, now):
+    class Present(owner):
+        pass
+
+    setattr(Present, now, "present")
+    instance = object.__new__(Present)
+    with pytest.warns(
+        DeprecationWarning, match=rf"Present\.{former} is now Present\.{now}"
+    ) as caught:
+        assert getattr(instance, former) == "present"
+    assert caught[0].filename == __file__
+
+
 def test_every_effect_is_public():
     names = {effect.__name__ for effect in allanite.CATALOGUE if "allanite" in effect.__module__}
     assert all(hasattr(allanite.effects, name) for name in names)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.former import Former
 from allanite.common.parameters import NORMAL
 from allanite.common.validation import require_recording
 from allanite.effects import Stochastic
@@ -112,6 +113,8 @@ class ManyFits:
         return (
             min((r.p_value for r in self.pooled), default=1.0) * len(self.pooled) >= MIN_AGREEMENT_P
         )
+
+    of = Former("record_noun")
 
     @property
     def record_noun(self) -> str:
