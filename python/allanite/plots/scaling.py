@@ -25,7 +25,7 @@ def density_axis(unit: str, axis: Axis) -> Axis:
 
 def sample_axis(unit: str, axis: Axis, words: str) -> Axis:
     """Copy of a linear axis for samples in `unit`, with its label; unit ``1`` is labeled as a fractional frequency."""
-    label = with_bracketed_unit(words, FREQUENCY) if unit == "1" else label_in_unit(words, unit)
+    label = f"{words} as {FREQUENCY}" if unit == "1" else label_in_unit(words, unit)
     return replace(axis, label=label, quantity=Quantity(words, unit, samples=True))
 
 

@@ -106,7 +106,7 @@ def coefficient_readings(
         if not left <= x <= right:
             continue
         inside = bottom <= y <= top
-        # Near the upper edge the label is placed below its point.
+        # Near the upper edge the label is placed beside its point; below, it would cover a falling curve.
         high = inside and y > top - 0.08 * (top - bottom)
         color = look.color(role)
         if inside:
@@ -133,9 +133,9 @@ def coefficient_readings(
                 "xref": "x",
                 "yref": "y" if inside else "y domain",
                 "xanchor": "right" if x > left + 0.7 * (right - left) else "left",
-                "yanchor": "top" if high else "bottom",
-                "xshift": -6 if x > left + 0.7 * (right - left) else 6,
-                "yshift": -3 if high else 3,
+                "yanchor": "middle" if high else "bottom",
+                "xshift": -10 if x > left + 0.7 * (right - left) else 10,
+                "yshift": 0 if high else 3,
                 "showarrow": False,
                 "font": {"size": 12, "color": color},
                 "bgcolor": look.panel,
