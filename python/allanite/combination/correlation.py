@@ -80,13 +80,13 @@ def _octave_correlations(bands: Sequence[CrossBand]) -> list[float]:
     An octave without a significant correlation gets the value of the nearest significant octave if this value lies in
     its own interval, else 0. Octaves with few ordinates have wide intervals.
     """
-    sure = [k for k, band in enumerate(bands) if band.significant]
+    significant = [k for k, band in enumerate(bands) if band.significant]
     out = []
     for k, band in enumerate(bands):
-        if k in sure:
+        if k in significant:
             out.append(band.correlation)
             continue
-        near = bands[min(sure, key=lambda s: abs(s - k))].correlation
+        near = bands[min(significant, key=lambda s: abs(s - k))].correlation
         low, high = band.interval
         out.append(near if low <= near <= high else 0.0)
     return out

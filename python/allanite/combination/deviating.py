@@ -113,13 +113,13 @@ def _test_of_unit(
     freedom = TYPE_FREEDOM + n - 1
     spread = (TYPE_FREEDOM * known + (n - 1) * own) / freedom
     apart = float(level[place] - level[others].mean())
-    one, rest = float(variance[place]) + spread, (within + spread) / n
+    own_variance, others_variance = float(variance[place]) + spread, (within + spread) / n
     # ψ'(d/2) = v for d = (1 + √(1 + 2v))/v, to 1 % for d ≥ 8. The mean of ln χ²/d is ψ(d/2) − ln(d/2).
-    d1, d2 = ((1.0 + np.sqrt(1.0 + 2.0 * v)) / v for v in (one, rest))
+    d1, d2 = ((1.0 + np.sqrt(1.0 + 2.0 * v)) / v for v in (own_variance, others_variance))
     means = digamma(0.5 * d1) - np.log(0.5 * d1) - digamma(0.5 * d2) + np.log(0.5 * d2)
     ratio = np.exp(apart + means)
     tail = min(fdtr(d1, d2, ratio), fdtrc(d1, d2, ratio))
-    freedom *= ((one + rest) / (spread * (1.0 + 1.0 / n))) ** 2
+    freedom *= ((own_variance + others_variance) / (spread * (1.0 + 1.0 / n))) ** 2
     return 2.0 * float(stdtr(freedom, ndtri(tail))), apart
 
 

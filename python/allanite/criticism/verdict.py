@@ -20,7 +20,7 @@ Range = tuple[float, float] | None
 
 @dataclass(frozen=True, slots=True)
 class Where:
-    """Residuals of a fit over τ, frequency and time, and the worst interval of each (None: nowhere beyond chance).
+    """Residuals of a fit over τ, frequency and time, and the worst interval of each.
 
     Attributes
     ----------

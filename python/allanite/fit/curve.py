@@ -111,17 +111,17 @@ class Curve:
             and error > MAX_ADEQUATE_ERROR_SCATTERS * scatter
         )
 
-    def error_increase(self, before: Curve, chance: float) -> float:
+    def error_increase(self, before: Curve, ignored_scores: float) -> float:
         """Mean square of ln(model/measured) of this curve minus that of the curve `before`, over τ with edf ≥ 10.
 
         Negative if the error falls; 0.0 without such τ. Both curves belong to fits of one record. A τ counts as 0 if
-        its |ln| changes by at most `chance` standard deviations of the measurement.
+        its |ln| changes by at most `ignored_scores` standard deviations of the measurement.
         """
         keep = self.is_counted & before.is_counted
         if not keep.any():
             return 0.0
         new, old = (np.log(c.model[keep] / c.measured[keep]) for c in (self, before))
-        moved = np.abs(np.abs(new) - np.abs(old)) > chance * np.sqrt(0.5 / self.edf[keep])
+        moved = np.abs(np.abs(new) - np.abs(old)) > ignored_scores * np.sqrt(0.5 / self.edf[keep])
         return float(np.mean(np.where(moved, new**2 - old**2, 0.0)))
 
     @property

@@ -361,9 +361,11 @@ def _regress(
     if not held.any():
         return regress(design.matrix, values, variance)
     fixed = np.concatenate([e.amplitudes() for e in effects])
-    rest = regress(design.matrix[:, ~held], values - design.matrix[:, held] @ fixed[held], variance)
+    of_free = regress(
+        design.matrix[:, ~held], values - design.matrix[:, held] @ fixed[held], variance
+    )
     covariance = np.zeros((held.size, held.size))
-    covariance[np.ix_(~held, ~held)] = rest.covariance
+    covariance[np.ix_(~held, ~held)] = of_free.covariance
     amplitudes = np.where(held, fixed, 0.0)
-    amplitudes[~held] = rest.amplitudes
-    return replace(rest, amplitudes=amplitudes, covariance=covariance)
+    amplitudes[~held] = of_free.amplitudes
+    return replace(of_free, amplitudes=amplitudes, covariance=covariance)

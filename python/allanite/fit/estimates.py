@@ -464,8 +464,8 @@ def _deterministic_shape_error(
             directions.append((slope * root / np.linalg.norm(slope * root))[:, None])
     white, target = np.hstack(directions), target * root
     coefficients, *_ = np.linalg.lstsq(white, target, rcond=None)
-    rest = target - white @ coefficients
-    size = float(rest @ rest)
+    orthogonal = target - white @ coefficients
+    size = float(orthogonal @ orthogonal)
     return 1.0 / np.sqrt(size) if size > 0.0 else None
 
 

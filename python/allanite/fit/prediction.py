@@ -122,9 +122,9 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
     units = np.zeros((FOLDS, bins.groups.size))
     cell = np.searchsorted(cells_of(bins.count.size), np.arange(bins.count.size), side="right")
     for fold in range(FOLDS):
-        rest = np.arange(FOLDS) != fold
-        freedom = (number - used)[rest].sum(axis=0)
-        power = total[rest].sum(axis=0) / np.maximum(freedom, EMPTY_FOLD_FREEDOM)
+        other_folds = np.arange(FOLDS) != fold
+        freedom = (number - used)[other_folds].sum(axis=0)
+        power = total[other_folds].sum(axis=0) / np.maximum(freedom, EMPTY_FOLD_FREEDOM)
         unseen = (freedom < 0.05) | (power <= 0.0)
         part = RandomPart(
             data,

@@ -142,7 +142,7 @@ def block_losses(values: Array, matrix: Array, variance: Array, mean: bool) -> A
     pd, py = c @ (white * root[:, None]), c @ (values / variance)
     out = np.empty(BLOCKS)
     for b, block in enumerate(np.array_split(np.arange(c.shape[0]), BLOCKS)):
-        # Information of the block in addition to the rest, given its neighbors.
+        # Information of the block in addition to the other blocks, given its neighbors.
         own = precision[block[0] : block[-1] + 1, block[0] : block[-1] + 1]
         solved = np.linalg.solve(own, np.column_stack([pd[block], py[block]]))
         known, turn = np.linalg.eigh(np.eye(score.size) - pd[block].T @ solved[:, :-1])

@@ -60,8 +60,10 @@ def no_error_rises(before: Fit, after: Fit) -> bool:
     if old.rms_percent is None or new.rms_percent is None:
         return True
     # The error of a true model is within twice its scatter. While effects are missing it may rise by its scatter.
-    chance = new.expected_scatter_percent or 0.0
-    if new.rms_percent > max(MAX_ALLAN_ERROR_SCATTERS * chance, np.hypot(old.rms_percent, chance)):
+    scatter = new.expected_scatter_percent or 0.0
+    if new.rms_percent > max(
+        MAX_ALLAN_ERROR_SCATTERS * scatter, np.hypot(old.rms_percent, scatter)
+    ):
         return False
     if other:
         return True  # the curves are of different samples

@@ -83,18 +83,18 @@ class Rung:
         # An effect that left and came back with another one has not changed.
         back = Counter(self.removed) & Counter(e.kind for e in self.brought if not e.further)
         left = Counter(self.removed) - back - Counter(further)
-        gone = tuple(
+        removals = tuple(
             f"− {title_of(kind)}" if count == 1 else f"− {count} × {title_of(kind)}"
             for kind, count in left.items()
         )
-        came = []
+        additions = []
         for effect in self.new:
             if effect is not self.added and back[effect.kind]:
                 back[effect.kind] -= 1
                 continue
             more = effect.kind in further
-            came.append(f"+ {effect.further if more else self.fit.display_name(effect)}")
-        return (*came, *gone)
+            additions.append(f"+ {effect.further if more else self.fit.display_name(effect)}")
+        return (*additions, *removals)
 
     def __repr__(self) -> str:
         added = "start" if self.added is None else f"+ {self.added.kind}"
@@ -137,23 +137,23 @@ def rung_of(
     default it is their difference. `trials` is that of the search.
     """
     lost = after.lost_since(before)
-    gone = tuple(before.fit.model.effects[place].kind for place in lost)
+    removed = tuple(before.fit.model.effects[place].kind for place in lost)
     new = [after.fit.model.effects[place] for place in after.new_since(before)]
-    new.sort(key=lambda effect: (effect.kind != named, effect.kind in gone))
+    new.sort(key=lambda effect: (effect.kind != named, effect.kind in removed))
     if risen is None:
         risen = after.fit.solution.log_likelihood - before.fit.solution.log_likelihood
     start = sum(map(before.is_given, lost))
     added = new[0] if new else None
-    return Rung(after.fit, added, gone, risen, start, tuple(new[1:]), trials, after.numbers)
+    return Rung(after.fit, added, removed, risen, start, tuple(new[1:]), trials, after.numbers)
 
 
 def kinds_added_again(ladder: Sequence[Rung]) -> set[str]:
     """Set of the kinds that a step removed and a later step added again, and that are therefore needed."""
-    gone: set[str] = set()
+    removed: set[str] = set()
     back: set[str] = set()
     for rung in ladder:
-        back |= gone & {effect.kind for effect in rung.new}
-        gone |= set(rung.removed)
+        back |= removed & {effect.kind for effect in rung.new}
+        removed |= set(rung.removed)
     return back
 
 
@@ -213,10 +213,10 @@ class Study:
         """
         found = []
         error = self.fit.error
-        off, chance = error.adev_rms_percent, error.chance_rms_percent
-        if off is not None and chance is not None and off > MAX_ALLAN_ERROR_SCATTERS * chance:
+        off, expected = error.adev_rms_percent, error.chance_rms_percent
+        if off is not None and expected is not None and off > MAX_ALLAN_ERROR_SCATTERS * expected:
             found.append(
-                f"the Allan deviation differs by {off:.2g} % rms from the model, where {chance:.2g} % are expected"
+                f"the Allan deviation differs by {off:.2g} % rms from the model, where {expected:.2g} % are expected"
             )
         if self.undecided is not None:
             (own, share), *others = self.undecided.models
@@ -375,8 +375,8 @@ class Study:
             why: dict[str, str] = {}
             for s in self.check.significant:
                 why.setdefault(s.kind, refusal_reason(self.fit, s.found, s.effect_happens_once))
-            told = ", ".join(f"{title_of(kind)} {reason}" for kind, reason in why.items())
-            return f"no further effect helps (significant, but refused: {told})"
+            refusals = ", ".join(f"{title_of(kind)} {reason}" for kind, reason in why.items())
+            return f"no further effect helps (significant, but refused: {refusals})"
         steps = len(self.ladder) - 1
         ended = {
             "limit": "the limit of steps was reached",

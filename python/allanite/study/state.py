@@ -42,12 +42,12 @@ class State:
         kinds = tuple(effect.kind for effect in fit.model)
         return cls(fit, tuple(range(len(kinds))), kinds[:given], len(kinds))
 
-    def after(self, fit: Fit, gone: Collection[int] = ()) -> State:
-        """`State` of a later fit, whose model lacks the effects at the indices `gone` and has new effects at its end.
+    def after(self, fit: Fit, removed: Collection[int] = ()) -> State:
+        """`State` of a later fit, whose model lacks the effects at the indices `removed` and has new effects at its end.
 
         A new effect that may occur only once, of a kind of the user's model, counts as the user's.
         """
-        numbers = [n for place, n in enumerate(self.numbers) if place not in gone]
+        numbers = [n for place, n in enumerate(self.numbers) if place not in removed]
         used = self.used
         for effect in fit.model.effects[len(numbers) :]:
             back = (

@@ -1,7 +1,8 @@
 """One step of the search: candidates by score, moves, judgement.
 
-The first significant suggestion that helps is added, with what it needs and without what it makes needless. If none helps,
-the replacement, split or merge that gains most follows. If none gains, a band is searched beside the refused ones.
+The first significant suggestion that helps is added, with what it needs and without what it makes needless. If none
+helps, the replacement, split or merge that gains most follows. If none gains, a band is searched at other frequencies
+than the refused ones.
 """
 
 from __future__ import annotations
@@ -193,8 +194,8 @@ def _without_undetected(before: State, after: State) -> State | None:
         return after
     if len(absent) == len(new):
         return None
-    rest = Model(tuple(e for place, e in enumerate(after.fit.model) if place not in absent))
-    return after.after(refitted(after.fit, rest), absent)
+    others = Model(tuple(e for place, e in enumerate(after.fit.model) if place not in absent))
+    return after.after(refitted(after.fit, others), absent)
 
 
 def further_steps(

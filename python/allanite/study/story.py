@@ -39,22 +39,22 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
         masks = [e for e in new if excludes_samples(e)]
         tolerable: list[tuple[Effect, Fit, list[Effect]]] = []
         for effect in masks[:1] or _sorted_by_delta_logl(before, kept, leaving, new):
-            fit, gone = last, leaving
+            fit, dropped = last, leaving
             if len(new) > 1:
-                fit, gone = _fit_of_step(before, [*kept, effect], leaving)
+                fit, dropped = _fit_of_step(before, [*kept, effect], leaving)
             if masks or len(new) == 1 or no_error_rises(before, fit):
-                tolerable.append((effect, fit, gone))
+                tolerable.append((effect, fit, dropped))
                 if not allan_error_rises(before, fit):
                     break
         if not tolerable:
             found.append(_step_with_record(ladder, last, new, leaving))
             break
-        effect, fit, gone = (
+        effect, fit, dropped = (
             tolerable[0] if allan_error_rises(before, tolerable[-1][1]) else tolerable[-1]
         )
-        found.append(_step_with_record(ladder, fit, [effect], gone))
+        found.append(_step_with_record(ladder, fit, [effect], dropped))
         kept, new = [*kept, effect], [e for e in new if e is not effect]
-        leaving = [e for e in leaving if e not in gone]
+        leaving = [e for e in leaving if e not in dropped]
     return tuple(found)
 
 
@@ -106,17 +106,17 @@ def _fit_of_step(
     An effect of `leaving` is removed from the model if the log evidence without it is not lower.
     """
     fit = refitted(before, Model((*kept, *leaving)))
-    gone: list[Effect] = []
+    dropped: list[Effect] = []
     for effect in leaving:
-        still = [e for e in leaving if e is not effect and e not in gone]
+        still = [e for e in leaving if e is not effect and e not in dropped]
         less = refitted(fit, Model((*kept, *still)))
         if evidence(less.solution) >= evidence(fit.solution):
-            fit, gone = less, [*gone, effect]
-    return fit, gone
+            fit, dropped = less, [*dropped, effect]
+    return fit, dropped
 
 
 def _step_with_record(
-    ladder: Sequence[Rung], fit: Fit, new: list[Effect], gone: list[Effect]
+    ladder: Sequence[Rung], fit: Fit, new: list[Effect], dropped: list[Effect]
 ) -> Rung:
     """`Rung` of a fit; its `trials` are those that the search recorded for the kind of the first `new` effect.
 
@@ -128,5 +128,5 @@ def _step_with_record(
     elsewhere = excludes_or_changes_level(new[0]) or new[0].moving
     risen = known.risen if known is not None and elsewhere else None
     trials = known.trials if known is not None else None
-    kinds = tuple(e.kind for e in gone)
+    kinds = tuple(e.kind for e in dropped)
     return Rung(fit, new[0], kinds, risen, len(kinds), tuple(new[1:]), trials)

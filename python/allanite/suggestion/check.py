@@ -138,9 +138,9 @@ class Check:
             return [("closest candidates", best)] if best else []
         first = ranked[0]
         instead = [one for one in ranked[1:] if explain_same_misfit(first[1], one[1])]
-        beside = [one for one in ranked[1:] if one not in instead]
+        further = [one for one in ranked[1:] if one not in instead]
         groups = [("what is missing", [first]), (f"instead of {first[0]}", instead)]
-        return [group for group in (*groups, (f"in addition to {first[0]}", beside)) if group[1]]
+        return [group for group in (*groups, (f"in addition to {first[0]}", further)) if group[1]]
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
         """Figure of the fit in which the ranges where the model fails are shaded.

@@ -27,7 +27,7 @@ MAX_REFIT_GAIN_RATIO = 1.1
 #: Unit: 1. Overdispersion of the spectrum above which a change of the noise level goes before all other suggestions.
 #: Basis: judgment; a tenth of the record seven times as loud otherwise raised two to four false suggestions.
 MIN_OVERDISPERSION_LEVEL_FIRST = 1.1
-#: Unit: fraction. A candidate is explained by another effect if less of its power or evidence remains beside that effect.
+#: Unit: fraction. A candidate is explained by another effect if less of its power or evidence remains next to that effect.
 #: Outliers or a change of level go first if the other scores are below this part of theirs. A function of time leaves with
 #: an excluded segment if less of its energy lies elsewhere. A disturbance in a band that holds something narrow at other
 #: times counts with this part of its power ratio.
@@ -76,9 +76,9 @@ MIN_SCREEN_GAIN = 3.0
 #: Basis: derivation; e⁻⁸, a false-alarm probability of 3 in 10 000 for each line. Judgment for the other forms.
 #: Ablation: no change.
 MIN_DELTA_LOGL_OVER_SIMPLER = 8.0
-#: Unit: effects. Number of best plain forms of an effect from which a richer form is made, number of second effects that
-#: are tried if the first one alone raises an error, and number of grid points from which a band is searched beside a
-#: refused band.
+#: Unit: effects. Number of best plain forms of an effect from which a richer form is made. Also the number of second
+#: effects that are tried if the first one alone raises an error, and of grid points from which a band is searched at other
+#: frequencies than a refused band.
 #: Basis: judgment. Ablation: no change.
 MAX_FORMS_TRIED = 8
 #: Unit: designs. Best designs of a filter that are polished.
@@ -132,7 +132,7 @@ MIN_BAND_SECTIONS = 8
 
 # Burst noise.
 
-#: Unit: ordinates. Fewest ordinates in which the Gauss-Markov process exceeds the rest of the spectrum.
+#: Unit: ordinates. Fewest ordinates in which the Gauss-Markov process exceeds the other noise.
 #: Basis: judgment.
 MIN_BURST_NOISE_ORDINATES = 32
 #: Unit: nats. Log-odds above which the record has two levels.
@@ -140,7 +140,7 @@ MIN_BURST_NOISE_ORDINATES = 32
 #: not give the error rate: four parameters of the chain are polished first, which adds about 2.
 MIN_BURST_NOISE_LOG_ODDS = float(np.log(1000.0))
 #: Unit: nats. Log-odds below which two levels are refuted.
-#: Basis: the chain takes the rest of the spectrum for white noise and loses up to about 15 by that.
+#: Basis: the chain takes the other noise for white noise and loses up to about 15 by that.
 REFUTED_BURST_NOISE_LOG_ODDS = -20.0
 
 # Slow functions and events.

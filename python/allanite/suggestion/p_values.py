@@ -172,12 +172,12 @@ def best_interval(
         )
         top = int(np.argmax(gain))
         x = float(gain[top])
-        chance = 0.0
+        log_p = 0.0
         if x > 0.0:
             tail = float(log_ndtr(-np.sqrt(2.0 * x)) + np.log(2.0))
-            chance = np.log(interval_trials(cells, octave, x)) + tail
-        if chance < best[3]:
-            best = (int(edges[first[top]]), int(edges[last[top]]), x, float(chance))
+            log_p = np.log(interval_trials(cells, octave, x)) + tail
+        if log_p < best[3]:
+            best = (int(edges[first[top]]), int(edges[last[top]]), x, float(log_p))
     return best
 
 

@@ -186,10 +186,10 @@ class Suggestion:
         return self.found.text_of(self.effect, "check_by")
 
     def __repr__(self) -> str:
-        sure = "" if self.significant else ", not significant"
+        significant = "" if self.significant else ", not significant"
         return (
             f"Suggestion({self.effect}: ΔlogL {self.delta_log_likelihood:.1f}, "
-            f"{self.removes_text}{sure})"
+            f"{self.removes_text}{significant})"
         )
 
     @property
@@ -452,12 +452,12 @@ def _suggestion(
     if candidate.family not in {"level", "outlier", "stretch"}:
         judged /= scatter
     family = families[candidate.family]
-    chance = candidate.log_p_value
-    if candidate.family in {"line", "band"} and chance is not None:
-        chance += judged * (scatter - 1.0)
-    if chance is None:
-        chance = log_p_value(family, judged)
-    log_p = min(0.0, chance + np.log(searches))
+    uncorrected = candidate.log_p_value
+    if candidate.family in {"line", "band"} and uncorrected is not None:
+        uncorrected += judged * (scatter - 1.0)
+    if uncorrected is None:
+        uncorrected = log_p_value(family, judged)
+    log_p = min(0.0, uncorrected + np.log(searches))
     single = -judged if candidate.family == "line" else float(log_ndtr(-np.sqrt(2.0 * judged)))
     penalty = candidate.parameters * np.log(max(float(fit.solution.weight.sum()), 2.0))
     data = candidate.data or fit.data

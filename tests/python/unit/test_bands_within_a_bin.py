@@ -191,7 +191,7 @@ def test_standard_errors_are_those_of_the_curvature():
     fit = al.fit_model(_recording(x), "N+RES(frequency=7.3, damping=0.0005, rms=0.02)")
     window = Window.of(fit.model, 1, fit.data, fit.solution.ordinates)
     at = window.start()
-    expected = Window(window.model, 1, fit.data, window.j, window.spectrum(at), window.rest)
+    expected = Window(window.model, 1, fit.data, window.j, window.spectrum(at), window.other_power)
     steps = np.diag([1e-3, 1e-3 * np.exp(at[2]), 1e-3, 1e-3])
     curvature = np.empty((4, 4))
     for i, a in enumerate(steps):

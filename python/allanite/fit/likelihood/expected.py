@@ -131,17 +131,19 @@ def _column_with_modifiers(
     stop_if_unwanted()
     opened, mixing = _without_coefficient(effect), data.mixing
     # Level changes multiply the column; cached columns do not depend on them.
-    power, rest = 1.0, acting
+    power, filters = 1.0, acting
     levels = tuple(m for m in acting if m.passing and m.band is None)
     if levels:
         power = Model(levels).mean_level(data.span) ** 2
-        rest = tuple(m for m in acting if m not in levels)
+        filters = tuple(m for m in acting if m not in levels)
 
     def own() -> NDArray[np.float64]:
         """Array of the expected power of each bin, shape (bins,), without level changes and without leakage by gaps."""
-        return _complete_column(opened, rest, data.rate, data.span, data.n, data.ends_missing)
+        return _complete_column(opened, filters, data.rate, data.span, data.n, data.ends_missing)
 
-    column = own() if mixing is None else data.of_bins.get((opened, rest), lambda: mixing @ own())
+    column = (
+        own() if mixing is None else data.of_bins.get((opened, filters), lambda: mixing @ own())
+    )
     return power * column if levels else column
 
 

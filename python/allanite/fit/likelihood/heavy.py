@@ -108,16 +108,16 @@ def _quantiles_of_student(inverse: float, n: int) -> tuple[float, float]:
     # Rényi's representation of the smallest of n uniform random numbers.
     steps = rng.standard_exponential((SUM_DRAWS, largest + 1))
     steps[:, -1] = rng.standard_gamma(n - largest, SUM_DRAWS)
-    chance = np.cumsum(steps[:, :-1], axis=1) / (np.cumsum(steps, axis=1)[:, -1:])
+    uniform = np.cumsum(steps[:, :-1], axis=1) / (np.cumsum(steps, axis=1)[:, -1:])
     # A table of quantiles is faster than one quantile per random number.
-    table = np.geomspace(chance.min(), chance.max(), QUANTILE_TABLE_SIZE)
+    table = np.geomspace(uniform.min(), uniform.max(), QUANTILE_TABLE_SIZE)
     sizes = np.log(-stdtrit(freedom, 0.5 * table))
-    top = np.exp(2.0 * np.interp(np.log(chance), np.log(table), sizes)).sum(axis=1)
+    top = np.exp(2.0 * np.interp(np.log(uniform), np.log(table), sizes)).sum(axis=1)
     # The others are uniform in probability below the last of these; the grid is denser where the squares are steeper.
     edges = np.geomspace(0.1 * largest / n, 1.0, INTEGRAL_STEPS + 1)
     widths = np.diff(edges)
     squares = stdtrit(freedom, 0.25 * (edges[1:] + edges[:-1])) ** 2
-    last = chance[:, -1]
+    last = uniform[:, -1]
     below = [
         np.interp(last, edges, np.append(np.cumsum((widths * s)[::-1])[::-1], 0.0)) / (1.0 - last)
         for s in (squares, squares**2)

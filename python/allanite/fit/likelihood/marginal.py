@@ -131,8 +131,8 @@ class _Record:
         score = weight @ (self.matrix * self.values[:, None])
         covariance = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
         means = np.einsum("dij,dj->di", covariance, score)
-        rest = weight @ self.values**2 - np.einsum("di,di->d", score, means)
-        value = -0.5 * (np.log(spectrum).sum(axis=1) + rest)
+        squares = weight @ self.values**2 - np.einsum("di,di->d", score, means)
+        value = -0.5 * (np.log(spectrum).sum(axis=1) + squares)
         value -= 0.5 * ((np.log(bins) + self.power / bins) @ self.count)
         value -= 0.5 * np.linalg.slogdet(normal)[1]
         return means, covariance, value

@@ -190,12 +190,12 @@ def profile_loss(
     The other coefficients are fitted again, starting from `best`, and so is the discrepancy if `best` has one.
     """
     others, column = np.delete(columns, index, axis=1), columns[:, index]
-    rest = np.delete(best.theta, index)
+    other_theta = np.delete(best.theta, index)
 
     def loss(theta: float) -> float:
         """Loss of logL if the coefficient has this squared value."""
         fixed = np.maximum(column * theta, 1e-300)
-        found = climb(power, count, others, rest, best.scale, fixed)
+        found = climb(power, count, others, other_theta, best.scale, fixed)
         return best.log_likelihood - found.log_likelihood
 
     return loss

@@ -1,4 +1,4 @@
-"""Replace one effect by two, e.g. a random walk by a ramp and a step, or flicker by a lag and a temperature effect."""
+"""Replace one effect by two, e.g. a random walk by a ramp and a step, or flicker by a Gauss-Markov process and a drift."""
 
 from __future__ import annotations
 

@@ -179,9 +179,9 @@ class Band:
         u = np.arange(self.series.size) / self.series.size
         turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))
         line = turn @ self.series
-        beside = np.fft.fft(turn * self.series - line / self.series.size)
+        sidebands = np.fft.fft(turn * self.series - line / self.series.size)
         places = np.arange(1, min(FREQUENCIES_BESIDE_COURSE, (self.series.size - 1) // 2) + 1)
-        power = np.abs(beside[np.concatenate([places, -places])]) ** 2
+        power = np.abs(sidebands[np.concatenate([places, -places])]) ** 2
         return max(1.0, float(np.median(power)) / np.log(2.0))
 
     def polished(self, frequency: float, drift: float) -> tuple[float, float, float]:

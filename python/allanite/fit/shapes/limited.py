@@ -73,14 +73,14 @@ def _with_released(
 
     It does not help if the solution violates a limit, or if logL rises by less than 1e-3.
     """
-    rest = {k: value for k, value in held.items() if k != key}
-    tried = fit(_with_held(model, found.model, rest))
+    remaining = {k: value for k, value in held.items() if k != key}
+    tried = fit(_with_held(model, found.model, remaining))
     if (
-        _beyond_limits(tried.model, rest)
+        _beyond_limits(tried.model, remaining)
         or tried.log_likelihood < found.log_likelihood + MIN_RELEASE_DELTA_LOGL
     ):
         return None
-    return rest, tried
+    return remaining, tried
 
 
 def _has_reached(effect: Effect, name: str, limit: float) -> bool:

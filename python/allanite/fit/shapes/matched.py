@@ -130,12 +130,12 @@ def matched_gains(
     residual: NDArray[np.float64],
     noise: Noise,
     data: Data,
-    beside: Sequence[Deterministic] = (),
+    together_with: Sequence[Deterministic] = (),
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Pair of arrays: ΔlogL (½z²) of each point, and its normalized whitened direction, shape (points, ordinates).
 
     A point is a slow function of time with shape values. `residual` are residual ordinates, shape (n,). The amplitudes
-    of the slow functions `beside` are fitted together with each point, so that only the orthogonal part of a point
+    of the slow functions `together_with` are fitted together with each point, so that only the orthogonal part of a point
     counts.
     """
     j = filter_ordinates(data)
@@ -143,7 +143,7 @@ def matched_gains(
     whole = regressor_ordinates(points, j, data)
     whole *= root  # of many points, in place
     target = residual[j] * root
-    basis = _basis_of_effects(beside, j, root, data)
+    basis = _basis_of_effects(together_with, j, root, data)
     if basis.size:
         whole = orthogonal_to(basis, whole)
         target = target - basis @ (basis.T @ target)
@@ -169,7 +169,7 @@ def best_spans(
     residual: NDArray[np.float64],
     noise: Noise,
     data: Data,
-    beside: Sequence[Deterministic] = (),
+    together_with: Sequence[Deterministic] = (),
 ) -> list[tuple[Deterministic, float]]:
     """List of (effect, angle) for the best effects of class `cls` between two times, e.g. an excursion.
 
@@ -178,7 +178,7 @@ def best_spans(
     """
     j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))
-    basis = _basis_of_effects(beside, j, root, data)
+    basis = _basis_of_effects(together_with, j, root, data)
     spans = cls.best_spans(residual[j] * root, data.attenuated(root, j), basis, data.n, data.rate)
     return [(_shifted_in_time(effect, data.start), arc) for effect, arc in spans]
 

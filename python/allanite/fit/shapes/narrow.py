@@ -36,7 +36,7 @@ MIN_HALF_WIDTH = 1.0
 MAX_STEPS = 40
 #: Step of numerical derivatives, in units of `Window.scales`. Chosen by judgment; not measured.
 DERIVATIVE_STEP = 1e-4
-#: Maximum change of ln density of the rest of the model within a bin, for the bin to count as flat.
+#: Maximum change of ln density of the other effects within a bin, for the bin to count as flat.
 #: Chosen by judgment; not measured.
 MAX_FLAT_CHANGE = 0.5
 #: Maximum width of a band, relative to the maximum width of narrow bands, up to which single ordinates count.
@@ -51,8 +51,8 @@ MAX_DISTANCE_TO_WIDEST = 0.3
 class Window:
     """Ordinates near a narrow band of a model, and the likelihood of the band there.
 
-    A band has four coordinates: ln power, middle in ordinates, ln half-width in ordinates, and ln of a factor on the rest
-    of the model. The factor keeps errors of the rest from distorting the band. Further coordinates are ln of the shapes
+    A band has four coordinates: ln power, middle in ordinates, ln half-width in ordinates, and ln of a factor on the other
+    effects of the model. The factor keeps their errors from distorting the band. Further coordinates are ln of the shapes
     that place companions (sidebands, harmonics) and set their strength.
 
     Attributes
@@ -65,7 +65,7 @@ class Window:
         Indices of the ordinates.
     power : ndarray, shape (k,)
         Squared ordinates.
-    rest : ndarray, shape (k,)
+    other_power : ndarray, shape (k,)
         Expected squared ordinates of the model without the band.
     """
 
@@ -74,7 +74,7 @@ class Window:
     data: Data
     j: NDArray[np.int64]
     power: Array
-    rest: Array
+    other_power: Array
 
     @classmethod
     def of(cls, model: Model, place: int, data: Data, ordinates: Array) -> Window:
@@ -152,7 +152,7 @@ class Window:
         effect = self.effect(x)
         model = with_effect(self.model, self.place, effect)
         terms = [t.scaled(float(np.exp(x[0]))) for t in self.data.unit_terms(model, effect)]
-        return np.exp(x[3]) * self.rest + density(tuple(terms), self.j, self.data.n)
+        return np.exp(x[3]) * self.other_power + density(tuple(terms), self.j, self.data.n)
 
     def log_likelihood(self, x: Array) -> float:
         """Whittle logL of the ordinates in the window, nats, with the band at the coordinates `x`."""
@@ -199,9 +199,9 @@ class Window:
         Half-widths grow by factors of 2 from one ordinate. The coordinates of the model are returned if no band is more
         likely, or without other noise.
         """
-        if not np.all(self.rest > 0.0):  # without other noise, no excess is defined
+        if not np.all(self.other_power > 0.0):  # without other noise, no excess is defined
             return self.start()
-        excess = self.power / self.rest
+        excess = self.power / self.other_power
         total = np.concatenate([[0.0], np.cumsum(excess - np.median(excess) / 0.4549)])
         best, half = self.start(), MIN_HALF_WIDTH
         highest = self.log_likelihood(best) if self.is_admissible(best) else -np.inf
@@ -211,7 +211,7 @@ class Window:
                 sums = total[width:] - total[:-width]
                 top = int(np.argmax(sums))
                 middle = float(self.j[top]) + 0.5 * (width - 1.0)
-                at = self.rest[top : top + width].mean()
+                at = self.other_power[top : top + width].mean()
                 # Half of the band's power lies within its half-widths; all ordinates sum to twice the variance's mean.
                 power = max(2.0 * float(sums[top]) * float(at), 1e-300) / self.data.n
                 x = np.array([np.log(power), middle, np.log(half), 0.0, *best[4:]])

@@ -276,7 +276,7 @@ def _step(
     before = float(target @ target)
     target = target + matrix @ start
     size = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-    # Nonnegative least squares has no upper limits. Shapes beyond theirs, v = 2, are fixed there and the rest is solved
+    # Nonnegative least squares has no upper limits. Shapes beyond theirs, v = 2, are fixed there and the others are solved
     # again, so that the coefficients fit the shapes of the step.
     solution = np.full(start.size, 2.0)
     solved = np.ones(start.size, dtype=bool)

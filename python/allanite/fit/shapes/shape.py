@@ -185,12 +185,14 @@ def fit_deterministic_shapes(
             start = effect.base_frequency
             if start is not None and not lines and place < len(model.effects) - 1:
                 continue
-            rest = _with_values(others)
+            valued_others = _with_values(others)
             if start is None:
-                start = loudest_frequency(effect, data.ordinates_without(rest), noise, data)
+                start = loudest_frequency(
+                    effect, data.ordinates_without(valued_others), noise, data
+                )
             multiples = [m for m, _, _ in effect.lines]
             j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
-            left = residual_ordinates_at(rest, j, data)
+            left = residual_ordinates_at(valued_others, j, data)
             found = polish_line(start, j, left, noise, data, multiples)
             found = effect.limits.clipped("frequency", found)
             model = model.replaced(place, frequency=found)
@@ -198,7 +200,7 @@ def fit_deterministic_shapes(
                 # Give the line an amplitude, so that the search of the next line starts from the residual.
                 j = comb_window(found, multiples, data)
                 line = comb_ordinates(found, multiples, j, data)
-                left = residual_ordinates_at(rest, j, data)
+                left = residual_ordinates_at(valued_others, j, data)
                 size = regress(line, left, noise.variance(j)).amplitudes
                 placed = effect.with_values(frequency=found).with_amplitudes(size)
                 model = with_effect(model, place, placed)
@@ -391,7 +393,7 @@ def _optimize_slow(
             )
             if found.fun < loss(known) - MIN_SHAPE_DELTA_LOGL:
                 known = float(found.x)
-        # A shape whose grid starts at 0, such as a lag, is set to 0 if that does not lower logL.
+        # A shape whose grid starts at 0, such as a time constant, is set to 0 if that does not lower logL.
         if grid[0] == 0.0 < known and loss(0.0) <= loss(known) + MIN_SHAPE_DELTA_LOGL:
             known = 0.0
         effect = effect.with_values(**{name: known})

@@ -46,19 +46,19 @@ def with_addition(
         lost = tuple(p for p in before.added if lies_mostly_within(effects[p], effect.when, fit))
         if not lost:
             return before.after(fit.add(addition))
-        rest = tuple(e for p, e in enumerate(effects) if p not in lost)
-        return before.after(refitted(fit, Model((*rest, effect))), lost)
+        others = tuple(e for p, e in enumerate(effects) if p not in lost)
+        return before.after(refitted(fit, Model((*others, effect))), lost)
     place = next((i for i, e in enumerate(effects) if is_same_feature(e, effect, fit)), None)
     if place is None:
         return before.after(fit.add(addition))
     if before.is_given(place):
         return None
-    rest = (*effects[:place], *effects[place + 1 :])
+    others = (*effects[:place], *effects[place + 1 :])
     new = [effect]
-    better = refitted(fit, Model((*rest, *new)))
+    better = refitted(fit, Model((*others, *new)))
     near = [e for e in lines if is_same_feature(effects[place], e, fit)]
     for line in _separate_lines([effect, *near], fit):
-        more = refitted(fit, Model((*rest, *new, line)))
+        more = refitted(fit, Model((*others, *new, line)))
         if score_change(better, more) > MAX_RIVAL_LOG_EVIDENCE:
             better, new = more, [*new, line]
     clearly = score_change(fit, better) > MAX_RIVAL_LOG_EVIDENCE
@@ -93,8 +93,8 @@ def with_second_effect(
     new = after.fit.model.effects[-1].kind
     if falls:
         # A suggestion that replaces the addition gets a step of its own.
-        beside = [s for s in after.fit.last_check.significant if not s.gives_way]
-        pair = _first_tolerable_pair(before, after, beside)
+        additional = [s for s in after.fit.last_check.significant if not s.gives_way]
+        pair = _first_tolerable_pair(before, after, additional)
         if pair is None or discrepancy_rises(before.fit, pair[0].fit):
             return None
         return pair if score_change(after.fit, pair[0].fit) > MAX_RIVAL_LOG_EVIDENCE else None

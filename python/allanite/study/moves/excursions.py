@@ -37,16 +37,16 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
     fit = before.fit
     places = [p for p in before.added if fit.model.effects[p].returns]
     known = [e for p in places if isinstance(e := fit.model.effects[p], Deterministic)]
-    rest = Model(tuple(e for p, e in enumerate(fit.model) if p not in places))
+    others = Model(tuple(e for p, e in enumerate(fit.model) if p not in places))
     events = list(known)
     wandering = [s for s in suggestions if isinstance(s.effect, Stochastic) and s.effect.wanders]
     rival = max(wandering, key=lambda s: s.delta_log_likelihood, default=None)
     solution = fit.solution
     while sum(len(e.singly) for e in events) < MAX_EVENTS:
-        beside = None
+        with_rival = None
         if rival is not None:
-            beside = solve(fit.data, solution.model + rival.effect, like=solution, polish=False)
-        further = _missing_excursion(solution, fit.data, beside)
+            with_rival = solve(fit.data, solution.model + rival.effect, like=solution, polish=False)
+        further = _missing_excursion(solution, fit.data, with_rival)
         if further is None or any(overlap(further, e) for e in events):
             break  # an overlapping one is a flaw of a known excursion's shape
         events.append(further)
@@ -55,7 +55,7 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
     for visits in (events, known) if len(events) > len(known) else (known,):
         one = merged_excursions(visits) if len(visits) > 1 else None
         if one is not None:
-            whole = refitted(fit, rest + one)
+            whole = refitted(fit, others + one)
             if visits is known or is_as_good(fit, whole):
                 return before.after(whole, places)
     return None
@@ -83,5 +83,5 @@ def _missing_excursion(
     if not (isinstance(best.effect, Deterministic) and best.effect.returns):
         return None
     judged = best.gain if best.judged_gain is None else best.judged_gain
-    chance = log_p_value(Family(best.family, screens[best.family].arcs, sides=2), judged)
-    return best.effect if chance + np.log(len(slow)) < np.log(FALSE_ALARM_PROBABILITY) else None
+    log_p = log_p_value(Family(best.family, screens[best.family].arcs, sides=2), judged)
+    return best.effect if log_p + np.log(len(slow)) < np.log(FALSE_ALARM_PROBABILITY) else None

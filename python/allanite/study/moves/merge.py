@@ -95,8 +95,8 @@ def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
     )
     if len(places) < 2:
         return None
-    rest = (e for place, e in enumerate(effects) if place not in places)
-    better = refitted(fit, Model((*rest, unexplained_effect())))
+    others = (e for place, e in enumerate(effects) if place not in places)
+    better = refitted(fit, Model((*others, unexplained_effect())))
     left = [discrepancy_gain(one.solution, one.data) for one in (fit, better)]
     more = evidence(better.solution) - evidence(fit.solution) + left[0] - left[1]
     instead = (

@@ -87,9 +87,12 @@ def _with_modulated_band(before: State, band: Effect) -> State | None:
         made = _modulated_by(effect, band) if _is_band(effect, fit.data) else None
         if made is None:
             continue
-        gone = [place, *(p for p in before.added if p != place and _is_side_band(effects[p], made))]
-        rest = (e for p, e in enumerate(effects) if p not in gone)
-        tried = before.after(refitted(fit, Model((*rest, made))), gone)
+        removed = [
+            place,
+            *(p for p in before.added if p != place and _is_side_band(effects[p], made)),
+        ]
+        others = (e for p, e in enumerate(effects) if p not in removed)
+        tried = before.after(refitted(fit, Model((*others, made))), removed)
         if found is None or score_change(found.fit, tried.fit) > 0.0:
             found = tried
     if found is None:

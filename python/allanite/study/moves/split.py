@@ -29,10 +29,10 @@ def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]
         for pair in fit.together(place):
             if all(may_take_the_place(effect, out) for effect in pair.model.effects[-2:]):
                 yield pair.evidence - prior(out), (place,), pair.model
-        for beside in _filters_beside(fit, place):
-            for pair in together(fit, place, also=beside):
-                if fit.model.effects[beside].kind in pair.kinds:
-                    yield pair.evidence - prior(out), (place, beside), pair.model
+        for other in _filters_beside(fit, place):
+            for pair in together(fit, place, also=other):
+                if fit.model.effects[other].kind in pair.kinds:
+                    yield pair.evidence - prior(out), (place, other), pair.model
 
 
 def _filters_beside(fit: Fit, place: int) -> Iterator[int]:

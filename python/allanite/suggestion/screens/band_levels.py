@@ -83,25 +83,25 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     found: list[tuple[float, float, float, int, int, list[Cell]]] = []
     for own, first, size in bands:
         power = series(first, size)
-        start, end, chance = _interval(power)
-        if chance + searches < np.log(FALSE_ALARM_PROBABILITY):
+        start, end, log_p = _interval(power)
+        if log_p + searches < np.log(FALSE_ALARM_PROBABILITY):
             cells = [
                 (series(at, many), share)
                 for at, many, share in cell_shares(own, solution, data, data.n)
             ]
-            found.append((chance, start, end, first, size, cells))
+            found.append((log_p, start, end, first, size, cells))
     for low, high, octave, freedom in () if found else octaves:
-        start, end, _, chance = best_interval(octave, freedom, min(LEVEL_CELLS, octave.size // 8))
-        if chance + searches < np.log(FALSE_ALARM_PROBABILITY):
+        start, end, _, log_p = best_interval(octave, freedom, min(LEVEL_CELLS, octave.size // 8))
+        if log_p + searches < np.log(FALSE_ALARM_PROBABILITY):
             when = start / octave.size, end / octave.size
             seen = _changed_band(whitened.samples, (low / data.n, high / data.n), when, data.rate)
             first, size = (0, 0) if seen is None else band_ordinates(seen, data, data.n)
             if size >= MIN_POWER_VALUES:
                 power = series(first, size)
-                found.append((chance, *_interval(power)[:2], first, size, [(power, 1.0)]))
+                found.append((log_p, *_interval(power)[:2], first, size, [(power, 1.0)]))
     if not found:
         return None
-    chance, begin, close, first, size, cells = min(found, key=lambda one: one[0])
+    log_p, begin, close, first, size, cells = min(found, key=lambda one: one[0])
     if not MIN_BAND_LEVEL_FRACTION < close - begin < 1.0 - MIN_BAND_LEVEL_FRACTION:
         return None  # a short ringing is a disturbance
     factor, gain, known, steady = _factor(cells, begin, close)
@@ -123,7 +123,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     model = solution.model
     refitted = solve(data, model + effect, like=solution, settled=len(model), rounds=3)
     last = refitted.model.effects[-1]
-    return Candidate(last, gain, "level", refitted, last.numbers, min(0.0, chance + searches))
+    return Candidate(last, gain, "level", refitted, last.numbers, min(0.0, log_p + searches))
 
 
 def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
@@ -145,10 +145,10 @@ def _interval(power: Array) -> tuple[float, float, float]:
     size = power.size
     freedom = 1.0 / overdispersion(power)
     cells = min(LEVEL_CELLS, size // 8)
-    start, end, _, chance = best_interval(power, freedom, cells)
+    start, end, _, log_p = best_interval(power, freedom, cells)
     if size > cells:
         start, end, _ = refined_interval(power, freedom, start, end, size // cells)
-    return start / size, end / size, chance
+    return start / size, end / size, log_p
 
 
 def _largest_delta_logl(power: Array) -> float:
@@ -271,11 +271,11 @@ def _changed_band(
     other = np.concatenate([[0.0], np.cumsum(there[usable] / many)])
     a, b = np.triu_indices(usable.size + 1, 1)
     width = (b - a).astype(float)
-    one, rest = (own[b] - own[a]), (other[b] - other[a])
+    inside_sum, outside_sum = (own[b] - own[a]), (other[b] - other[a])
     gain = delta_logl_of_two_levels(
-        counts[0] * one,
+        counts[0] * inside_sum,
         counts[0] * width,
-        counts[0] * one + counts[1] * rest,
+        counts[0] * inside_sum + counts[1] * outside_sum,
         counts.sum() * width,
         1.0,
     )

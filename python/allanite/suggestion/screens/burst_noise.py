@@ -58,7 +58,7 @@ def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
     if found is None or found.solution is None or found.gain < MIN_DELTA_LOGL_OVER_SIMPLER:
         return ()
     if max(c.gain for c in candidates) - found.gain > MIN_BURST_NOISE_LOG_ODDS:
-        # The spectrum is not a lag's: its shape, not the levels, would refute the Gaussian law.
+        # The spectrum is not that of a Gauss-Markov process: its shape, not the levels, would refute the Gaussian law.
         return ()
     odds = _log_odds(found.solution, data)
     if odds < REFUTED_BURST_NOISE_LOG_ODDS:
@@ -90,8 +90,8 @@ def _log_odds(solution: Solution, data: Data) -> float:
     The last effect of the model is the Gauss–Markov process. 0 for fewer than 128 or more than 2^18 blocks of a
     twentieth of the dwell time, and for a summary.
     """
-    lag = solution.model.stochastic[-1]
-    time, sigma = float(lag.values["correlation_time"]), float(lag.values["sigma"])
+    process = solution.model.stochastic[-1]
+    time, sigma = float(process.values["correlation_time"]), float(process.values["sigma"])
     length = max(1, round(2.0 * time / BLOCKS_PER_DWELL * data.rate))
     count = data.n // length
     # A summary keeps only the lowest ordinates, which show no levels.
@@ -100,14 +100,14 @@ def _log_odds(solution: Solution, data: Data) -> float:
     whole = count * length
     j = np.arange(1, whole, dtype=np.int64)
     total = density(data.terms(solution.model), j, whole)
-    one = density(data.unit_terms(solution.model, lag), j, whole)
-    total, lag_part = (
+    one = density(data.unit_terms(solution.model, process), j, whole)
+    total, process_power = (
         _ordinates_of_means(part, length) for part in (total, solution.processes[-1].theta * one)
     )
-    spectrum = np.maximum(total - lag_part, 1e-300), lag_part
-    # Ordinates in which a slow drift exceeds the lag show no levels. But unequal times on the two levels may be fitted
+    spectrum = np.maximum(total - process_power, 1e-300), process_power
+    # Ordinates in which a slow drift exceeds the process show no levels. But unequal times on the two levels may be fitted
     # as a drift. Without these ordinates the levels would be incomplete, so several cuts are tried.
-    slow = int(np.argmax(lag_part > spectrum[0]))
+    slow = int(np.argmax(process_power > spectrum[0]))
     block = _Blocks(length, count, length / data.rate / (2.0 * time), sigma)
     return max(_odds_above(cut, solution, spectrum, block) for cut in {slow, slow // 2, 0})
 
@@ -147,16 +147,16 @@ def _odds_above(
     """
     from scipy.optimize import minimize
 
-    rest, lag_part = (part[slow:] for part in spectrum)
-    if int((lag_part > rest).sum()) < max(4 * slow, MIN_BURST_NOISE_ORDINATES):
+    other_power, process_power = (part[slow:] for part in spectrum)
+    if int((process_power > other_power).sum()) < max(4 * slow, MIN_BURST_NOISE_ORDINATES):
         return 0.0
     ordinates = solution.ordinates.copy()
     ordinates[: slow + 1] = 0.0
     series = _kernels.inverse_cosine_transform(ordinates)
     means = series[: block.count * block.length].reshape(block.count, block.length).mean(axis=1)
-    expected = rest + lag_part
+    expected = other_power + process_power
     z = _kernels.cosine_transform(np.ascontiguousarray(means))[slow + 1 :]
-    noise = float(np.median(rest))
+    noise = float(np.median(other_power))
     gaussian = -0.5 * float(np.sum(np.log(2.0 * np.pi * expected) + z**2 / expected))
 
     def loss(shift: Array) -> float:

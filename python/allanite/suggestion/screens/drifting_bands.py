@@ -128,10 +128,10 @@ def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Cand
                 moving = refitted.processes[-1]
     if not moving.theta:
         return None
-    chance = min(0.0, float(np.log(SEARCHES)) - course.risen)
+    log_p = min(0.0, float(np.log(SEARCHES)) - course.risen)
     effect = moving.effect
     note = f"It stands in the place of {_replaced_text(course.replaced)}"
-    return Candidate(effect, course.risen, effect.family, refitted, log_p_value=chance, note=note)
+    return Candidate(effect, course.risen, effect.family, refitted, log_p_value=log_p, note=note)
 
 
 def _replaced_text(replaced: tuple[Effect, ...]) -> str:
@@ -152,8 +152,8 @@ def _replaceable_sets(
     if course is None:
         return []
     bands = (e.effect for e in solution.processes if e is not own and _is_movable(e.effect))
-    beside = tuple(e for e in bands if bands_overlap(e.occupies or (0.0, 0.0), course))
-    return [(own.effect,), *([(own.effect, *beside)] if beside else [])]
+    within_range = tuple(e for e in bands if bands_overlap(e.occupies or (0.0, 0.0), course))
+    return [(own.effect,), *([(own.effect, *within_range)] if within_range else [])]
 
 
 def _refitted_with(course: _Course, solution: Solution, data: Data) -> Solution:
@@ -259,20 +259,22 @@ class _Sections:
             return None
         cells = self._cells(within, step)
 
-        def log_likelihoods(rest: Array, band: Stochastic, strength: float) -> Array:
+        def log_likelihoods(other_power: Array, band: Stochastic, strength: float) -> Array:
             """Array of the logL of each section if `band`, with squared coefficient `strength`, replaces the searched band.
 
-            `rest` is the expected power of the remaining model in each frequency cell.
+            `other_power` is the expected power of the remaining model in each frequency cell.
             """
             there = Model(tuple(band if e is effect else e for e in self.model))
             of_band = cells.expected(there.unit_terms(band, self.data.rate))
-            return cells.log_likelihood(rest + strength * of_band)
+            return cells.log_likelihood(other_power + strength * of_band)
 
-        rest = self._remaining_power((effect,), cells)
+        other_power = self._remaining_power((effect,), cells)
         levels = [level * self.own.theta for level in STRENGTHS]
-        known = np.max([log_likelihoods(rest, effect, level) for level in levels], axis=0)
-        rest = self._remaining_power(replaced, cells)
-        rows = np.stack([log_likelihoods(rest, band, theta) - known for band in bands], axis=1)
+        known = np.max([log_likelihoods(other_power, effect, level) for level in levels], axis=0)
+        other_power = self._remaining_power(replaced, cells)
+        rows = np.stack(
+            [log_likelihoods(other_power, band, theta) - known for band in bands], axis=1
+        )
         best: _Course | None = None
         for parts in STRAIGHT_PARTS:
             # Half of the places suffice for the corners: one is at most a quarter of a half-width away.
@@ -316,18 +318,18 @@ def most_likely_course(gains: Array) -> tuple[NDArray[np.int64], float]:
     """
     sections, places = gains.shape
     steps = np.arange(places)
-    told = -np.log1p(((steps[:, None] - steps) / PLACES_PER_HALF_WIDTH) ** 2)
-    told -= np.log(np.exp(told).sum(axis=1))[:, None]
+    log_transition = -np.log1p(((steps[:, None] - steps) / PLACES_PER_HALF_WIDTH) ** 2)
+    log_transition -= np.log(np.exp(log_transition).sum(axis=1))[:, None]
     score = gains[0] - np.log(places)
-    came = np.zeros((sections, places), dtype=np.int64)
+    previous = np.zeros((sections, places), dtype=np.int64)
     for k in range(1, sections):
-        ways = score[:, None] + told
-        came[k] = ways.argmax(axis=0)
-        score = ways.max(axis=0) + gains[k]
+        scores_from = score[:, None] + log_transition
+        previous[k] = scores_from.argmax(axis=0)
+        score = scores_from.max(axis=0) + gains[k]
     path = np.zeros(sections, dtype=np.int64)
     path[-1] = score.argmax()
     for k in range(sections - 1, 0, -1):
-        path[k - 1] = came[k, path[k]]
+        path[k - 1] = previous[k, path[k]]
     return path, float(score.max())
 
 
@@ -341,15 +343,15 @@ def most_likely_polygon(gains: Array, parts: int) -> tuple[Array, float]:
     sections, places = gains.shape
     size, at = sections // parts, np.arange(places)
     passed = (np.arange(size) + 0.5) / size
-    score, came = np.full(places, -np.log(places)), []
+    score, previous = np.full(places, -np.log(places)), []
     for k in range(parts):
-        ways = np.repeat(score[:, None] - np.log(places), places, axis=1)
+        scores_from = np.repeat(score[:, None] - np.log(places), places, axis=1)
         for row, share in zip(gains[k * size : (k + 1) * size], passed, strict=True):
-            ways += row[np.rint(at[:, None] + share * (at - at[:, None])).astype(np.int64)]
-        came.append(ways.argmax(axis=0))
-        score = ways.max(axis=0)
+            scores_from += row[np.rint(at[:, None] + share * (at - at[:, None])).astype(np.int64)]
+        previous.append(scores_from.argmax(axis=0))
+        score = scores_from.max(axis=0)
     corners = [int(score.argmax())]
-    for before in reversed(came):
+    for before in reversed(previous):
         corners.insert(0, int(before[corners[0]]))
     middles = (np.arange(sections) + 0.5) / size
     return np.interp(middles, np.arange(parts + 1), corners), float(score.max())

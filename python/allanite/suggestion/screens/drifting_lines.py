@@ -131,10 +131,10 @@ def _bands_to_search(
             top = int(np.argmax(mean))
             above = float(mean[top]) - 1.0
             # If the neighbors are as high, the excess is wider and is searched at another width.
-            beside = np.mean(mean[[max(0, top - width), min(mean.size - 1, top + width)]]) - 1.0
+            neighbors = np.mean(mean[[max(0, top - width), min(mean.size - 1, top + width)]]) - 1.0
             if (
                 above * np.sqrt(0.5 * width) > min_significant_score(total.size / width)
-                and beside < MAIN_SHARE * above
+                and neighbors < MAIN_SHARE * above
             ):
                 yield (top + 1) / (2.0 * data.duration), (top + width) / (2.0 * data.duration)
     resonances = [
@@ -168,12 +168,12 @@ def _best_candidate(
     steady = max((c.gain for c in lines), default=0.0)
     tried = [(band, band.search()) for band in bands]
     band, (middle, drift, _) = max(tried, key=lambda one: one[1][2])
-    middle, drift, hope = band.polished(middle, drift)
+    middle, drift, search_gain = band.polished(middle, drift)
     # In a band that moves, chance lines are as strong as the band.
     loud = band.relative_noise(middle, drift)
-    hope /= loud
+    search_gain /= loud
     # A drift by less than one cycle over the record, its resolution, is a steady line.
-    if hope < steady + MIN_DELTA_LOGL_OVER_SIMPLER or abs(drift) < 1.0:
+    if search_gain < steady + MIN_DELTA_LOGL_OVER_SIMPLER or abs(drift) < 1.0:
         return None
     frequency = (middle - drift * (0.5 + data.start / T)) / T
     # Conservative: as if every frequency had been searched at every rate of drift.
@@ -181,8 +181,8 @@ def _best_candidate(
     if frequency <= 0.0:
         return None
     effect = blank.with_values(frequency=frequency, drift=drift / T**2)
-    effect, hope = polished_line(effect, solution.ordinates, noise, data)
-    if not may_become_significant(family, MAX_REFIT_GAIN_RATIO * hope / loud):
+    effect, search_gain = polished_line(effect, solution.ordinates, noise, data)
+    if not may_become_significant(family, MAX_REFIT_GAIN_RATIO * search_gain / loud):
         return None
     refitted, last, gain = solved_with(effect, solution, data)
     gain /= loud

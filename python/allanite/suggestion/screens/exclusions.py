@@ -92,10 +92,10 @@ def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
     scales = {gap: _robust_std(usual.copy())}
     if scales[gap] == 0.0:
         return found
-    chance = END_OUTLIER_PROBABILITY / (2 * ends)
-    limit = -float(ndtri(0.5 * chance))
+    tail = END_OUTLIER_PROBABILITY / (2 * ends)
+    limit = -float(ndtri(0.5 * tail))
     step = rounding_step(data, usual) / scales[gap]
-    limit = max(limit, outlier_limit(usual / scales[gap], chance, step))
+    limit = max(limit, outlier_limit(usual / scales[gap], tail, step))
     for first, way in ((ends - 1, 1), (data.n - ends, -1)):
         gap = 1
         for at in range(first, first - way * ends, -way):
@@ -196,12 +196,12 @@ def _exclusion_candidate(
     data: Data,
     gain: float,
     numbers: int,
-    chance: float,
+    log_p: float,
     note: str = "",
 ) -> Candidate | None:
     """`Candidate` that excludes samples, refitted to the remaining samples; or None.
 
-    `gain` is its ΔlogL, `numbers` its number of parameters, and `chance` its ln p. None if the effect is None or
+    `gain` is its ΔlogL, `numbers` its number of parameters, and `log_p` its ln p. None if the effect is None or
     excludes only samples that are already missing, or if the data are those of a summary.
     """
     if effect is None or not isinstance(data, SampleData):
@@ -219,7 +219,7 @@ def _exclusion_candidate(
         effect.screened,
         refitted,
         numbers,
-        min(0.0, chance),
+        min(0.0, log_p),
         data=cleaned,
         note=note,
     )
@@ -243,9 +243,9 @@ def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -
     with_sharp_ends: list[_SeenByOctave] = []
     for low, high, power, freedom in bands:
         size = power.size
-        start, end, _, chance = best_interval(power, freedom, min(LEVEL_CELLS, size // 8))
-        chance += float(np.log(len(bands)))
-        if chance > np.log(MAX_EXCLUSION_PROBABILITY) or end - start > MAX_EXCLUDED_FRACTION * size:
+        start, end, _, log_p = best_interval(power, freedom, min(LEVEL_CELLS, size // 8))
+        log_p += float(np.log(len(bands)))
+        if log_p > np.log(MAX_EXCLUSION_PROBABILITY) or end - start > MAX_EXCLUDED_FRACTION * size:
             continue
         if size > LEVEL_CELLS:
             start, end, _ = refined_interval(power, freedom, start, end, size // LEVEL_CELLS)
@@ -259,13 +259,13 @@ def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -
         times = max(start - 1, 0) / size, min(end + 1, size) / size
         ends = without_ringing(samples, low, high, *times)
         (found if ends is None else with_sharp_ends).append(
-            (chance, *(ends or times), power / outside, freedom)
+            (log_p, *(ends or times), power / outside, freedom)
         )
     # Octaves without sharp ends ring, so those with sharp ends take precedence.
     found = sorted(with_sharp_ends or found, key=lambda one: one[0])
     if not found:
         return None
-    chance, first, last, _, _ = found[0]
+    log_p, first, last, _, _ = found[0]
     reach = last - first
     for _, begin, close, power, freedom in found[1:]:
         # Another octave extends the segment by at most its length; anything longer is another disturbance.
@@ -280,7 +280,7 @@ def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -
         data,
         _delta_logl_of_louder_octaves(bands, first, last),
         2,
-        chance,
+        log_p,
     )
 
 
@@ -319,13 +319,13 @@ def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
     # Probability of a run of this length anywhere, if runs begin and go on as often as elsewhere. In a record whose
     # values are held again and again, the longest run is the tail of the others.
     followed = max(share, share_of_repeats_followed(samples, MIN_SEGMENT_SAMPLES))
-    chance = float(np.log(data.n * share) + (count - 2) * np.log(followed))
-    if chance > np.log(MAX_EXCLUSION_PROBABILITY):
+    log_p = float(np.log(data.n * share) + (count - 2) * np.log(followed))
+    if log_p > np.log(MAX_EXCLUSION_PROBABILITY):
         return None
     begin = data.start + first / data.rate
     note = f"One value stands for {count} samples from {begin:.6g} s: a stuck sensor or a lost link"
     effect = _segment_effect(begin, begin + (count - 1) / data.rate)
-    return _exclusion_candidate(effect, solution, data, -chance, 2, chance, note)
+    return _exclusion_candidate(effect, solution, data, -log_p, 2, log_p, note)
 
 
 def _power_ratio(

@@ -141,8 +141,8 @@ def _repeats_waveform(candidate: Candidate, data: Data, whitened: Whitened) -> b
     """
     effect = candidate.effect
     assert isinstance(effect, Modifier)
-    samples, lag = whitened.samples, round(effect.values["period"] * data.rate)
-    if samples.size != data.n or not 1 < lag < data.n - 1:
+    samples, period = whitened.samples, round(effect.values["period"] * data.rate)
+    if samples.size != data.n or not 1 < period < data.n - 1:
         return False
     gain = effect.gain(data.time, data.covariates)
     loud = gain > np.sqrt(gain.min() * gain.max())
@@ -150,7 +150,7 @@ def _repeats_waveform(candidate: Candidate, data: Data, whitened: Whitened) -> b
     # The period is known to one sample.
     alike = [
         float(np.mean((samples[:-shift] * samples[shift:])[loud[:-shift]]))
-        for shift in (lag - 1, lag, lag + 1)
+        for shift in (period - 1, period, period + 1)
     ]
     return max(alike) > MAIN_SHARE * excess
 
@@ -289,15 +289,15 @@ def overdispersion_without(
 
     Only changes with a p-value below 1 % after `searches` searches count; the pair is (1, 1) without one.
     """
-    sure = [
+    significant = [
         c
         for c in levels
         if c.log_p_value is not None
         and c.log_p_value + np.log(searches) < np.log(FALSE_ALARM_PROBABILITY)
     ]
-    if not sure:
+    if not significant:
         return 1.0, 1.0
-    model = base.model + max(sure, key=lambda c: c.gain).effect
+    model = base.model + max(significant, key=lambda c: c.gain).effect
     return mean_squared_level(model, data), peak_level(model, data)
 
 
@@ -309,7 +309,7 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     """
     power, size = series.judged, series.judged.size
     cells = min(LEVEL_CELLS, size // 8)
-    start, end, gain, chance = best_interval(power, series.freedom, cells)
+    start, end, gain, log_p = best_interval(power, series.freedom, cells)
     if size > cells:
         # Refining the ends concerns the estimate; the p-value is that of the coarse search.
         start, end, gain = refined_interval(power, series.freedom, start, end, size // cells)
@@ -325,7 +325,7 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     least = max(discrepancy, float(1.0 / np.sqrt(2.0 * series.freedom * (end - start))))
     if effect is None or gain < MIN_SCREEN_GAIN or abs(factor - 1.0) < least:
         return None
-    return Candidate(effect, gain, "level", None, 3, min(0.0, chance))
+    return Candidate(effect, gain, "level", None, 3, min(0.0, log_p))
 
 
 def _screened(key: str) -> list[type[Modifier]]:

@@ -182,16 +182,16 @@ def _partition(power: Array, count: Array, price: float) -> list[int]:
     total = np.concatenate([[0.0], np.cumsum(power * count)])
     size = np.concatenate([[0.0], np.cumsum(count)])
     best = np.zeros(power.size + 1)
-    came = np.zeros(power.size + 1, dtype=np.int64)
+    previous = np.zeros(power.size + 1, dtype=np.int64)
     for end in range(1, power.size + 1):
         n = size[end] - size[:end]
         mean = np.maximum((total[end] - total[:end]) / n, 1e-12)
         cost = best[:end] + 0.5 * n * np.log(mean) + price * (np.arange(end) > 0)
-        came[end] = int(np.argmin(cost))
-        best[end] = cost[came[end]]
+        previous[end] = int(np.argmin(cost))
+        best[end] = cost[previous[end]]
     borders = []
     end = power.size
-    while (end := int(came[end])) > 0:
+    while (end := int(previous[end])) > 0:
         borders.append(end)
     return borders[::-1]
 
@@ -301,11 +301,11 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
     cells = min(PERIOD_CELLS, series.judged.size)
     power = cell_means(series.judged, cells)
     freedom = series.freedom * series.judged.size / cells
-    rest = power - power.mean()
-    spread = float(np.mean(rest**2))
+    centered = power - power.mean()
+    spread = float(np.mean(centered**2))
     if spread <= 0.0:
         return None
-    ratio = np.abs(np.fft.rfft(rest, 2 * cells)) ** 2 / (cells * spread)
+    ratio = np.abs(np.fft.rfft(centered, 2 * cells)) ** 2 / (cells * spread)
     highest = cells // HARMONICS
     places = np.arange(2 * MIN_PERIODS, highest)
     if places.size < 8:
@@ -316,8 +316,8 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
         total += 2.0 * ratio[m * places]
         h = np.maximum(h, total - 4.0 * m + 4.0)
     top = int(np.argmax(h))
-    chance = np.log(2.0 * places.size) - H_SLOPE * float(h[top])
-    if chance > np.log(FALSE_ALARM_PROBABILITY):
+    log_p = np.log(2.0 * places.size) - H_SLOPE * float(h[top])
+    if log_p > np.log(FALSE_ALARM_PROBABILITY):
         return None
     gain, period, first, last = _best_gate(power, 0.5 * float(places[top]), freedom)
     if gain <= MIN_SCREEN_GAIN:
@@ -340,7 +340,7 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
     gates = np.log(2.0 * places.size * PHASES * np.log2(PHASES)) + float(
         log_ndtr(-np.sqrt(2.0 * gain))
     )
-    return Candidate(effect, gain, "level", None, 4, min(0.0, max(chance, gates)))
+    return Candidate(effect, gain, "level", None, 4, min(0.0, max(log_p, gates)))
 
 
 def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, float, int, int]:
@@ -444,12 +444,12 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
         slope, gain = log_slope(power, values / spread, freedom)
         if gain < MIN_SCREEN_GAIN:
             continue
-        chance = float(log_ndtr(-np.sqrt(2.0 * gain)) + np.log(2.0 * len(blanks)))
+        log_p = float(log_ndtr(-np.sqrt(2.0 * gain)) + np.log(2.0 * len(blanks)))
         # Other noise in the bands dilutes the slope.
         coefficient = 0.5 * slope / spread / series.share
         effect = blank.following(np.asarray(columns[blank.follows], dtype=np.float64), coefficient)
         if effect is not None:
-            found.append(Candidate(effect, gain, "level", None, 1, min(0.0, chance)))
+            found.append(Candidate(effect, gain, "level", None, 1, min(0.0, log_p)))
     return found
 
 

@@ -54,7 +54,7 @@ def _divide_by_level(
     A level is the robust mean of an interval, so that a band that the model misses is no line. Ends are exclusive.
     Levels are at least `floor`, and at least 1 next to an empty bin, where the true level is unknown.
     """
-    gone = np.flatnonzero(is_empty(bins))
+    empty = np.flatnonzero(is_empty(bins))
     edges = np.unique(
         np.concatenate(
             [
@@ -66,8 +66,8 @@ def _divide_by_level(
     edges = np.unique(np.append(edges[edges < power.size - 32], power.size))
     levels = []
     for low, high in itertools.pairwise(edges):
-        beside = np.any((bins.edges[gone] < high) & (bins.edges[gone + 1] > low))
-        least = 1.0 if beside else floor
+        is_next_to_empty = np.any((bins.edges[empty] < high) & (bins.edges[empty + 1] > low))
+        least = 1.0 if is_next_to_empty else floor
         level = max(least, float(np.median(power[low:high])) / np.log(2.0))
         power[low:high] /= level
         levels.append((int(high), level))

@@ -58,16 +58,16 @@ def several_excursions(
         Number of independent excursions that the search for one tries.
     """
     events, fitted = [_with_height_one(first)], _solution_with_excursions([first], solution, data)
-    chance = _log_p(1, places, fitted, solution)
-    while chance < 0.0 and len(events) < MAX_EVENTS:
+    log_p = _log_p(1, places, fitted, solution)
+    while log_p < 0.0 and len(events) < MAX_EVENTS:
         further = _next_excursion(kind, fitted, data)
         if further is None or any(overlap(further, e) for e in events):
             break
         more = _solution_with_excursions([*events, further], solution, data)
         risen = _log_p(len(events) + 1, places, more, solution)
-        if risen >= chance:
+        if risen >= log_p:
             break
-        events, fitted, chance = [*events, further], more, risen
+        events, fitted, log_p = [*events, further], more, risen
     if len(events) < 2:
         return None
     for place in range(len(events)):

@@ -140,8 +140,8 @@ def _richer_forms(
     found, and the richer forms of an excursion.
     """
     base, known = solution.noise(data), solution.model.deterministic
-    beside = None if simple is None else simple.solution
-    noise = base if beside is None else beside.noise(data)
+    with_simple = None if simple is None else simple.solution
+    noise = base if with_simple is None else with_simple.noise(data)
     found: dict[Deterministic, tuple[float, float, Noise]] = {}
 
     def add_extended(plain: Effect, starts: float, noise: Noise) -> None:
@@ -156,8 +156,8 @@ def _richer_forms(
 
     if simple is not None:
         add_extended(simple.effect, starts, noise)
-    # Beside a step the fitted noise may be too low for an excursion elsewhere, so both noise models are tried.
-    for own in (noise,) if beside is None else (noise, base):
+    # Next to a step the fitted noise may be too low for an excursion elsewhere, so both noise models are tried.
+    for own in (noise,) if with_simple is None else (noise, base):
         for effect, arc in best_spans(kind, solution.ordinates, own, data, known):
             # Each independent place could be either end.
             finer = _with_best_shapes(effect, effect.free_shapes, solution, own, data)
@@ -222,9 +222,9 @@ def _several_excursions(
         return []
     _, arc, first = max(alone, key=lambda one: one[0])
     judged = [c.judged_gain or 0.0 for c in singly if c.effect.returns]
-    chance = log_p_value(Family(first.family, (arc,)), max(judged, default=0.0))
+    log_p = log_p_value(Family(first.family, (arc,)), max(judged, default=0.0))
     # A check makes fewer than 1/p searches, so such a single one is significant after all of them.
-    if chance < 2.0 * np.log(FALSE_ALARM_PROBABILITY):
+    if log_p < 2.0 * np.log(FALSE_ALARM_PROBABILITY):
         return []
     places = arc / (2.0 * np.pi)
     several = several_excursions(kind, first, places, solution, data)
@@ -298,8 +298,8 @@ def _refitted_candidate(
             return None
     if rival is not None and gain > 0.0:
         model = rival.model + refitted.model.effects[-1]
-        beside = solve(data, model, like=rival, polish=False, rounds=4)
-        judged = min(gain, beside.log_likelihood - rival.log_likelihood)
+        with_rival = solve(data, model, like=rival, polish=False, rounds=4)
+        judged = min(gain, with_rival.log_likelihood - rival.log_likelihood)
     judged /= _relative_noise_power(refitted, data)
     if judged <= 0.0 or not follow_columns_consistently(
         refitted.model.deterministic[-1:], refitted, data

@@ -258,8 +258,8 @@ def _residual_maxima(
     """
     residual = (solution.power / solution.spectrum - 1.0) * np.sqrt(0.5 * solution.count)
     score = unit @ residual
-    beside = np.maximum(np.append(score[1:], -np.inf), np.append(-np.inf, score[:-1]))
-    best = np.argsort(-np.where(score >= beside, score, -np.inf), kind="stable")[
+    neighbors = np.maximum(np.append(score[1:], -np.inf), np.append(-np.inf, score[:-1]))
+    best = np.argsort(-np.where(score >= neighbors, score, -np.inf), kind="stable")[
         :MAX_NARROW_POINTS_CLIMBED
     ]
     return [points[i] for i in np.sort(best)]
@@ -362,7 +362,7 @@ def _refitted_candidate(
         )
     model, best = _with_richer_form(ends, model, best, part)
     model, best = _with_best_design(model, best, part)
-    # Solve again so that steps and lines are refitted beside the new effect.
+    # Solve again so that steps and lines are refitted together with the new effect.
     model = with_coefficients(model, best.theta)
     solution = solve(part.data, model, start=best, like=base, rounds=3, polish=False)
     return _candidate_of_last_effect(solution, base, part.data, arc)
@@ -385,10 +385,10 @@ def _candidate_of_last_effect(
     narrow = is_fitted_to_ordinates(fitted, data)
     if narrow and not is_flat_near(solution.model, len(solution.model) - 1, data):
         return None
-    chance = None
+    log_p = None
     if narrow:
         # Two tests: in the few bins, or among all ordinates. The smaller p-value is doubled.
         in_bins = min(gain, solution.best.log_likelihood - base.best.log_likelihood)
         by_bins = log_p_value(Family(fitted.family, (arc,)), max(in_bins, 0.0))
-        chance = min(_log_p_narrow(gain, data), by_bins) + np.log(2.0)
-    return Candidate(fitted, gain, fitted.family, solution, fitted.numbers, log_p_value=chance)
+        log_p = min(_log_p_narrow(gain, data), by_bins) + np.log(2.0)
+    return Candidate(fitted, gain, fitted.family, solution, fitted.numbers, log_p_value=log_p)

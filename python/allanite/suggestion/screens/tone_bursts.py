@@ -68,17 +68,17 @@ def _best_candidate(
     noise, T = solution.noise(data), data.duration
     tried = [(band, search_burst(band)) for band in bands]
     band, (middle, first, last, _) = max(tried, key=lambda one: one[1][3])
-    middle, first, last, hope = place_burst(band, middle, first, last)
+    middle, first, last, search_gain = place_burst(band, middle, first, last)
     # A segment that is loud at all frequencies is no line: divide by its loudness.
     loud = relative_power(band, middle, first, last)
-    hope /= loud
+    search_gain /= loud
     frequency = middle / T
     there = [c.gain for c in lasting if _is_near(c, frequency, 1.0 / ((last - first) * T))]
     least = max([*there, steady_line_gain(band, middle) / loud]) + MIN_DELTA_LOGL_OVER_SIMPLER
     family = Family("line", width=line_trials(data.n) * effective_trials(band))
-    if hope < least or frequency <= 0.0:
+    if search_gain < least or frequency <= 0.0:
         return None
-    if not may_become_significant(family, MAX_REFIT_GAIN_RATIO * hope):
+    if not may_become_significant(family, MAX_REFIT_GAIN_RATIO * search_gain):
         return None
     if middle * (last - first) < MIN_PERIODS or _is_on_course(frequency, solution):
         return None
