@@ -25,9 +25,9 @@ class Where:
     Attributes
     ----------
     tau, frequency, time : list of dict
-        Records as in the contract's JSON.
+        One record for each averaging time, bin or cell, as in the JSON form.
     worst_tau, worst_frequency, worst_time : (low, high) or None
-        s, Hz, s.
+        Interval in which the fit fails most, in s, Hz and s; None if it fails nowhere.
     largest : (model over measured deviation, τ in s) or None
         Ratio furthest from 1, above or below, among τ with at least 10 degrees of freedom.
     few : tuple of float

@@ -132,8 +132,8 @@ def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) 
 def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
     """Pair (`Rung`, suggestions): a last step after an adequate check, and what it adds; None if nothing helps.
 
-    The step never adds more effects than it removes. A moving band may replace a band, one effect all excursions, a
-    nameless shape a stack of effects, or an alternative with a higher score an effect.
+    The step never adds more effects than it removes. For example, a moving band replaces a band, one effect replaces
+    all excursions, a free shape replaces several effects, or an alternative with a higher score replaces an effect.
     """
     before = state_of(ladder)
     for suggestion in check.significant:
@@ -162,7 +162,7 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
         """Ln evidence of another fit minus that of the last fit of the search, nats."""
         return evidence_gain(other.solution, fit.solution, fit.data)
 
-    # No model may be shown that another model of the search leads by more.
+    # The result must not trail another model of the search by more than 3 nats.
     same = changing_effects(fit.model)
     alike = [r for r in ladder if r.fit.data is fit.data and changing_effects(r.fit.model) == same]
     least = max(lead(rung.fit) for rung in alike)

@@ -4,7 +4,7 @@ Each comment gives the unit, what is compared with the constant, and the basis o
 judgment; not measured. "Ablation: no change" means that 21 searches end with equal models with half and with twice the
 value (docs/ablation.md). Grids of shapes and sizes of arrays are defined where they are used. Two limits are defined in
 `allanite.fit`: `MAX_RIVAL_LOG_EVIDENCE`, the score within which two models cannot be distinguished, and
-`MAX_POLISH_DELTA_LOGL`, the most that the polish of shapes adds to logL.
+`MAX_POLISH_DELTA_LOGL`, the most that the optimization of shapes adds to logL.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ MAX_REFIT_GAIN_RATIO = 1.1
 #: Unit: 1. Overdispersion of the spectrum above which a change of the noise level goes before all other suggestions.
 #: Basis: judgment; a tenth of the record seven times as loud otherwise raised two to four false suggestions.
 MIN_OVERDISPERSION_LEVEL_FIRST = 1.1
-#: Unit: fraction. A candidate is explained by another effect if less of its power or evidence remains next to that effect.
+#: Unit: fraction. A candidate is explained by another effect if less of its power or evidence remains with that effect.
 #: Outliers or a change of level go first if the other scores are below this part of theirs. A function of time leaves with
-#: an excluded segment if less of its energy lies elsewhere. A disturbance in a band that holds something narrow at other
+#: an excluded segment if less of its energy lies elsewhere. A disturbance in a band that has a narrow peak at other
 #: times counts with this part of its power ratio.
 #: Basis: judgment; the order is needed for a phase that wraps at the range of its counter.
 MAX_EXPLAINED_REMAINDER = 0.1
@@ -43,7 +43,7 @@ MIN_DISTURBANCE_DELTA_LOGL = 14.0
 
 # Used by several screens and moves.
 
-#: Unit: fraction. A cause accounts for a change if at least this part of the change or of the evidence is its.
+#: Unit: fraction. A cause accounts for a change if at least this part of the change or of the evidence is due to it.
 #: A suggestion of an earlier check must keep this part of its ΔlogL, and each side band this part of the limit of both.
 #: Basis: definition; the larger part. Ablation: no change.
 MAIN_SHARE = 0.5
@@ -81,10 +81,10 @@ MIN_DELTA_LOGL_OVER_SIMPLER = 8.0
 #: frequencies than a refused band.
 #: Basis: judgment. Ablation: no change.
 MAX_FORMS_TRIED = 8
-#: Unit: designs. Best designs of a filter that are polished.
+#: Unit: designs. Best designs of a filter whose shapes are optimized.
 #: Basis: judgment.
 MAX_DESIGNS_POLISHED = 3
-#: Unit: points. Grid points of a resonance or a notch that are climbed.
+#: Unit: points. Grid points of a resonance or a notch from which the likelihood is maximized.
 #: Basis: judgment.
 MAX_NARROW_POINTS_CLIMBED = 60
 #: Unit: 1. Largest ratio of the shapes of another design of a filter to those of the present one.
@@ -137,7 +137,7 @@ MIN_BAND_SECTIONS = 8
 MIN_BURST_NOISE_ORDINATES = 32
 #: Unit: nats. Log-odds above which the record has two levels.
 #: Basis: simulation; 157 Gauss-Markov records of ΔlogL 12 to 70 stay below −2.6, median −50. Markov's inequality does
-#: not give the error rate: four parameters of the chain are polished first, which adds about 2.
+#: not give the error rate: four parameters of the chain are optimized first, which adds about 2.
 MIN_BURST_NOISE_LOG_ODDS = float(np.log(1000.0))
 #: Unit: nats. Log-odds below which two levels are refuted.
 #: Basis: the chain takes the other noise for white noise and loses up to about 15 by that.
@@ -187,7 +187,7 @@ MAX_EXCLUSION_PROBABILITY = 1e-6
 #: Unit: 1. Minimum power of a disturbance in some band, relative to the power of the band at other times.
 #: Basis: judgment; 116 of 120 disturbances of twice the noise are found, none in 600 records without one.
 MIN_DISTURBANCE_POWER_RATIO = 2.0
-#: Unit: 1/√ordinates. Excess of a band over both neighbors, relative to them, from which it holds something narrow.
+#: Unit: 1/√ordinates. Excess of a band over both neighbors, relative to them, from which the band has a narrow peak.
 #: Basis: judgment.
 MIN_NARROW_PEAK = 8.0
 #: Unit: fraction. Maximum part of equal neighboring samples elsewhere in the record with which a stuck value is searched.

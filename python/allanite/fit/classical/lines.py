@@ -29,7 +29,7 @@ WINDOW_TAU_RATIO = 4.0
 SLOPE_TOLERANCE = 0.05
 #: Maximum standard error of a local slope: a quarter of the difference ½ between lines.
 MAX_SLOPE_ERROR = 0.125
-#: A measured value may lie below a line only if this happens by chance with at least the probability 1 − 0.999.
+#: Probability with which the true deviation is below the upper limit that a line must not exceed at any τ.
 #: Chosen by judgment; not measured.
 CURVE_PROBABILITY = 0.999
 

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-#: Maximum relative variance that the ends may add to a fit before they are masked. The mean square of p_n − p_0 and
-#: p_n + p_0 has a relative variance of 1, by which all ordinates change together, each in proportion to the share s of the
-#: ends in it. Independent ordinates would give this mean the variance 1/(½ Σ n s²). The value widens intervals by 5 %.
+#: Maximum of ½ Σ n s² (share s of the ends in a bin of n ordinates) up to which the ends are not masked. It is the ratio of
+#: two relative variances of a fitted level. The two random numbers at the ends change all ordinates together and add the
+#: variance 1. Independent ordinates have the variance 1/(½ Σ n s²). The value widens intervals by 5 %.
 MAX_ADDED_VARIANCE = 0.1
 
 

@@ -67,7 +67,11 @@ class Pair:
 
 
 def can_be_split(effect: Effect) -> bool:
-    """True if a search may replace this effect by two: a slow effect, a last resort, or a broad hump of the spectrum."""
+    """True if a search may replace this effect by two.
+
+    True for slow effects, effects that only describe a shape (last resort), and broad humps of the spectrum, if
+    removable.
+    """
     if not is_removable(effect):
         return False
     if isinstance(effect, Stochastic):
@@ -241,7 +245,7 @@ class _PairSearch:
     def _alternative_processes(self) -> list[type[Effect]]:
         """List of the classes of random processes that are declared alternatives of the removed effect.
 
-        The kind of the removed effect, nameless effects and those of last resort are excluded.
+        Its own kind is excluded, and so are kinds that only describe a shape without naming a cause.
         """
         return [
             cls
@@ -258,7 +262,10 @@ class _PairSearch:
         return slow_scans(base, self.data, self._may_be_paired)
 
     def _may_be_paired(self, blank: Deterministic) -> bool:
-        """True if a slow function may be part of a pair: another kind than the removed effect, and no refined form."""
+        """True if a slow function may be part of a pair.
+
+        It must have another kind than the removed effect, and must not be a form with additional parameters.
+        """
         # Refined forms are considered only as extensions of the plain form.
         return blank.kind != self.out.kind and not blank.refined
 

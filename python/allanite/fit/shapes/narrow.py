@@ -42,8 +42,8 @@ MAX_FLAT_CHANGE = 0.5
 #: Maximum width of a band, relative to the maximum width of narrow bands, up to which single ordinates count.
 #: Chosen by judgment; not measured.
 MAX_WIDTH_WITH_WEIGHT = 4.0
-#: Maximum distance of a band's ln half-width from its maximum with which the bins placed the band, so that all widths are
-#: tried. Chosen by judgment; not measured.
+#: Maximum distance of a band's ln half-width from the maximum of narrow bands, below which all widths are tried: such a
+#: width comes from the bins, which cannot resolve it. Chosen by judgment; not measured.
 MAX_DISTANCE_TO_WIDEST = 0.3
 
 

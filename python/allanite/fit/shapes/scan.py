@@ -1,9 +1,9 @@
 """Add a random effect or filter to a model at every point of its shape grid, and find the likelihood maxima.
 
 If a model lacks an effect, other effects imitate it, or the discrepancy discounts the bins where it acts. Each grid
-point is therefore optimized from two starts. The first start adds to the model as it is the power that explains the
-excess in the bin where the effect stands out most. The second start, for the best points only, fits all coefficients
-anew with similar weights of all bins.
+point is therefore optimized from two starts. The first start keeps the model and adds the effect with the power that
+explains the excess in the bin where the effect is strongest. The second start, for the best points only, fits all
+coefficients anew with similar weights of all bins.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Merge: one effect takes the place of several that are its parts.
 
-Lines that the record does not resolve are one wandering line; a stack of effects of one kind is one nameless shape. Other
+Lines that the record does not resolve are one wandering line; a stack of effects of one kind is one free shape. Other
 relations have modules of their own: `excursions`, `levels`, and `narrow_bands` for harmonics and side bands.
 """
 

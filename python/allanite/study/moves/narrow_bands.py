@@ -143,7 +143,7 @@ def _is_side_band(effect: Effect, made: Effect) -> bool:
 
 
 def _is_near_peak(effect: Effect, peak: tuple[float, float]) -> bool:
-    """True if the band of the effect is at most one width of the `peak` (low, high), Hz, away from it."""
+    """True if the band of the effect is at most one width of the `peak` (low, high), Hz, away from this peak."""
     own, (low, high) = effect.occupies, peak
     return own is not None and low - (high - low) < own[1] and own[0] < high + (high - low)
 

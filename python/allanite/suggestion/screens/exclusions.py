@@ -316,8 +316,8 @@ def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
         or count > MAX_EXCLUDED_FRACTION * data.n
     ):
         return None
-    # Probability of a run of this length anywhere, if runs begin and go on as often as elsewhere. In a record whose
-    # values are held again and again, the longest run is the tail of the others.
+    # Probability of a run of this length anywhere, if runs begin and continue as often as elsewhere. If the record
+    # often holds its value, the longest run belongs to the distribution of the others.
     followed = max(share, share_of_repeats_followed(samples, MIN_SEGMENT_SAMPLES))
     log_p = float(np.log(data.n * share) + (count - 2) * np.log(followed))
     if log_p > np.log(MAX_EXCLUSION_PROBABILITY):

@@ -188,7 +188,7 @@ def _significant_richer_forms(
         best = (1.0 + MAX_NOISE_REFIT_FRACTION) * _matched_delta_logl(effect, solution, noise, data)
         if not may_become_significant(Family(effect.family, (arc,)), best - plain):
             continue
-        # Neither could it be significant by itself, even without the other searches of the check.
+        # Skip a form that could not be significant by itself, even uncorrected for the other searches of the check.
         if not may_become_significant(Family(effect.family, (arc * starts,)), best):
             continue
         simple_gain = 0.0 if simple is None else simple.gain

@@ -1,7 +1,7 @@
 """Screen of the spectrum: every random process and filter of the catalog, at every shape of its grid.
 
-Every grid point is climbed from several starts. Without a missing effect, other effects stand for it, so that the slope
-of the likelihood at the fitted model does not show what is missing.
+At every grid point the likelihood is maximized from several starts. If the model lacks an effect, other effects imitate
+it. The slope of the likelihood at the fitted model then does not show what is missing.
 """
 
 from __future__ import annotations
