@@ -130,16 +130,16 @@ def cells_of(bins: int) -> list[int]:
 
 
 @lru_cache(maxsize=2 * NODES_PER_CELL)
-def _node_positions(most: int, wide: bool) -> NDArray[np.float64]:
-    """Array of the positions of `most` nodes in a bin, as fractions 0 to 1 of its width, shape (most,); cached.
+def _node_positions(count: int, wide: bool) -> NDArray[np.float64]:
+    """Array of the positions of `count` nodes in a bin, as fractions 0 to 1 of its width, shape (count,); cached.
 
-    If `wide` and `most` is even, the nodes are Gauss-Legendre pairs; else they are evenly spaced.
+    If `wide` and `count` is even, the nodes are Gauss-Legendre pairs; else they are evenly spaced.
     """
-    even = (np.arange(most) + 0.5) / most
-    if most % 2 or not wide:
+    even = (np.arange(count) + 0.5) / count
+    if count % 2 or not wide:
         return even
     # ±1/√3 of half a pair's share instead of ±½.
-    return even + np.tile([-1.0, 1.0], most // 2) * (1.0 / np.sqrt(3.0) - 0.5) / most
+    return even + np.tile([-1.0, 1.0], count // 2) * (1.0 / np.sqrt(3.0) - 0.5) / count
 
 
 @lru_cache(maxsize=32)
@@ -157,10 +157,10 @@ def bins_of(n: int) -> Bins:
     cells = np.array([*cells_of(len(edges) - 1), len(edges) - 1])
     parts = np.repeat(np.diff(cells), np.diff(cells))
     for b, (low, high) in enumerate(itertools.pairwise(edges)):
-        width, most = high - low, max(2, NODES_PER_CELL // int(parts[b]))
-        most = min(width, most)
+        width, count = high - low, max(2, NODES_PER_CELL // int(parts[b]))
+        count = min(width, count)
         inside = low + np.floor(
-            _node_positions(most, width >= MIN_ORDINATES_PER_NODE * most) * width
+            _node_positions(count, width >= MIN_ORDINATES_PER_NODE * count) * width
         ).astype(np.int64)
         nodes.append(inside)
         owner.append(np.full(inside.size, b))

@@ -196,12 +196,12 @@ def delta_logl_of_two_levels(
 
 
 def refined_interval(
-    power: NDArray[np.float64], freedom: float, start: int, end: int, least: int
+    power: NDArray[np.float64], freedom: float, start: int, end: int, min_values: int
 ) -> tuple[int, int, float]:
     """Tuple (start, end, ΔlogL) of an interval of values whose boundaries are moved in turn to the largest ΔlogL.
 
     In each of three rounds a boundary moves by up to two coarse cells, or by an eighth of a longer interval. The
-    interval keeps at least `least` values, since anything shorter is an outlier. ΔlogL is −inf if no interval
+    interval keeps at least `min_values` values, since anything shorter is an outlier. ΔlogL is −inf if no interval
     qualifies.
     """
     reach = max(2 * power.size // LEVEL_CELLS, (end - start) // 8)
@@ -215,7 +215,7 @@ def refined_interval(
             low, high = (
                 (np.full(tried.size, start), tried) if side else (tried, np.full(tried.size, end))
             )
-            usable = (high - low >= least) & (high - low < power.size)
+            usable = (high - low >= min_values) & (high - low < power.size)
             value = np.full(tried.size, -np.inf)
             value[usable] = delta_logl_of_two_levels(
                 total[high[usable]] - total[low[usable]],

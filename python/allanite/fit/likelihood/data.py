@@ -182,9 +182,9 @@ class Data(ABC):
 
     @abstractmethod
     def deviation(
-        self, factors: NDArray[np.int64], less: NDArray[np.float64] | None = None
+        self, factors: NDArray[np.int64], subtracted: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
-        """Array of the overlapping Allan deviation of the record at `factors`, U; the signal `less` is subtracted first."""
+        """Array of the overlapping Allan deviation, U, of the record minus the signal `subtracted`, shape of `factors`."""
 
     @abstractmethod
     def deviation_of(
@@ -195,12 +195,13 @@ class Data(ABC):
     def octaves(
         self,
         expected: Callable[[NDArray[np.int64]], NDArray[np.float64]],
-        louder: Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]],
+        relative_power: Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]],
     ) -> list[tuple[int, int, NDArray[np.float64], float]]:
         """List of (first ordinate, end ordinate, power over time, squares per value) of octaves without single ordinates.
 
-        The power is relative to the expected one. `expected` returns the density at ordinates, `louder` the expected
-        power at ordinates and times relative to it. Empty for a recording, which keeps all ordinates.
+        The power is relative to the expected one. `expected` returns the density at ordinates, `relative_power` the
+        expected power at ordinates and times relative to this density. Empty for a recording, which keeps all
+        ordinates.
         """
         return []
 
@@ -212,10 +213,12 @@ class Data(ABC):
         return power
 
     @abstractmethod
-    def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
+    def resolved_sections(
+        self, band: tuple[float, float], max_number: int, min_product: float
+    ) -> int:
         """Number of equal time sections in which a band (low, high), Hz, can be followed, or 0.
 
-        It is `most`, or half, a quarter, … of it. Bandwidth times duration of a section (or of a stored segment) must
+        It is `max_number`, or half, a quarter, … of it. Bandwidth times duration of a section (or of a stored segment) must
         reach `resolved`.
         """
 
@@ -334,13 +337,12 @@ class SampleData(Data):
         return averaging_factors(self.n // 3)
 
     def deviation(
-        self, factors: NDArray[np.int64], less: NDArray[np.float64] | None = None
+        self, factors: NDArray[np.int64], subtracted: NDArray[np.float64] | None = None
     ) -> NDArray[np.float64]:
-        """Array of the overlapping Allan deviation of the samples at `factors`, U.
-
-        The signal `less` is subtracted before.
-        """
-        return self.deviation_of(self.samples if less is None else self.samples - less, factors)
+        """Array of the overlapping Allan deviation, U, of the samples minus the signal `subtracted`, shape of `factors`."""
+        return self.deviation_of(
+            self.samples if subtracted is None else self.samples - subtracted, factors
+        )
 
     def deviation_of(
         self, signal: NDArray[np.float64], factors: NDArray[np.int64]
@@ -349,14 +351,16 @@ class SampleData(Data):
         stop_if_unwanted()
         return oadev(signal, rate=self.rate, factors=factors).deviation
 
-    def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
+    def resolved_sections(
+        self, band: tuple[float, float], max_number: int, min_product: float
+    ) -> int:
         """Number of equal time sections in which a band (low, high), Hz, can be followed, or 0.
 
-        It is `most`, halved until bandwidth times duration of a section reaches `resolved`. It is 0 if no number
+        It is `max_number`, halved until bandwidth times duration of a section reaches `min_product`. It is 0 if no number
         suffices, or if over 10 % of the samples are missing.
         """
-        number = most if has_all_ordinates(self) else 0
-        while number and (band[1] - band[0]) * self.duration / number < resolved:
+        number = max_number if has_all_ordinates(self) else 0
+        while number and (band[1] - band[0]) * self.duration / number < min_product:
             number //= 2
         return number
 

@@ -82,11 +82,13 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
         return
     # The shapes of the other effects stay; the replacement is fitted completely later, before it is accepted.
     base = fit.solution_without(place)
-    least = fit.solution.log_likelihood - MAX_RIVAL_LOG_EVIDENCE - MAX_POLISH_DELTA_LOGL
+    min_log_likelihood = (
+        fit.solution.log_likelihood - MAX_RIVAL_LOG_EVIDENCE - MAX_POLISH_DELTA_LOGL
+    )
     for cls in CATALOGUE:
         if cls.kind == out.kind or not cls.may_be(out):
             continue
-        solution = fit_replacement(cls, base, fit.data, least)
+        solution = fit_replacement(cls, base, fit.data, min_log_likelihood)
         if solution is None:
             continue
         effect = solution.model.effects[-1]
@@ -98,9 +100,9 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
 
 
 def fit_replacement(
-    cls: type[Effect], base: Solution, data: Data, least: float = -np.inf
+    cls: type[Effect], base: Solution, data: Data, min_log_likelihood: float = -np.inf
 ) -> Solution | None:
-    """`Solution` of the base model plus an effect of kind `cls`; None if no grid point reaches the log likelihood `least`.
+    """`Solution` of the base model plus an effect of kind `cls`; None if no grid point reaches `min_log_likelihood`.
 
     None as well if the fitted effect does not show the feature that distinguishes it from its alternatives, or if no
     spectral or slow grid exists for this kind.
@@ -111,7 +113,7 @@ def fit_replacement(
     base : Solution
         Fit of the base model.
     data : Data
-    least : float
+    min_log_likelihood : float
         Log likelihood of the whole model that a grid point must reach: an absolute value, not a difference.
     """
     if cls.screened == "spectral":
@@ -124,7 +126,7 @@ def fit_replacement(
         # logL of `part` differs from that of the base by a constant, since known functions are removed from the power.
         scanned = scan_added_effect(base.model, points, base.best, part)
         below = base.log_likelihood - part.log_likelihood_of(base.best)
-        if scanned[0][0].log_likelihood + below < least:
+        if scanned[0][0].log_likelihood + below < min_log_likelihood:
             return None
         model, found = simplest_design(polished_designs(scanned, place, part), place)
         model = with_coefficients(model, found.theta)
@@ -133,7 +135,7 @@ def fit_replacement(
         return solution if own.effects[-1].shows(own, data.rate, data.duration) else None
     if cls.screened == "slow":
         best = best_of_kinds(slow_scans(base, data, lambda b: isinstance(b, cls))).get(cls.kind)
-        if best is None or base.log_likelihood + best[0] < least:
+        if best is None or base.log_likelihood + best[0] < min_log_likelihood:
             return None
         return solve(data, base.model + best[1], like=base, rounds=3, polish=False)
     return None

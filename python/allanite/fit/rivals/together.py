@@ -162,14 +162,14 @@ class _PairSearch:
         The removed effect.
     base : Solution
         Fit without the removed effect.
-    least : float
+    min_evidence : float
         Minimum ln evidence of a pair.
     """
 
     data: Data
     out: Effect
     base: Solution
-    least: float
+    min_evidence: float
 
     def pairs(self) -> list[tuple[float, Model]]:
         """List, in no order, of (ln evidence at shapes from a grid, model) of candidate pairs.
@@ -209,12 +209,14 @@ class _PairSearch:
     ) -> Iterator[tuple[float, Model]]:
         """Iterator over (ln evidence, model) of the fit `one` plus one effect of each of `kinds`.
 
-        Kinds whose best grid point cannot reach the evidence `least` are omitted.
+        Kinds whose best grid point cannot reach the evidence `min_evidence` are omitted.
         """
         # Candidates below this logL cannot reach the minimum evidence, given the cost of the first effect.
-        hopeless = self.least + one.log_likelihood - evidence(one) - MAX_POLISH_DELTA_LOGL
+        min_log_likelihood = (
+            self.min_evidence + one.log_likelihood - evidence(one) - MAX_POLISH_DELTA_LOGL
+        )
         for cls in kinds:
-            both = fit_replacement(cls, one, self.data, hopeless)
+            both = fit_replacement(cls, one, self.data, min_log_likelihood)
             if both is not None:
                 yield evidence(both), both.model
 

@@ -92,14 +92,14 @@ class Band:
             return max(found, key=lambda one: one[2])
         return self._best_demodulated(self.trials // 2)
 
-    def _best_demodulated(self, most: int) -> tuple[float, float, float]:
-        """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line with at most `most` steps of drift from 0.
+    def _best_demodulated(self, max_steps: int) -> tuple[float, float, float]:
+        """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line whose drift is at most `max_steps` steps.
 
         Only drifts whose rough height is at least 0.6 of the largest, and at most 128, are evaluated exactly.
         """
         k = self.series.size
         u = np.arange(k) / k - 0.5
-        drifts = DRIFT_STEP * np.arange(-most, most + 1, dtype=np.float64)
+        drifts = DRIFT_STEP * np.arange(-max_steps, max_steps + 1, dtype=np.float64)
         # Evaluate all roughly, then the promising ones exactly.
         heights = _kernels.chirp_heights(
             self.series.view(np.float64), float(drifts[0]), DRIFT_STEP, drifts.size
@@ -131,13 +131,13 @@ class Band:
         """
         number = self._sections
         # With this step a course deviates by at most a quarter of a section's frequency resolution at either end.
-        most = int(0.5 * DRIFT_STEP * self.trials / number)
+        max_steps = int(0.5 * DRIFT_STEP * self.trials / number)
         places, heights = _kernels.best_courses(
-            self.series.view(np.float64), number, DRIFT_STEP, most
+            self.series.view(np.float64), number, DRIFT_STEP, max_steps
         )
         best = np.argsort(-heights, kind="stable")[:MAX_COURSES]
         # Frequencies of a section are half a cycle per section apart.
-        return [(int(places[at]) * number // 2, float(number * (at - most))) for at in best]
+        return [(int(places[at]) * number // 2, float(number * (at - max_steps))) for at in best]
 
     def _best_near_course(self, place: int, drift: float) -> tuple[float, float, float]:
         """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line near a course.
@@ -229,15 +229,17 @@ def band_about(
     ordinates: NDArray[np.float64],
     noise: Noise,
     data: Data,
-    least: int = MIN_BAND_FREQUENCIES,
+    min_values: int = MIN_BAND_FREQUENCIES,
 ) -> Band:
     """`Band` around the frequencies from `low` to `high`, Hz, from residual ordinates, shape (n,), divided by the noise.
 
     The band extends beyond them by their width to each side, or half of it for wide bands. Its series has at least
-    `least` values if the record has as many frequencies.
+    `min_values` values if the record has as many frequencies.
     """
     middle, width = 0.5 * (low + high) * data.duration, (high - low) * data.duration
-    half = int(np.clip(1.5 * width, 0.5 * least, 0.5 * max(least, MAX_EXHAUSTIVE_FREQUENCIES)))
+    half = int(
+        np.clip(1.5 * width, 0.5 * min_values, 0.5 * max(min_values, MAX_EXHAUSTIVE_FREQUENCIES))
+    )
     half = max(min(half, data.n // 8), min(int(width), MAX_BAND_FREQUENCIES // 2, data.n // 4 - 1))
     first = int(np.clip(round(middle) - half, 1, data.n // 2 - 2 * half))
     j = np.arange(max(1, 2 * first - 64), min(data.n, 2 * (first + 2 * half) + 64))

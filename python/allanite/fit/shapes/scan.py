@@ -96,8 +96,8 @@ def _maxima_of_selected(
     if not narrow:
         columns, power, count = _in_cells(columns, part)
 
-    def best_points(which: NDArray[np.intp], values: Array, least: int) -> NDArray[np.intp]:
-        """Sorted array of those points in `which` that are the best of their design or among the `least` best overall.
+    def best_points(which: NDArray[np.intp], values: Array, min_count: int) -> NDArray[np.intp]:
+        """Sorted array of those points in `which` that are the best of their design or among the `min_count` best overall.
 
         `values` are their logL.
         """
@@ -105,7 +105,7 @@ def _maxima_of_selected(
         seen: dict[tuple[object, ...], int] = {}
         for k in map(int, order):
             seen.setdefault(designs[k], k)
-        return np.unique([*order[: max(MIN_OPTIMIZED_POINTS, least)], *seen.values()])
+        return np.unique([*order[: max(MIN_OPTIMIZED_POINTS, min_count)], *seen.values()])
 
     def maxima_after(
         which: NDArray[np.intp], thetas: Array, rounds: int

@@ -100,8 +100,8 @@ class SummaryData(Data):
         shown = (curve.n > curve.lost) | (m >= MIN_KEPT_PER_TAU * self.factor)
         return np.asarray(m[shown & (m <= max(1, self.n // 3))])
 
-    def deviation(self, factors: NDArray[np.int64], less: Array | None = None) -> Array:
-        """Array of the overlapping Allan deviation of the record at `factors`, U; the signal `less` is subtracted before.
+    def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
+        """Array of the overlapping Allan deviation, U, of the record minus the signal `subtracted`, shape of `factors`.
 
         The accumulated curve is used. Where differences are missing, or with a signal, the kept samples are used if 16
         of them resolve τ. Variances are at least 1e-6 of the accumulated ones.
@@ -112,10 +112,10 @@ class SummaryData(Data):
         fine = factors >= MIN_KEPT_PER_TAU * self.factor
         holed = fine & (curve.lost[at] > 0)
         found[holed] = _interpolated(self.samples, factors[holed], self.factor, self.rate)
-        if less is None:
+        if subtracted is None:
             return found
-        taken = found**2 - self.deviation_of(less, factors) ** 2
-        left = _interpolated(self.samples - less, factors[fine], self.factor, self.rate)
+        taken = found**2 - self.deviation_of(subtracted, factors) ** 2
+        left = _interpolated(self.samples - subtracted, factors[fine], self.factor, self.rate)
         taken[fine] = left**2
         return np.asarray(np.sqrt(np.maximum(taken, 1e-6 * found**2)))
 
@@ -124,23 +124,23 @@ class SummaryData(Data):
 
         Below the interval of the kept samples the deviation is extrapolated in proportion to τ.
         """
-        least = np.maximum(factors, self.factor)
-        found = _interpolated(signal, least, self.factor, self.rate)
-        return np.asarray(found * factors / least)
+        covered = np.maximum(factors, self.factor)
+        found = _interpolated(signal, covered, self.factor, self.rate)
+        return np.asarray(found * factors / covered)
 
     @property
     def maps(self) -> Maps:
         """`Maps`: power over time of the octaves of the summary."""
         return Maps(self.reading, self.rate, self.summary.start, self.summary.n)
 
-    def octaves(self, expected: Any, louder: Any) -> list[tuple[int, int, Array, float]]:
+    def octaves(self, expected: Any, relative_power: Any) -> list[tuple[int, int, Array, float]]:
         """List of the power over time of octaves kept in segments, relative to the expected power, highest octave first.
 
         Parameters
         ----------
         expected : callable
             Maps ordinates j to their expected density, U² per sample.
-        louder : callable
+        relative_power : callable
             Maps ordinates j and times to the expected power relative to that density, shape (times, ordinates).
 
         Returns
@@ -156,7 +156,7 @@ class SummaryData(Data):
             j = np.clip(np.round(middle * per), 1, self.n - 1).astype(np.int64)
             at = maps.edges(blocks, level)
             times = self.span[0] + 0.5 * (at[1:] + at[:-1]) / self.rate
-            model = expected(j) * np.diff(edges) * left * louder(j, times)
+            model = expected(j) * np.diff(edges) * left * relative_power(j, times)
             model = model.reshape(-1, BANDS, FINE // BANDS).sum(axis=2)
             power = (blocks.sums.value / model).mean(axis=1)
             total, frames = (
@@ -184,13 +184,15 @@ class SummaryData(Data):
         level = next((level for level in levels if self._first_of(level) == first), None)
         return power if level is None else self.maps.at_octave_resolution(power, level)
 
-    def resolved_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
+    def resolved_sections(
+        self, band: tuple[float, float], max_number: int, min_product: float
+    ) -> int:
         """Number of equal sections of the record in which a band (low, high), Hz, can be followed; 0 if it cannot.
 
-        The number is `most`, halved until the summary stores at least as many sections. It is 0 if the middle of the
+        The number is `max_number`, halved until the summary stores at least as many sections. It is 0 if the middle of the
         band is not between the stored frequencies, or if over 10 % of the samples, or of the sections of its octave,
         are missing. It is also 0 if the band is narrower than two frequency cells, or if its width times the duration
-        of a segment is below `resolved`.
+        of a segment is below `min_product`.
         """
         low, high = band
         bottom, top = self.maps.limits
@@ -200,9 +202,9 @@ class SummaryData(Data):
         octave = self.reading.octaves[level]
         if octave.sections.frames.sum() < (1.0 - MAX_MISSING_FRACTION) * octave.frames:
             return 0  # a part comes from an older file without sections
-        if (high - low) * (SEGMENT << level) / self.rate < max(resolved, 2.0 * LOW / FINE):
+        if (high - low) * (SEGMENT << level) / self.rate < max(min_product, 2.0 * LOW / FINE):
             return 0
-        number = most
+        number = max_number
         while number > octave.sections.frames.size:
             number //= 2
         return number

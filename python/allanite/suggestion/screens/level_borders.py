@@ -19,18 +19,19 @@ MAX_ROUNDS = 20
 
 
 def most_likely_borders(
-    power: Array, places: NDArray[np.int64], levels: Array, least: int
+    power: Array, places: NDArray[np.int64], levels: Array, min_values: int
 ) -> NDArray[np.int64]:
     """Array of the borders `places` between constant levels, each moved to its most likely index.
 
     `levels` are the mean powers before, between and after the borders. An interval between two borders keeps at least
-    `least` values, since anything shorter is an outlier. A border between equal levels, or without room to move, stays.
+    `min_values` values, since anything shorter is an outlier. A border between equal levels, or without room to move,
+    stays.
     """
     out = places.copy()
     for k, place in enumerate(places):
         before, after = levels[k], levels[k + 1]
-        low = out[k - 1] + least if k else 1
-        high = places[k + 1] - least if k + 1 < places.size else power.size - 1
+        low = out[k - 1] + min_values if k else 1
+        high = places[k + 1] - min_values if k + 1 < places.size else power.size - 1
         if before == after or high <= low or not 0 < place < power.size:
             continue
         some = power[low:high]
@@ -43,17 +44,17 @@ def most_likely_borders(
 
 
 def borders_between_values(
-    power: Array, places: NDArray[np.int64], factors: Sequence[float], least: int
+    power: Array, places: NDArray[np.int64], factors: Sequence[float], min_values: int
 ) -> NDArray[np.int64]:
     """Array of the most likely borders between intervals of constant level, as indices of values.
 
     Borders and levels are refined alternately until no border moves, at most 20 times. Intervals of the same factor
-    have one level and keep at least `least` values.
+    have one level and keep at least `min_values` values.
     """
     for _ in range(MAX_ROUNDS):
         before, places = (
             places,
-            most_likely_borders(power, places, interval_powers(power, places, factors), least),
+            most_likely_borders(power, places, interval_powers(power, places, factors), min_values),
         )
         if np.array_equal(before, places):
             break
