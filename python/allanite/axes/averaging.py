@@ -72,7 +72,7 @@ def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> t
             own = studies.get(name)
             if own is None or axis_letter(name) is None or POSITION_NAME.fullmatch(name):
                 continue
-            if any(effect.short == "N" for effect in own.fit.model):
+            if own.fit.model.white is not None:
                 groups.setdefault((re.sub(r"\d+", "#", name), unit), []).append(name)
         found += [
             _average_of(recording, names, studies) for names in groups.values() if len(names) > 1

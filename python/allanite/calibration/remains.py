@@ -97,7 +97,8 @@ def walk_of_steps(fit: Fit, runs: Runs) -> float:
     error is smaller than the rounding. In the residual, this error looks like a random walk. 0 without steps, without a
     law, or if the model has no K.
     """
-    walk = next((p for p in fit.solution.processes if p.effect.short == "K"), None)
+    lines = ((p, p.effect.standard) for p in fit.solution.processes)
+    walk = next((p for p, line in lines if line is not None and line.name == "K"), None)
     if walk is None or runs.step == 0.0 or not law_of(fit):
         return 0.0
     data, spectrum = fit.data, fit.solution.spectrum
