@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 #: Most pairs (m = 9 + 3i, 12 + 4i) over which the bias of Theo1 is averaged.
 MAX_BIAS_PAIRS = 30
+#: Fewest phase points from which the bias is averaged over at least two pairs, i = 0 and 1: NIST SP 1065 eq. 33 averages
+#: over i = 0 … points/30 − 3.
+MIN_BIAS_POINTS = 30 * (3 + 1)
 
 
 def theo1(
@@ -123,7 +126,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     InputError
         Samples, rate, taus or quantity that cannot be used.
     TooShortError
-        Fewer than 120 phase points (119 rates or increments), which the bias needs.
+        Fewer than `MIN_BIAS_POINTS` phase points: 120 angles, or 119 rates or increments.
 
     Examples
     --------
@@ -134,11 +137,13 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     True
     """
     src = samples_of(x, rate, quantity)
-    last = src.points // 30 - 3
-    if last < 1:
+    if src.points < MIN_BIAS_POINTS:
+        # Rates and increments have one sample less than phase points.
+        needed = MIN_BIAS_POINTS - (src.points - src.samples.size)
         raise TooShortError(
-            f"TheoH needs at least 120 samples for its bias, found {src.samples.size}"
+            f"TheoH needs at least {needed} samples for its bias, found {src.samples.size}"
         )
+    last = src.points // 30 - 3
     i = np.unique(np.round(np.linspace(0, last, MAX_BIAS_PAIRS)).astype(np.int64))
     near, notes = averaging_factors(src, taus, None, src.points // 10)
     pairs = np.union1d(near, 9 + 3 * i)

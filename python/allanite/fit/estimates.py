@@ -69,7 +69,7 @@ def min_detected_delta_logl(effect: Effect, amplitudes: int = 1) -> float:
     return MIN_SIGNED_DELTA_LOGL if signed else MIN_COEFFICIENT_DELTA_LOGL
 
 
-def _unit(
+def parameter_unit(
     effect: Effect, name: str, sample_unit: str, column_units: Mapping[str, str] | None = None
 ) -> str:
     """Unit (text) of the parameter `name` of an effect, for samples and a logged column in the given units.
@@ -182,7 +182,7 @@ def _process_values(
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
         name, value = parameter.name, effect.values[parameter.name]
-        own_unit = _unit(effect, name, unit)
+        own_unit = parameter_unit(effect, name, unit)
         if name == effect.coefficient:
             out[name] = coefficient
         elif name in effect.free_shapes:
@@ -208,7 +208,7 @@ def _coefficient(
     """
     effect, name = own.effect, own.effect.coefficient
     value = float(np.sqrt(own.theta))
-    own_unit = _unit(effect, name, unit)
+    own_unit = parameter_unit(effect, name, unit)
     if name in effect.held:
         return Estimate(value, None, None, own_unit, True, name)
     # The profile uses the logL of the random part.
@@ -341,7 +341,7 @@ def _modifier_values(
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
         name, value = parameter.name, effect.values[parameter.name]
-        own_unit = _unit(effect, name, unit, column_units)
+        own_unit = parameter_unit(effect, name, unit, column_units)
         if isinstance(value, tuple):
             out[name] = value
         elif name in errors and _is_number(value):
@@ -372,7 +372,7 @@ def _deterministic_values(
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
         value = effect.values[parameter.name]
-        own_unit = _unit(effect, parameter.name, unit, column_units)
+        own_unit = parameter_unit(effect, parameter.name, unit, column_units)
         if not _is_number(value):
             out[parameter.name] = value
             continue

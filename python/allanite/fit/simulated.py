@@ -10,8 +10,8 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError
-from allanite.common.parameters import Estimate
 from allanite.common.threads import Pool
+from allanite.fit.estimates import parameter_unit
 from allanite.fit.models import parameter_label
 from allanite.simulate import simulate
 from allanite.spectrum import bridge_gaps
@@ -195,7 +195,9 @@ def _parameter_values(fit: Fit) -> dict[str, float]:
 
 
 def _units(fit: Fit) -> dict[str, str]:
-    """Dict of the units of the free parameters of a fit, by name; empty text for parameters without an estimate."""
-    estimates = [v for values in fit.estimates for v in values.items()]
-    known = {name: e.unit for name, e in estimates if isinstance(e, Estimate)}
-    return {name: known.get(p.name, "") for name, (_, p) in _free_parameters(fit).items()}
+    """Dict of the units of the free parameters of a fit, by name, as their effects declare them."""
+    own, columns = fit.recording.unit, fit.recording.covariate_units
+    return {
+        name: parameter_unit(effect, p.name, own, columns)
+        for name, (effect, p) in _free_parameters(fit).items()
+    }

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.common.errors import TooShortError
 
 
 def test_merging_tells_what_is_wrong():
@@ -35,3 +36,13 @@ def test_theoh_says_when_no_bias_could_be_estimated():
     assert "no bias of Theo1 could be estimated" in said
     x[np.isnan(x)] = 0.0
     assert "removed" in al.theoh(x).diagnostics[-1]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "fewest"), [("rate", 119), ("increment", 119), ("angle", 120)]
+)
+def test_theoh_names_the_fewest_samples_that_suffice(quantity, fewest):
+    x = np.random.default_rng(2).standard_normal(fewest)
+    assert al.theoh(x, quantity=quantity).tau.size
+    with pytest.raises(TooShortError, match=f"at least {fewest} samples .* found {fewest - 1}"):
+        al.theoh(x[1:], quantity=quantity)

@@ -47,3 +47,21 @@ def test_seeds_gaps_and_refusals():
     assert fit.simulate_check(3, seed=10).simulated_chi2[0] != one.simulated_chi2[0]
     with pytest.raises(InputError, match=r"n is 0; .* 1 replicate"):
         fit.simulate_check(0)
+
+
+def test_parameters_of_one_name_have_the_units_of_their_effects():
+    rng = np.random.default_rng(7)
+    temperature = 20.0 + np.cumsum(rng.standard_normal(2000)) * 0.05
+    samples = rng.standard_normal(2000) + 0.5 * temperature + 20.0 * np.gradient(temperature)
+    recording = al.Recording(
+        samples,
+        rate=1.0,
+        unit="deg/s",
+        covariates={"temperature": temperature},
+        covariate_units={"temperature": "degC"},
+    )
+    fit = al.fit_model(recording, "N+COV(column=temperature)+DOT(column=temperature,lag=2)")
+    units = fit.simulate_check(2, seed=1).units
+    assert units["COV.coefficient"] == fit.estimates[1]["coefficient"].unit
+    assert units["DOT.coefficient"] == fit.estimates[2]["coefficient"].unit
+    assert units["COV.coefficient"] != units["DOT.coefficient"]
