@@ -27,10 +27,14 @@ from allanite.effects import (
     parse_model,
 )
 from allanite.effects.sheet_units import sheet_unit
+from allanite.fit.rivals.evidence import parameters_cost
+from allanite.fit.rivals.score import prior
+from allanite.fit.solution import Fitted, Regressed
 from allanite.planning import expected as _expected
 from allanite.planning.delta_logl_law import DeltaLoglLaw, needed_delta_logl
 from allanite.planning.standard_errors import standard_errors
 from allanite.planning.trials import family_of
+from allanite.suggestion.ranking import min_score
 
 if TYPE_CHECKING:
     from allanite.common.arrays import Array
@@ -56,7 +60,8 @@ class Power:
     spread : float or None
         Standard deviation of that ΔlogL from record to record.
     needed : float or None
-        ΔlogL that `check` calls significant, after the correction for all searches.
+        Smallest ΔlogL that `check` calls significant: its p-value, corrected for all searches, is below 1 %, and the
+        effect explains more than its parameters cost.
     probability : float or None
         Probability that `check` names the effect as significant.
     standard_errors : mapping of str to float
@@ -241,7 +246,7 @@ def detection_power(
         rate,
         found.law.mean,
         found.law.spread,
-        found.needed,
+        max(found.needed, found.paying),
         found.probability,
         errors,
     )
@@ -274,24 +279,31 @@ class Detection:
         Distribution of the ΔlogL that the test uses. For a slow function of time it is relative to the best model that
         may have one more wandering process; otherwise it equals `law`.
     needed : float
-        Smallest significant ΔlogL, nats.
+        Smallest tested ΔlogL with a p-value below 1 %, corrected for all searches, nats.
+    paying : float
+        Smallest ΔlogL with which the effect explains more than its parameters cost, nats; −∞ for a change of level.
     """
 
     law: DeltaLoglLaw
     tested: DeltaLoglLaw
     needed: float
+    paying: float
 
     @property
     def probability(self) -> float:
-        """Probability that `check` finds the effect: that the tested ΔlogL exceeds `needed`."""
-        return self.tested.exceedance_probability(self.needed)
+        """Probability that `check` finds the effect: that the tested ΔlogL exceeds `needed`, and ΔlogL exceeds `paying`.
+
+        Both ΔlogL rise and fall together, so that the smaller of the two probabilities decides.
+        """
+        significant = self.tested.exceedance_probability(self.needed)
+        return min(significant, self.law.exceedance_probability(max(self.paying, 0.0)))
 
 
 def predicted_detection(base: Model, effect: Effect, data: Data, grid: Data) -> Detection:
     """`Detection`: predicted distribution of ΔlogL when `effect` is added to the model `base`, and the significant ΔlogL.
 
     `base` is fitted to the expected power with the effect. A slow known function is tested against the best random
-    process, as in `check`.
+    process, and the cost of the parameters is computed, as in `check`.
     """
     noise = _expected.random_part(base)
     if isinstance(effect, Modifier) and effect.passing:
@@ -314,7 +326,27 @@ def predicted_detection(base: Model, effect: Effect, data: Data, grid: Data) -> 
             best = max(fits, key=lambda s: s.log_likelihood)
             tested = _delta_logl_law(base, best, effect, true, data, grid)
     family, families = family_of(base, effect, null, data, grid)
-    return Detection(law, tested, needed_delta_logl(family, families))
+    paying = min_score(effect) + _expected_cost(noise, effect, null, law, data) - prior(effect)
+    return Detection(law, tested, needed_delta_logl(family, families), paying)
+
+
+def _expected_cost(
+    noise: Model, effect: Effect, null: Solution, law: DeltaLoglLaw, data: Data
+) -> float:
+    """Cost of the parameters of the effect in ln evidence, nats, as `check` computes it for the expected record.
+
+    `null` is the fit of the random part `noise` of the model without the effect. `law` is the distribution of ΔlogL.
+    """
+    if isinstance(effect, Stochastic):
+        whole = _expected.best_fit(
+            noise + effect, _expected.expected_power(noise + effect, data), data
+        )
+        return parameters_cost(whole.effects[-1], whole)
+    if isinstance(effect, Deterministic):
+        # One amplitude, whose relative error is that of the function.
+        unit, covariance = np.ones(1), np.full((1, 1), 1.0 / max(law.signal.sum(), 1e-300))
+        return parameters_cost(Regressed(effect, unit, covariance, np.zeros((0, 1)), effect), null)
+    return parameters_cost(Fitted(effect), null)
 
 
 def _delta_logl_law(

@@ -8,15 +8,17 @@ Exclusions and changes of the noise level leave the spectrum as it is. They go b
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.effects import Modifier
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
-from allanite.suggestion.constants import MIN_OVERDISPERSION_LEVEL_FIRST
+from allanite.suggestion.constants import MIN_OVERDISPERSION_LEVEL_FIRST, MIN_SCORE_GAIN
 from allanite.suggestion.exclusions_first import (
     acts_in_time,
     changes_level,
+    excludes_or_changes_level,
     excludes_segment,
     goes_first,
     is_far_ahead,
@@ -25,8 +27,17 @@ from allanite.suggestion.exclusions_first import (
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from allanite.effects import Effect
     from allanite.fit.result import Fit
     from allanite.suggestion.suggest import Suggestion
+
+
+def min_score(effect: Effect) -> float:
+    """Smallest score with which a significant effect explains more than its parameters cost: 0.5 nats.
+
+    −∞ for exclusions and changes of level: their cost, that of BIC, counts all ordinates and is too high.
+    """
+    return -math.inf if excludes_or_changes_level(effect) else MIN_SCORE_GAIN
 
 
 def in_order(

@@ -26,11 +26,11 @@ from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import discrepancy_gain, parameters_cost
 from allanite.fit.rivals.score import prior
 from allanite.fit.shapes.matched import slow_families
-from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAIN_SHARE, MIN_SCORE_GAIN
+from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAIN_SHARE
 from allanite.suggestion.exclusions_first import excludes_or_changes_level
 from allanite.suggestion.explanation import explain
 from allanite.suggestion.p_values import Family, line_trials, log_p_value
-from allanite.suggestion.ranking import in_order
+from allanite.suggestion.ranking import in_order, min_score
 from allanite.suggestion.screens._screen import OwnScreen, View
 from allanite.suggestion.screens.band_levels import best_levels, screen_band_level
 from allanite.suggestion.screens.drifting_bands import bands_that_may_move, screen_drifting_bands
@@ -476,10 +476,8 @@ def _suggestion(
         candidate.note,
         float(surplus),
     )
-    # A discrepancy names no effect, so that the effect need not explain more than the discrepancy did. The score of an
-    # exclusion or a change of level has the cost of BIC, which counts all ordinates and is too high.
-    over_time = excludes_or_changes_level(made.effect)
-    pays = over_time or made.score + made.surplus > MIN_SCORE_GAIN
+    # A discrepancy names no effect, so that the effect need not explain more than the discrepancy did.
+    pays = made.score + made.surplus > min_score(made.effect)
     return replace(made, significant=made.significant and pays)
 
 

@@ -5,6 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
+from counts import records
 
 pytestmark = pytest.mark.statistical
 
@@ -85,6 +86,43 @@ def test_the_probability_is_the_rate_at_which_check_names_the_effect(kind):
     p = told.probability
     assert 0.2 < p < 0.95
     assert abs(named / records - p) < 3 * np.sqrt(p * (1 - p) / records) + 0.08
+
+
+#: Weak effects in white noise, and their samples at 10 Hz for 10 minutes.
+WEAK = {
+    "rate_random_walk": ("K(K=1.5e-4)", lambda rng: g.walk(rng, 6000, 10.0, 1.5e-4)),
+    "gauss_markov": (
+        "GM(q_c=4.2e-3,T=2)",
+        lambda rng: g.gauss_markov(rng, 6000, 10.0, 4.2e-3, 2.0),
+    ),
+    "resonance": (
+        "RES(f=1.5,damping=0.3,rms=9.5e-3)",
+        lambda rng: g.resonance(rng, 6000, 10.0, 1.5, 0.3, 9.5e-3),
+    ),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", WEAK)
+def test_weak_effects_are_significant_where_planning_says(kind):
+    effect, make = WEAK[kind]
+    told = al.detection_power("N(N=0.01)", effect, duration=600.0, rate=10.0)
+    count, named = records(20, 60), 0
+    for seed in range(count):
+        rng = np.random.default_rng([seed, 5, *kind.encode()])
+        samples = g.white(rng, 6000, 10.0, 0.01) + make(rng)
+        check = al.fit_model(al.Recording(samples, rate=10.0, unit="rad/s"), "N").check()
+        mine = [s for s in check.suggestions if s.kind == kind]
+        named += any(s.significant for s in mine)
+        for one in mine:
+            # The fitted shapes change p-values and costs by up to 0.6 nats in 60 records. By the p-value alone, 2.3 nats
+            # less would suffice for the resonance.
+            if abs(one.delta_log_likelihood - told.needed) > 1.0:
+                assert one.significant == (one.delta_log_likelihood > told.needed)
+    # Three standard deviations of the count. Predicted and found in 60 records: 14 and 9, 27 and 24, 37 and 44.
+    p = told.probability
+    assert 0.2 < p < 0.7
+    assert abs(named - count * p) < 3 * np.sqrt(count * p * (1 - p))
 
 
 #: What is modelled anyway, what hides beside it, and their samples at 50 Hz for 20 minutes.
