@@ -1,8 +1,9 @@
 """Claim: 95 % holdover bands of simulated clocks contain the phase that followed.
 
-Each clock is fitted by `al.timing` on a record that ends before a held-out segment. Prints the share of
-bands that contain the phase after each time, for each kind of clock and for all. The share of bands of the same records
-under the true noise shows how far the shares of so few records scatter.
+Each clock is fitted by `al.timing` on a record that ends before a held-out segment. Prints the share of bands that
+contain the phase after each time, and the mean ratio of their widths to those under the true noise, for each kind of clock
+and for all. A hidden noise or drift is as strong as the others only at the end of the record. The share of bands of the
+same records under the true noise shows how far the shares of so few records scatter.
 
     python benches/claims/holdover.py [--clocks 300] [--samples 1200] [--results FILE]
 
@@ -33,6 +34,12 @@ CLOCKS = {
     "white PM + random-walk FM": ("Q(Q=1e-9)+K(K=3e-14)", 0.0),
     "flicker PM + flicker FM": ("F(F=1e-9)+B(B=3e-12)", 0.0),
     "white FM + drift": ("N(N=1e-11)", 3e-15),
+    "white PM, hidden white FM": ("Q(Q=1e-9)+N(N=1.5e-11)", 0.0),
+    "white FM, hidden flicker FM": ("N(N=1e-11)+B(B=3e-13)", 0.0),
+    "white FM, hidden random-walk FM": ("N(N=1e-11)+K(K=1e-14)", 0.0),
+    "white FM, hidden drift": ("N(N=1e-11)", 7e-17),
+    "white FM + flicker FM, hidden drift": ("N(N=1e-11)+B(B=1e-12)", 1e-16),
+    "white FM + drift, hidden random-walk FM": ("N(N=1e-11)+K(K=1e-14)", 3e-15),
 }
 
 
@@ -50,14 +57,15 @@ def simulated(name, seed, samples):
 
 
 def one(name, seed, samples):
-    """Return for each time whether the holdover band contains the phase."""
+    """Return for each time whether the holdover band contains the phase, and the width of the band."""
     phase, truth = simulated(name, seed, samples)
     found = al.timing(al.Recording(phase, rate=RATE, quantity="angle"), after=AFTER)
-    return [bool(h.low <= x <= h.high) for h, x in zip(found.holdover, truth, strict=True)]
+    bands = zip(found.holdover, truth, strict=True)
+    return [(float(h.low <= x <= h.high), h.high - h.low) for h, x in bands]
 
 
 def with_true_noise(name, seed, samples):
-    """Return for each time whether the 95 % band under the true noise contains the phase."""
+    """Return for each time whether the 95 % band under the true noise contains the phase, and the width of the band."""
     model, drift = CLOCKS[name]
     phase, truth = simulated(name, seed, samples)
     noise = added(
@@ -72,27 +80,27 @@ def with_true_noise(name, seed, samples):
     at, ahead = (rows - (samples - 1)) / RATE, np.array(AFTER)
     series = StampedSeries(at, phase[rows], np.array([at**p for p in powers]))
     _, mean, variance = series.predicted(noise, ahead, np.array([ahead**p for p in powers]))
-    return (np.abs(truth - mean) <= 1.959964 * np.sqrt(variance)).tolist()
+    half = 1.959964 * np.sqrt(variance)
+    return np.transpose([np.abs(truth - mean) <= half, 2.0 * half]).tolist()
 
 
-def study(clocks, samples, first=0, results=None):
-    """Return name → share of bands that contain the phase, shape (times,)."""
-    each = max(1, clocks // len(CLOCKS))
+def study(clocks, samples, first=0, results=None, kinds=tuple(CLOCKS)):
+    """Return name → 1 for bands that contain the phase and 0 for others, and widths, shape (clocks, times, 2)."""
+    each = max(1, clocks // len(kinds))
     results = results or Results()
     # All kinds of clocks by turns: an interrupted study has the same number of each.
     held = {
         (name, seed): results.of(f"{name} {seed}", lambda n=name, s=seed: one(n, s, samples))
         for seed in range(first, first + each)
-        for name in CLOCKS
+        for name in kinds
     }
     return {
-        name: np.mean([row for (own, _), row in held.items() if own == name], axis=0)
-        for name in CLOCKS
+        name: np.array([row for (own, _), row in held.items() if own == name]) for name in kinds
     }
 
 
 def main():
-    """Print the coverage of each clock and of all."""
+    """Print coverage and widths of the bands of each clock and of all."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--clocks", type=int, default=300, help="clocks in all")
     parser.add_argument("--samples", type=int, default=1200, help="samples of the fitted record")
@@ -102,15 +110,25 @@ def main():
     began = process_time()
     results = Results(given.results, f"{given.samples} samples")
     found = study(given.clocks, given.samples, given.first, results)
-    for name, shares in found.items():
-        print(f"{name}: {' '.join(f'{100 * s:.1f} %' for s in shares)}")
-    mean = np.mean(list(found.values()), axis=0)
-    print(f"all: {' '.join(f'{100 * s:.1f} %' for s in mean)} after {AFTER} s")
-    seeds = range(given.first, given.first + max(1, given.clocks // len(CLOCKS)))
-    known = {name: [with_true_noise(name, s, given.samples) for s in seeds] for name in CLOCKS}
-    for name, rows in known.items():
-        print(f"true noise, {name}: {' '.join(f'{100 * s:.1f} %' for s in np.mean(rows, axis=0))}")
+    shares, known_shares, ratios = [], [], []
+    for name, rows in found.items():
+        seeds = range(given.first, given.first + len(rows))
+        known = np.array([with_true_noise(name, seed, given.samples) for seed in seeds])
+        shares.append(rows[..., 0].mean(axis=0))
+        known_shares.append(known[..., 0].mean(axis=0))
+        ratios.append(np.exp(np.log(rows[..., 1] / known[..., 1]).mean(axis=0)))
+        print(f"{name}: {_line(shares[-1], ratios[-1], known_shares[-1])}")
+    mean = np.mean(shares, axis=0)
+    print(
+        f"all: {_line(mean, np.mean(ratios, axis=0), np.mean(known_shares, axis=0))}, after {AFTER} s"
+    )
     print(f"{100 * mean.mean():.2f} % of all; {process_time() - began:.0f} s of CPU time")
+
+
+def _line(shares, ratios, known):
+    """Return a line of text: shares of the bands, ratio of their widths, and shares under the true noise."""
+    percent, true = (" ".join(f"{100 * s:.1f} %" for s in some) for some in (shares, known))
+    return f"{percent}; widths × {' '.join(f'{r:.2f}' for r in ratios)}; true noise {true}"
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.clocks.words import time_text
+from allanite.fit.rivals.evidence import PRIOR_LOG_RANGE, parameter_cost
 from allanite.fit.stamped.posterior import posterior_points
 
 if TYPE_CHECKING:
@@ -66,52 +67,126 @@ class Holdover:
         return f"holdover after {hours:.4g} h: expected {time_text(self.expected)} ± {half} (95 %)"
 
 
-#: Noise models with a smaller share of the evidence are not used for a prediction. Chosen by judgment; not measured.
+#: Models with a smaller share of the evidence are not used for a prediction. Chosen by judgment; not measured.
 MIN_EVIDENCE_SHARE = 0.02
+#: Lowest and highest standard deviation of the prior of the drift, over the standard error of the drift (over the drift
+#: itself, if that is larger), and their ratio from one to the next. A smaller drift changes no band, a larger one is
+#: excluded by the record.
+MIN_SPREAD, MAX_SPREAD, SPREAD_RATIO = 0.3, 3.0, 2.0
 
 
-def holdovers_of(
-    fits: Sequence[FittedNoise], series: StampedSeries, after: Sequence[float], design: Array
-) -> list[Holdover]:
-    """List of `Holdover`, one for each time in `after`, averaged over noise models and their coefficients.
+@dataclass(frozen=True, eq=False)
+class PhaseModels:
+    """Noise models of a phase that were fitted with the same known functions.
 
-    The error in holdover depends on slow noise that is hardly visible in the record, so one model is not enough. The
-    weight of a model is its evidence; models with under 2 % are left out. Within a model, the prediction is averaged
-    over the posterior of the coefficients.
-
-    Parameters
+    Attributes
     ----------
     fits : sequence of FittedNoise
     series : StampedSeries
-        The phase that was fitted; its times are relative to the last sample, s.
+        The phase that was fitted, and the known functions; its times are relative to the last sample, s.
+    drifts : bool
+        True if the last known function is the drift.
+    """
+
+    fits: Sequence[FittedNoise]
+    series: StampedSeries
+    drifts: bool = False
+
+    def spreads(self, fit: FittedNoise) -> Array:
+        """Array of standard deviations of the drift's prior in a ratio of `SPREAD_RATIO`; empty without a drift."""
+        if not self.drifts:
+            return np.zeros(0)
+        error = float(np.sqrt(fit.regressed.covariance[-1, -1]))
+        top = MAX_SPREAD * max(error, abs(float(fit.regressed.amplitudes[-1])))
+        count = 1 + round(float(np.log(top / (MIN_SPREAD * error)) / np.log(SPREAD_RATIO)))
+        return MIN_SPREAD * error * SPREAD_RATIO ** np.arange(count, dtype=np.float64)
+
+
+def holdovers_of(
+    models: Sequence[PhaseModels], after: Sequence[float], designs: Sequence[Array]
+) -> list[Holdover]:
+    """List of `Holdover`, one for each time in `after`, averaged over noise models, their coefficients and the drift.
+
+    The error in holdover depends on slow noise and on a drift that are hardly visible in the record, so one model is not
+    enough. The weight of a model is its evidence; models with under 2 % are left out. The prior is uniform in the
+    logarithm of each coefficient and of the drift, over three decades: few samples inform of slow noise, however many
+    there are. Within a model, the prediction is averaged over the posterior of the coefficients.
+
+    Parameters
+    ----------
+    models : sequence of PhaseModels
+        Models without a drift, and with one.
     after : sequence of float, shape (m,)
         Ascending times after the last sample, s.
-    design : ndarray, shape (k, m)
-        Known functions (offset, frequency, drift, …) at these times.
+    designs : sequence of ndarray, shape (k, m)
+        Known functions (offset, frequency, drift, …) of each of the `models` at these times.
     """
-    heights = np.array([fit.evidence for fit in fits])
+    parts = [
+        _Part(own, fit, np.asarray(after, dtype=float), design)
+        for own, design in zip(models, designs, strict=True)
+        for fit in own.fits
+    ]
+    heights = np.array([part.log_evidence for part in parts])
     shares = np.exp(heights - heights.max())
-    shares = np.where(shares < MIN_EVIDENCE_SHARE * shares.sum(), 0.0, shares)
-    times = float(series.times[-1]) + np.asarray(after, dtype=float)
-
-    def prediction_of(noise: StampedNoise) -> tuple[float, tuple[Array, Array]]:
-        """Pair (logL of a noise, (mean in s, variance in s²) of the phase at each time under this noise)."""
-        log_likelihood, mean, variance = series.predicted(noise, times, design)
-        return log_likelihood, (mean, variance)
-
-    weights: list[Array] = []
-    rows: list[tuple[Array, Array]] = []
-    for share, fit in zip((shares / shares.sum()).tolist(), fits, strict=True):
-        if share > 0.0:
-            own, values = posterior_points(fit, prediction_of)
-            weights.append(share * own)
-            rows += values
-    means, variances = (np.array(part).T for part in zip(*rows, strict=True))
-    weight = np.concatenate(weights)
+    kept = shares >= MIN_EVIDENCE_SHARE * shares.sum()
+    points = [
+        part.points(float(heights.max())) for part, used in zip(parts, kept, strict=True) if used
+    ]
+    weight, means, variances = (np.concatenate(column) for column in zip(*points, strict=True))
+    weight /= weight.sum()
     return [
         _holdover(time, weight, mean, np.sqrt(variance))
-        for time, mean, variance in zip(after, means, variances, strict=True)
+        for time, mean, variance in zip(after, means.T, variances.T, strict=True)
     ]
+
+
+class _Part:
+    """Prediction of the phase under one noise model, with or without a drift.
+
+    Attributes
+    ----------
+    log_evidence : float
+        Log-evidence of the model, nats.
+    """
+
+    def __init__(self, models: PhaseModels, fit: FittedNoise, after: Array, design: Array) -> None:
+        self._fit, self._series, self._design = fit, models.series, design
+        self._times = float(models.series.times[-1]) + after
+        spreads = models.spreads(fit)
+        # With a drift, the flat prior comes first: it selects the points, but has no weight.
+        self._spreads = np.append(np.inf, spreads)
+        step = np.log(SPREAD_RATIO) / PRIOR_LOG_RANGE
+        self._prior = np.append(0.0, np.full(spreads.size, step)) if spreads.size else np.ones(1)
+        # The variance of the logarithm of a coefficient is a quarter of that of its square.
+        cost = sum(parameter_cost(4.0 / v) for v in fit.covariance.diagonal().tolist())
+        self._height = fit.regressed.log_likelihood - cost
+        likelihoods, _, _ = self._predicted(fit.noise)
+        self.log_evidence = float(self._height + np.log(self._relative(likelihoods).sum()))
+
+    def _predicted(self, noise: StampedNoise) -> tuple[Array, Array, Array]:
+        """Tuple (logL, shape (p,); mean in s and variance in s² of the phase, shape (p, m)) for each prior of the drift."""
+        return self._series.predicted(noise, self._times, self._design, self._spreads)
+
+    def _relative(self, likelihoods: Array) -> Array:
+        """Likelihood times prior of each prior of the drift, over the likelihood with a flat prior; shape as given."""
+        return np.asarray(self._prior * np.exp(likelihoods - likelihoods[..., :1]))
+
+    def points(self, top: float) -> tuple[Array, Array, Array]:
+        """Tuple: weights over e^`top`, shape (q,), mean in s and variance in s² at each time, shape (q, m), of points.
+
+        The points represent the posterior of the coefficients and of the drift.
+        """
+
+        def prediction_of(noise: StampedNoise) -> tuple[float, tuple[Array, Array, Array]]:
+            """Pair (logL of a noise, predictions under this noise)."""
+            found = self._predicted(noise)
+            return float(found[0][0]), found
+
+        own, values = posterior_points(self._fit, prediction_of)
+        likelihoods, means, variances = (np.array(part) for part in zip(*values, strict=True))
+        weights = np.exp(self._height - top) * own[:, None] * self._relative(likelihoods)
+        times = means.shape[-1]
+        return weights.ravel(), means.reshape(-1, times), variances.reshape(-1, times)
 
 
 def _holdover(after: float, weight: Array, mean: Array, std: Array) -> Holdover:

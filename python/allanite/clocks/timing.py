@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels, deviation
-from allanite.clocks.holdover import Holdover, holdovers_of
+from allanite.clocks.holdover import Holdover, PhaseModels, holdovers_of
 from allanite.clocks.jumps import Jump, jumps_of
 from allanite.clocks.masks import Mask, mask_named
 from allanite.clocks.noise import clock_noise, thinned_indices
@@ -457,13 +457,40 @@ def _steered_phase(column: Recording, name: str, scale: float, times: Array) -> 
 
 @dataclass(frozen=True, eq=False)
 class _PhaseFit:
-    """Fit of a phase: the noise, and amplitudes of offset, frequency, drift, temperature and jumps."""
+    """Fit of a phase: the noise, and amplitudes of offset, frequency, drift, temperature and jumps.
 
-    series: StampedSeries
-    fits: list[FittedNoise]
-    names: tuple[str, ...]
+    Attributes
+    ----------
+    models : (PhaseModels, PhaseModels)
+        Fits without and with a drift.
+    drifts : bool
+        True if the drift is detected.
+    functions : tuple of str
+        Names of the known functions; the last one is the drift.
+    errors, freedom : ndarray, shape (k,)
+        Standard errors of the amplitudes of `names`, and degrees of freedom.
+    """
+
+    models: tuple[PhaseModels, PhaseModels]
+    drifts: bool
+    functions: tuple[str, ...]
     errors: Array
     freedom: Array
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Tuple of the names of the known functions; the drift is the last one if it is detected."""
+        return self.functions if self.drifts else self.functions[:-1]
+
+    @property
+    def series(self) -> StampedSeries:
+        """`StampedSeries` of the phase, with a drift if it is detected."""
+        return self.models[self.drifts].series
+
+    @property
+    def fits(self) -> Sequence[FittedNoise]:
+        """Sequence of `FittedNoise`, highest evidence first, with a drift if it is detected."""
+        return self.models[self.drifts].fits
 
     @property
     def best(self) -> FittedNoise:
@@ -483,7 +510,7 @@ class _PhaseFit:
     ) -> _PhaseFit:
         """`_PhaseFit` of a phase (s) without single outliers: noise, offset, frequency, steps, temperature and drift.
 
-        The temperature (`warmth`) is omitted if it is None, empty or constant. The drift is omitted unless it raises
+        The temperature (`warmth`) is omitted if it is None, empty or constant. The drift is detected if it raises
         logL by over ½ ln n. At most 32 steps are fitted; old samples are thinned out.
         """
         own, values = times[there], phase[there].copy()
@@ -510,17 +537,16 @@ class _PhaseFit:
             if 0.0 < step.mean() < 1.0 and not known:
                 functions[f"jump {i}"] = step
         without = _series_of(at, values[rows], functions)
-        fits = clock_noise(without, rate, report)
         # A drift changes the phase in proportion to half the square of time.
-        drifting = {**functions, "drift": 0.5 * at**2}
-        with_drift = _series_of(at, values[rows], drifting)
-        found = with_drift.regressed(fits[0].noise)
-        i = list(drifting).index("drift")
-        square = found.amplitudes[i] ** 2 / found.covariance[i, i]
-        if square > np.log(at.size):
-            fits, without, functions = clock_noise(with_drift, rate, report), with_drift, drifting
-        errors, freedom = amplitude_errors(fits[0])
-        return cls(without, fits, tuple(functions), errors, freedom)
+        drifting = _series_of(at, values[rows], {**functions, "drift": 0.5 * at**2})
+        models = (
+            PhaseModels(clock_noise(without, rate, report), without),
+            PhaseModels(clock_noise(drifting, rate, report), drifting, drifts=True),
+        )
+        found = drifting.regressed(models[0].fits[0].noise)
+        drifts = bool(found.amplitudes[-1] ** 2 / found.covariance[-1, -1] > np.log(at.size))
+        errors, freedom = amplitude_errors(models[drifts].fits[0])
+        return cls(models, drifts, (*functions, "drift"), errors, freedom)
 
     def _amplitude(self, name: str, unit: str, factor: float = 1.0) -> Estimate | None:
         """`Estimate` of the amplitude of the known function `name` times `factor`; None if the function was not fitted."""
@@ -552,10 +578,7 @@ class _PhaseFit:
         found = self._amplitude("drift", "1/d", 86400.0)
         if found is not None:
             return found
-        design = np.vstack([self.series.design, 0.5 * self.series.times**2])
-        regressed = StampedSeries(self.series.times, self.series.values, design).regressed(
-            self.best.noise
-        )
+        regressed = self.models[1].series.regressed(self.best.noise)
         value = 86400.0 * float(regressed.amplitudes[-1])
         error = 86400.0 * float(np.sqrt(regressed.covariance[-1, -1]))
         half = 1.959964 * error
@@ -581,8 +604,8 @@ class _PhaseFit:
         times, places = np.unique(np.asarray(after, dtype=float), return_inverse=True)
         one = np.ones(times.size)
         known = {"frequency": times, "drift": 0.5 * times**2, "temperature": 0.0 * times}
-        design = np.array([known.get(name, one) for name in self.names])
-        found = holdovers_of(self.fits, self.series, times.tolist(), design)
+        design = np.array([known.get(name, one) for name in self.functions])
+        found = holdovers_of(self.models, times.tolist(), (design[:-1], design))
         return [found[i] for i in places.tolist()]
 
 

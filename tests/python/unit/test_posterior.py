@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from allanite.clocks.holdover import holdovers_of
+from allanite.clocks.holdover import PhaseModels, holdovers_of
 from allanite.effects import AngleRandomWalk, Quantization, RateRandomWalk
 from allanite.fit.stamped.candidates import Candidate, fit_noise
 from allanite.fit.stamped.likelihood import StampedSeries
@@ -24,7 +24,7 @@ def test_white_noise_with_unknown_level_is_predicted_by_students_t(n):
     # with variance S/(n − 2)·(1 + 1/n); S is the sum of squares about the mean (Gelman et al. 2013, section 3.2).
     values = np.random.default_rng(n).standard_normal(n)
     series, fit = fitted(values, (Quantization(),))
-    [found] = holdovers_of([fit], series, [5.0], np.ones((1, 1)))
+    [found] = holdovers_of([PhaseModels([fit], series)], [5.0], [np.ones((1, 1))])
     scale = np.sqrt(n * values.var() / (n - 2) * (1 + 1 / n))
     half = student(n - 2).ppf(0.975) * scale
     assert found.expected == pytest.approx(values.mean(), abs=1e-9)

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from allanite import _kernels
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from allanite.fit.stamped.noise import StampedNoise
 
 Array = NDArray[np.float64]
@@ -133,8 +135,8 @@ class StampedSeries:
         )
 
     def predicted(
-        self, noise: StampedNoise, times: Array, design: Array
-    ) -> tuple[float, Array, Array]:
+        self, noise: StampedNoise, times: Array, design: Array, spreads: ArrayLike = np.inf
+    ) -> tuple[Array, Array, Array]:
         """Tuple (logL, mean, variance): restricted log-likelihood, and predicted mean and variance at later times.
 
         Parameters
@@ -144,10 +146,13 @@ class StampedSeries:
             Ascending times after the last sample, s.
         design : ndarray, shape (k, m)
             Known functions at these times.
+        spreads : array_like, shape (s,), optional
+            Standard deviations of a normal prior of the last amplitude, with mean 0; infinite for a flat prior.
 
         Returns
         -------
-        tuple of float and two ndarrays, shape (m,)
+        tuple of three ndarrays
+            Shapes (), (m,), (m,), or for several spreads (s,), (s, m), (s, m).
         """
         n, m = self.n, times.size
         columns = np.zeros((1 + len(self.design), n + m))
@@ -156,10 +161,18 @@ class StampedSeries:
         there = np.arange(n + m) < n
         found, variances = whitened(noise, np.concatenate([self.times, times]), there, columns)
         regressed = self._regressed(found[:, :n], variances[:n])
+        amplitudes, covariance = regressed.amplitudes, regressed.covariance
         unexplained = found[1:, n:]
-        mean = regressed.amplitudes @ unexplained - found[0, n:]
-        more = np.einsum("im,ij,jm->m", unexplained, regressed.covariance, unexplained)
-        return regressed.log_likelihood, mean, variances[n:] + more
+        mean = amplitudes @ unexplained - found[0, n:]
+        variance = variances[n:] + np.einsum("im,ij,jm->m", unexplained, covariance, unexplained)
+        # A prior is one more sample of the last amplitude: 0 with the variance of the prior.
+        prior = np.asarray(spreads, dtype=np.float64) ** 2
+        total, last = prior + covariance[-1, -1], amplitudes[-1]
+        shared = covariance[-1] @ unexplained
+        density = -0.5 * (np.log(2.0 * np.pi * total) + last**2 / total)
+        likelihood = regressed.log_likelihood + np.where(np.isinf(prior), 0.0, density)
+        inverse = 1.0 / total[..., None]
+        return likelihood, mean - inverse * last * shared, variance - inverse * shared**2
 
     def last_slope(self, noise: StampedNoise, slopes: Array) -> tuple[float, float]:
         """Pair: predicted slope of the series at its last sample, and the variance of this prediction.
