@@ -69,6 +69,39 @@ def test_likelihood_and_regression_equal_those_of_the_dense_covariance():
     )
 
 
+def test_a_prior_of_the_last_amplitude_lies_between_a_flat_one_and_none():
+    rng = np.random.default_rng(3)
+    t = np.cumsum(rng.uniform(0.2, 3.0, 60)) - 100.0
+    noise = StampedNoise(((1.5, 0.3, True),), 0.4, 0.6)
+    design = np.array([np.ones(60), t, 0.5 * t**2])
+    y = rng.standard_normal(60) + 0.01 * t**2
+    later = t[-1] + np.array([2.0, 30.0])
+    there = np.array([np.ones(2), later, 0.5 * later**2])
+    whole, part = StampedSeries(t, y, design), StampedSeries(t, y, design[:2])
+    found = whole.predicted(noise, later, there, (np.inf, 1e-9, 0.02))
+    for one, other in (
+        (0, whole.predicted(noise, later, there)),
+        (1, part.predicted(noise, later, there[:2])),
+    ):
+        for many, single in zip(found, other, strict=True):
+            assert many[one] == pytest.approx(single, rel=1e-6)
+    # A random drift is noise: its covariance is added to that of the samples.
+    dense = covariance(noise, np.concatenate([t, later])) + 0.02**2 * np.outer(
+        *2 * [np.concatenate([design[2], there[2]])]
+    )
+    inverse = np.linalg.inv(dense[:60, :60])
+    normal = design[:2] @ inverse @ design[:2].T
+    amplitudes = np.linalg.solve(normal, design[:2] @ inverse @ y)
+    gain = dense[60:, :60] @ inverse
+    assert found[1][2] == pytest.approx(
+        amplitudes @ there[:2] + gain @ (y - amplitudes @ design[:2]), rel=1e-6
+    )
+    unexplained = there[:2] - design[:2] @ gain.T
+    known = np.diag(dense[60:, 60:] - gain @ dense[:60, 60:])
+    more = np.diag(unexplained.T @ np.linalg.inv(normal) @ unexplained)
+    assert found[2][2] == pytest.approx(known + more, rel=1e-6)
+
+
 def test_the_last_slope_equals_that_of_the_dense_covariance():
     rng = np.random.default_rng(4)
     t = np.cumsum(rng.uniform(0.2, 3.0, 60))
