@@ -1,8 +1,9 @@
 """Results with other values of constants that have no derivation.
 
-    python benches/decisions/chosen_values.py [courses] [forms] [gates] [posterior] [refits] [steps]
+    python benches/decisions/chosen_values.py [courses] [drift] [forms] [gates] [posterior] [refits] [steps]
 
 courses: forms of a moving band; names of hidden bands that drift.
+drift: spreads of the prior of a clock's drift; difference of the half-width of a holdover band at 3 h.
 forms: forms of weak events that need no refit (MAX_NOISE_REFIT_FRACTION), and the significant ones among them.
 gates: fine steps of a periodic noise level; coverage of N.
 posterior: draws behind a holdover band; difference of its half-width at 3 h from that of ten times as many draws.
@@ -28,6 +29,7 @@ import records
 
 BANDS = importlib.import_module("allanite.suggestion.screens.drifting_bands")
 LEVELS = importlib.import_module("allanite.suggestion.screens.level_forms")
+HOLDOVER = importlib.import_module("allanite.clocks.holdover")
 POSTERIOR = importlib.import_module("allanite.fit.stamped.posterior")
 
 
@@ -85,12 +87,24 @@ def half_widths():
     return np.array(widths)
 
 
+def drift():
+    """Print the rms and the largest relative difference of half-widths from those of twice as dense and wide spreads."""
+    values = (("MIN_SPREAD", 0.15), ("MAX_SPREAD", 6.0), ("SPREAD_RATIO", 2.0**0.5))
+    kept = {name: getattr(HOLDOVER, name) for name, _ in values}
+    for name, value in values:
+        setattr(HOLDOVER, name, value)
+    exact = half_widths()
+    for name, value in kept.items():
+        setattr(HOLDOVER, name, value)
+    _print_differences(HOLDOVER, exact, (*kept.items(), ("MIN_SPREAD", 0.6), ("MAX_SPREAD", 1.5)))
+
+
 def posterior():
     """Print the rms and the largest relative difference of half-widths from those of ten times as many draws."""
     kept, POSTERIOR.POINTS = POSTERIOR.POINTS, (320, 960)
     exact = half_widths()
     POSTERIOR.POINTS = kept
-    for name, value in (
+    values = (
         ("POINTS", kept),
         ("POINTS", (16, 48)),
         ("POINTS", (64, 192)),
@@ -98,11 +112,17 @@ def posterior():
         ("PROPOSAL_FREEDOM", 10.0),
         ("MAX_WIDTH_STEPS", 7),
         ("MAX_WIDTH_STEPS", 28),
-    ):
-        kept = getattr(POSTERIOR, name)
-        setattr(POSTERIOR, name, value)
+    )
+    _print_differences(POSTERIOR, exact, values)
+
+
+def _print_differences(module, exact, values):
+    """Print for each constant of the module and its value how far half-widths differ from the exact ones."""
+    for name, value in values:
+        kept = getattr(module, name)
+        setattr(module, name, value)
         away = np.abs(half_widths() / exact - 1.0)
-        setattr(POSTERIOR, name, kept)
+        setattr(module, name, kept)
         rms = float(np.sqrt(np.mean(away**2)))
         print(
             f"{name} = {value}: {100 * rms:.1f} % rms, {100 * away.max():.1f} % at most", flush=True
@@ -279,6 +299,7 @@ def steps():
 if __name__ == "__main__":
     parts = {
         "courses": courses,
+        "drift": drift,
         "forms": forms,
         "gates": gates,
         "posterior": posterior,
