@@ -353,6 +353,8 @@ class Effect(AsModel):
         """
         return ()
 
+    otherwise = Former("equal_forms")
+
     def equal_forms(self) -> tuple[Effect, ...]:
         """Tuple of other forms of the effect with the same number of parameters; by default empty.
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.former import Former
 from allanite.effects._base import Effect
 from allanite.effects._declared import Array, Columns
 from allanite.effects._waves import sines, sines_pointwise, waves
@@ -170,6 +171,10 @@ class Deterministic(Effect):
         `start` is the time of the first of n samples at `rate` Hz, s.
         """
         return None
+
+    best_span = Former(
+        "best_spans", lambda cls, *given, **named: next(iter(cls.best_spans(*given, **named)), None)
+    )
 
     @classmethod
     def best_spans(

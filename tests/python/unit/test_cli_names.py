@@ -108,6 +108,7 @@ def test_a_former_way_to_make_an_effect_works_and_warns(kind, former, arguments,
         (allanite.ManyFits, "of", "record_noun"),
         (allanite.Recording, "told_of", "with_findings"),
         (allanite.effects.Modifier, "swells", "changes_level_of"),
+        (allanite.effects.Bandwidth, "otherwise", "equal_forms"),
         (allanite.effects.DriftingResonance, "stretches", "segments"),
     ],
 )
