@@ -13,7 +13,7 @@ from allanite.common.aligned import align_when_unpickled
 from allanite.common.showing import brief
 from allanite.effects import Model, Modifier
 from allanite.fit.bands import bands, degrees_of_freedom, expected_variance
-from allanite.fit.likelihood.crowding import mean_squared_level
+from allanite.fit.likelihood.changing_power import mean_squared_level
 from allanite.fit.likelihood.whittle import normal_scores
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Stochastic, white_noise
-from allanite.fit.likelihood.crowding import effective_freedom, has_changing_power
+from allanite.fit.likelihood.changing_power import effective_freedom, has_changing_power
 from allanite.fit.likelihood.discrepancy import best_scale, bin_levels
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.likelihood.random_part import RandomPart

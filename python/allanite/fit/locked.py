@@ -20,9 +20,11 @@ if TYPE_CHECKING:
 
 
 def locked_error(column: Recording) -> TooShortError | None:
-    """`TooShortError` (returned, not raised) that a column is locked to one code, with the upper limit of N.
+    """`TooShortError` (returned, not raised) for a column in which nearly all samples have one code.
 
-    None if it is not, and for a column of increments or angles.
+    None for other columns.
+
+    Its message has the upper limit of N. None as well for a column of increments or angles.
     """
     if column.quantity != "rate":
         return None

@@ -28,7 +28,7 @@ class Misfit:
 
     @property
     def is_too_small(self) -> bool:
-        """True if a true model has so small a χ² with a probability of 0.1 %: the record is not noise.
+        """True if χ² is improbably small for a true model (0.1 %): the record is then not noise.
 
         A few samples with nearly all of the power, for example, have a spectrum without scatter.
         """

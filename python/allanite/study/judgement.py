@@ -33,13 +33,13 @@ def score_change(before: Fit, after: Fit) -> float:
 
 
 def allan_error_rises(before: Fit, after: Fit) -> bool:
-    """True if the Allan error (rms, %) is larger `after`, by any amount; False if either has none."""
+    """True if the Allan error (rms, %) of the fit `after` is larger than that of `before`; False if either has none."""
     old, new = before.curve.rms_percent, after.curve.rms_percent
     return old is not None and new is not None and new > old
 
 
 def discrepancy_rises(before: Fit, after: Fit) -> bool:
-    """True if the model discrepancy is larger `after`, by any amount."""
+    """True if the model discrepancy of the fit `after` is larger than that of `before`, by any amount."""
     return after.discrepancy.percent > before.discrepancy.percent
 
 

@@ -119,7 +119,7 @@ class Search:
         return self.tolerance is not None and fit.discrepancy.percent < self.tolerance
 
     def study(self, stop: str) -> Study:
-        """`Study` of the checked steps; `stop` is the reason why the search ended.
+        """`Study` of the checked steps; `stop` is the reason why the search ended, as in `Study.stopped_because`.
 
         If an adequate study has doubts, its reason becomes "nothing helps".
         """

@@ -38,7 +38,7 @@ class State:
 
     @classmethod
     def of(cls, fit: Fit, given: int | None = None) -> State:
-        """State of a fit whose first `given` effects are the user's; by default all effects."""
+        """`State` of a fit whose first `given` effects are the user's; by default all effects."""
         kinds = tuple(effect.kind for effect in fit.model)
         return cls(fit, tuple(range(len(kinds))), kinds[:given], len(kinds))
 

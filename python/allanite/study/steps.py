@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from allanite.common.errors import TooShortError
 from allanite.effects import Model, Modifier
 from allanite.fit import excludes_samples, refitted
-from allanite.fit.likelihood.crowding import changing_effects
+from allanite.fit.likelihood.changing_power import changing_effects
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.study.judgement import (

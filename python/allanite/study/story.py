@@ -101,7 +101,7 @@ def _sorted_by_delta_logl(
 def _fit_of_step(
     before: Fit, kept: list[Effect], leaving: list[Effect]
 ) -> tuple[Fit, list[Effect]]:
-    """Pair: the fit with `kept` and with the effects of `leaving` that are still needed, and the list of the others.
+    """Pair: `Fit` of `kept` and of the still needed effects of `leaving`, and list of the effects of `leaving` it lacks.
 
     An effect of `leaving` is removed from the model if the log evidence without it is not lower.
     """

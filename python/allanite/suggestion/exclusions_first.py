@@ -23,7 +23,7 @@ from allanite.suggestion.constants import (
 from allanite.suggestion.screens.exclusions import (
     delta_logl_of_separate_levels,
     end_outlier_scores,
-    only_at_the_ends,
+    excludes_only_ends,
 )
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def _outliers_go_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bo
     if not isinstance(effect, Modifier) or not effect.removes or effect.when is not None:
         return False
     taken = effect.missing(fit.data.n, fit.data.rate)
-    ends = only_at_the_ends(effect, fit.data)
+    ends = excludes_only_ends(effect, fit.data)
     if is_far_ahead(out, found):
         return True
     if not (ends or _is_clustered(taken) or _causes_best_process(out, found)):

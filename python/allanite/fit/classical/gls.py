@@ -100,10 +100,12 @@ def fit_gls(
     n: int,
     unit_terms: Sequence[Sequence[Term]],
 ) -> GlsFit:
-    """Fit non-negative squared coefficients to an Allan curve by GLS, with the covariance that the fitted model implies.
+    """`GlsFit`: non-negative squared coefficients fitted to an Allan curve by GLS.
 
-    The expected variance is linear in the squares. Covariance and squares are computed in turn until they converge; this is
-    Fisher scoring of a Gaussian model of the curve.
+    With the covariance that the fit implies.
+
+    The expected variance is linear in the squares. Covariance and squares are computed in turn until they converge;
+    this is Fisher scoring of a Gaussian model of the curve.
 
     Parameters
     ----------

@@ -100,7 +100,10 @@ class Data(ABC):
 
     @property
     def missing(self) -> NDArray[np.bool_] | None:
-        """Mask of missing samples, which draws from the model replace (`fit.missing`); None if there are no draws."""
+        """Mask of the missing samples, shape (n,); None if none is missing, and for a summary.
+
+        Their values in `samples` are bridged, or draws from the model (`fit.missing`).
+        """
         return None
 
     @property
@@ -145,11 +148,11 @@ class Data(ABC):
         return self.start, self.start + self.duration
 
     def terms(self, model: Model) -> tuple[Term, ...]:
-        """Tuple of the primitive spectral terms of a model with values, for this record."""
+        """Tuple of the primitive spectral terms that make up the spectrum of a model with values."""
         return self._without_end_leakage(model.terms(self.rate, self.span))
 
     def unit_terms(self, model: Model, effect: Stochastic) -> tuple[Term, ...]:
-        """Tuple of the primitive spectral terms of one effect at coefficient 1, for this record."""
+        """Tuple of the primitive spectral terms that make up the spectrum of one effect at coefficient 1."""
         return self._without_end_leakage(model.unit_terms(effect, self.rate, self.span))
 
     def _without_end_leakage(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
@@ -328,7 +331,7 @@ class SampleData(Data):
         return 0.0 if self.missing is None else np.count_nonzero(self.missing) / self.missing.size
 
     def transform(self, series: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Array of the cosine ordinates of a series sampled at `time`, shape (n,)."""
+        """Array of the orthonormal cosine transform of a series sampled at `time`, shape (n,)."""
         stop_if_unwanted()
         return _kernels.cosine_transform(np.ascontiguousarray(series))
 

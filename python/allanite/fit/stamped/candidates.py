@@ -90,34 +90,34 @@ class FittedNoise:
     noise: StampedNoise
     regressed: Regressed
     price: float
-    _place: Array
+    _parameters: Array
     _at: Callable[[Array], StampedNoise]
     _series: StampedSeries
 
     @property
     def evidence(self) -> float:
-        """Log-evidence: restricted log-likelihood minus `price`."""
+        """Log-evidence, nats: restricted log-likelihood minus ½ ln n for each fitted parameter."""
         return self.regressed.log_likelihood - self.price
 
     @property
     def coefficients(self) -> Array:
         """Array of the fitted coefficients, each relative to the one with which its effect has a final variance of 1."""
-        return np.asarray(np.exp(0.5 * self._place[: len(self.candidate.effects)]))
+        return np.asarray(np.exp(0.5 * self._parameters[: len(self.candidate.effects)]))
 
     def noise_of(self, coefficients: Array) -> StampedNoise:
         """`StampedNoise` with other `coefficients`, relative as in the property `coefficients`.
 
         A fitted exponent is kept.
         """
-        place = self._place.copy()
-        place[: coefficients.size] = 2.0 * np.log(np.maximum(coefficients, 1e-300))
-        return self._at(place)
+        parameters = self._parameters.copy()
+        parameters[: coefficients.size] = 2.0 * np.log(np.maximum(coefficients, 1e-300))
+        return self._at(parameters)
 
     def noise_at(self, number: int, sign: float) -> StampedNoise:
         """`StampedNoise` with parameter `number` (log-variance or exponent) changed by `sign` · `CURVATURE_STEP`."""
-        place = self._place.copy()
-        place[number] += sign * CURVATURE_STEP
-        return self._at(place)
+        parameters = self._parameters.copy()
+        parameters[number] += sign * CURVATURE_STEP
+        return self._at(parameters)
 
     @cached_property
     def neighbors(self) -> list[tuple[Regressed, Regressed]]:
@@ -127,7 +127,7 @@ class FittedNoise:
                 self._series.regressed(self.noise_at(i, -1.0)),
                 self._series.regressed(self.noise_at(i, 1.0)),
             )
-            for i in range(self._place.size)
+            for i in range(self._parameters.size)
         ]
 
     @cached_property
@@ -136,7 +136,7 @@ class FittedNoise:
 
         Curvatures are at least 0.1, which limits the uncertainty where logL is nearly flat.
         """
-        k = self._place.size
+        k = self._parameters.size
         middle = self.regressed.log_likelihood
         sides = [sum(r.log_likelihood for r in pair) for pair in self.neighbors]
         curvature = np.diag([2.0 * middle - both for both in sides])
@@ -144,9 +144,9 @@ class FittedNoise:
             for j in range(i):
                 both = 0.0
                 for sign in (-1.0, 1.0):
-                    place = self._place.copy()
-                    place[[i, j]] += sign * CURVATURE_STEP
-                    both += self._series.regressed(self._at(place)).log_likelihood
+                    parameters = self._parameters.copy()
+                    parameters[[i, j]] += sign * CURVATURE_STEP
+                    both += self._series.regressed(self._at(parameters)).log_likelihood
                 cross = 0.5 * (sides[i] + sides[j] - both - 2.0 * middle)
                 curvature[i, j] = curvature[j, i] = cross
         values, vectors = np.linalg.eigh(curvature / CURVATURE_STEP**2)
@@ -181,19 +181,19 @@ def fit_noise(
         Samples without noise.
     """
     parts = _Parts.of(candidate, series, rate, form)
-    place = np.concatenate([[0.0], _relative_log_variances(series, parts, start)])
-    scale = series.regressed(parts.at(place)).scale
+    parameters = np.concatenate([[0.0], _relative_log_variances(series, parts, start)])
+    scale = series.regressed(parts.at(parameters)).scale
     # Rounding to doubles is no noise.
     if scale <= (np.finfo(float).eps * np.abs(series.values).max()) ** 2:
         raise InputError(
             "the samples have no noise: they are all equal, or a known function of time"
         )
-    place[: len(candidate.effects)] += np.log(scale)
-    noise = parts.at(place)
+    parameters[: len(candidate.effects)] += np.log(scale)
+    noise = parts.at(parameters)
     price = 0.5 * candidate.numbers * float(np.log(max(series.n, 2)))
     regressed = series.regressed(noise)
     return FittedNoise(
-        candidate, parts.model(place), noise, regressed, price, place, parts.at, series
+        candidate, parts.model(parameters), noise, regressed, price, parameters, parts.at, series
     )
 
 
@@ -240,25 +240,25 @@ class _Parts:
         """Copy of the candidate's last effect with this exponent."""
         return self.candidate.effects[-1].with_values(exponent=float(exponent))
 
-    def at(self, place: Array) -> StampedNoise:
-        """`StampedNoise` at `place`: log-variances of the normalized effects, then the exponent if one is fitted."""
-        sizes = np.exp(place).tolist()
+    def at(self, parameters: Array) -> StampedNoise:
+        """`StampedNoise` with these parameters: log-variances of the normalized effects, then the fitted exponent, if any."""
+        sizes = np.exp(parameters).tolist()
         parts = [
             part.scaled(weight * size)
             for (part, weight), size in zip(self.fixed, sizes, strict=False)
         ]
         if self.candidate.exponents is not None:
-            part, weight = self.normalized(self._last(place[-1]))
+            part, weight = self.normalized(self._last(parameters[-1]))
             parts.append(part.scaled(weight).scaled(sizes[-2]))
         return added(parts)
 
-    def model(self, place: Array) -> Model:
-        """`Model` of the effects with the coefficients (and the exponent) at `place`, see `at`."""
+    def model(self, parameters: Array) -> Model:
+        """`Model` of the effects with the coefficients (and the exponent) of these parameters, see `at`."""
         effects, weights = list(self.candidate.effects), [weight for _, weight in self.fixed]
         if self.candidate.exponents is not None:
-            effects[-1] = self._last(place[-1])
+            effects[-1] = self._last(parameters[-1])
             weights.append(self.normalized(effects[-1])[1])
-        sizes = np.sqrt(weights * np.exp(place[: len(effects)]))
+        sizes = np.sqrt(weights * np.exp(parameters[: len(effects)]))
         values = zip(effects, sizes.tolist(), strict=True)
         return Model(tuple(e.with_values(**{e.coefficient: size}) for e, size in values))
 
@@ -281,8 +281,8 @@ def _relative_log_variances(
     def loss(free: Array) -> float:
         """Negative profiled log-likelihood at relative log-variances (and an exponent)."""
         stop_if_unwanted()
-        place = np.concatenate([[0.0], np.asarray(free, dtype=float)])
-        return -series.regressed(parts.at(place)).profiled
+        parameters = np.concatenate([[0.0], np.asarray(free, dtype=float)])
+        return -series.regressed(parts.at(parameters)).profiled
 
     limits = [(-MAX_LOG_VARIANCE_RATIO, MAX_LOG_VARIANCE_RATIO)] * (sizes - 1)
     if sizes == 2 and candidate.exponents is None:
@@ -335,7 +335,7 @@ def _start_values(
     if candidate.exponents is not None:
         first[-1] = np.mean(candidate.exponents)
     if start is not None:
-        known = dict(zip(start.candidate.effects, start._place.tolist(), strict=False))
+        known = dict(zip(start.candidate.effects, start._parameters.tolist(), strict=False))
         new = max(known.values()) - 2.3
         places = np.array([known.get(effect, new) for effect in candidate.effects])
         first[: sizes - 1] = (places - places[0])[1:]
@@ -343,9 +343,9 @@ def _start_values(
             last = start.candidate.effects[-1].kind
             exponent = {"bias_instability": -1.0, "rate_random_walk": -1.8}.get(last)
             if start.candidate.exponents is not None:
-                exponent = float(start._place[-1])
+                exponent = float(start._parameters[-1])
             first[-1] = first[-1] if exponent is None else exponent
             if sizes > 1 and len(start.candidate.effects) == sizes:
-                first[sizes - 2] = float(start._place[sizes - 1] - start._place[0])
+                first[sizes - 2] = float(start._parameters[sizes - 1] - start._parameters[0])
     low, high = np.array(limits).T
     return np.clip(first, low, high)

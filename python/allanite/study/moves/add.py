@@ -66,7 +66,7 @@ def with_addition(
 
 
 def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
-    """Tuple of the lines after the first that are far enough from all others to be resolved: more than 10/T.
+    """Tuple of those lines after the first that the record resolves: more than 10/T from all others, with its duration T.
 
     Empty if the first effect is no line.
     """
@@ -137,9 +137,9 @@ def _first_tolerable_pair(
 
 
 def is_already_explained(suggestion: Suggestion, fit: Fit) -> bool:
-    """True if the model has an effect at the same feature of the spectrum, or one that excludes its samples.
+    """True if the model has an effect at the same feature of the spectrum, or one that excludes the same samples.
 
-    True as well if the suggestion would replace another effect, and for a `single` kind that the model has already.
+    True as well if the suggestion would replace another effect, and for a kind that a model can have only once and has.
     """
     effect = suggestion.effect
     if suggestion.gives_way or (effect.single and any(e.kind == effect.kind for e in fit.model)):

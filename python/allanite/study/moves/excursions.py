@@ -15,7 +15,7 @@ from allanite.fit.shapes.matched import slow_families
 from allanite.study.judgement import is_as_good
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAX_EVENTS
 from allanite.suggestion.p_values import Family, log_p_value
-from allanite.suggestion.screens.several_excursions import merged_excursions, overlap
+from allanite.suggestion.screens.several_excursions import excursions_overlap, merged_excursions
 from allanite.suggestion.screens.slow_functions import score, screen_slow, with_gains_next_to_best
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
         if rival is not None:
             with_rival = solve(fit.data, solution.model + rival.effect, like=solution, polish=False)
         further = _missing_excursion(solution, fit.data, with_rival)
-        if further is None or any(overlap(further, e) for e in events):
+        if further is None or any(excursions_overlap(further, e) for e in events):
             break  # an overlapping one is a flaw of a known excursion's shape
         events.append(further)
         model = solution.model + further

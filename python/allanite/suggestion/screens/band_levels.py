@@ -292,7 +292,7 @@ def _segments(samples: Array, length: int) -> Array:
 
 
 def _summed_spectrum(pieces: Array) -> Array:
-    """Array of the sum of the segments' windowed power spectra, without frequency 0 and the last frequency."""
+    """Array of the sum of the windowed power spectra of the segments `pieces`, without the first and the last frequency."""
     length = pieces.shape[1]
     window, rows = np.hanning(length), max(1, SAMPLES_AT_ONCE // length)
     total = np.zeros(length // 2 + 1)

@@ -109,8 +109,8 @@ def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
     return found
 
 
-def only_at_the_ends(effect: Modifier, data: Data) -> bool:
-    """True if the effect excludes samples, and only among the first and last of the record (`end_samples`)."""
+def excludes_only_ends(effect: Modifier, data: Data) -> bool:
+    """True if the effect excludes samples, and all of them are among the first and last of the record (`end_samples`)."""
     if not effect.removes:
         return False
     taken = effect.missing(data.n, data.rate)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Modifier
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.crowding import mean_squared_level, peak_level
+from allanite.fit.likelihood.changing_power import mean_squared_level, peak_level
 from allanite.fit.likelihood.whitened import end_samples, white_power, whiten
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.recording.tails import coarse_step
@@ -180,10 +180,10 @@ def _makes_power_steadier(candidate: Candidate, data: Data, series: Series) -> b
 
 
 def count_of_level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
-    """Number of searches for a changing noise level besides that for one interval: 3, and one for each logged column.
+    """Number of searches for a changing noise level in addition to that for one interval.
 
-    The forms are several levels, a periodic level, a level of one band, and a level that follows a column, one for each
-    of `columns`.
+    It is 3 plus one for each logged column in `columns`: several levels, a periodic level, a level of one band, and a
+    level that follows a column.
     """
     return 3 + len(columns)
 
@@ -258,7 +258,7 @@ def _with_refined_gate(
 
 
 def _white_fraction(solution: Solution) -> float:
-    """Fraction of the power of the whitened record that is white noise, 0 … 1."""
+    """Fraction, 0 … 1, of the power of the whitened record that is white noise."""
     white = next(own for own in solution.processes if own.effect.white)
     return float(solution.count @ (white.power / solution.spectrum) / solution.count.sum())
 
@@ -318,7 +318,7 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     factor = float(np.sqrt(series.white_ratio(float(inside / outside))))
     changes = (
         cls.from_values(start=series.time(start), end=series.time(end), factor=factor)
-        for cls in _screened("level")
+        for cls in _modifiers_of_screen("level")
     )
     effect = next((change for change in changes if change is not None), None)
     # A change smaller than the discrepancy of the model, or than its standard error, is no effect.
@@ -328,6 +328,6 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     return Candidate(effect, gain, "level", None, 3, min(0.0, log_p))
 
 
-def _screened(key: str) -> list[type[Modifier]]:
-    """List of the modifier classes of the catalog that declare the screen `key`."""
+def _modifiers_of_screen(key: str) -> list[type[Modifier]]:
+    """List of the modifier classes of the catalog that are searched by the screen named `key`."""
     return [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == key]

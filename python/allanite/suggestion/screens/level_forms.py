@@ -147,7 +147,7 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
 
 
 def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Modifier]:
-    """List of effects without values that change the noise level and may be added to a model."""
+    """List of effects of the catalog, without values, that change the noise level and may be added to a model."""
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "level"]
     return [blank for cls in kinds for blank in cls.candidates(model, columns)]
 

@@ -29,7 +29,7 @@ def merged_excursions(events: Sequence[Deterministic]) -> Deterministic | None:
     return next((one for cls in kinds if (one := cls.together(events)) is not None), None)
 
 
-def overlap(one: Deterministic, event: Deterministic) -> bool:
+def excursions_overlap(one: Deterministic, event: Deterministic) -> bool:
     """True if the first excursion of `one` overlaps any excursion of `event` in time."""
     (start, end), *_ = _excursion_times(one)
     return any(start < last and end > first for first, last in _excursion_times(event))
@@ -61,7 +61,7 @@ def several_excursions(
     log_p = _log_p(1, places, fitted, solution)
     while log_p < 0.0 and len(events) < MAX_EVENTS:
         further = _next_excursion(kind, fitted, data)
-        if further is None or any(overlap(further, e) for e in events):
+        if further is None or any(excursions_overlap(further, e) for e in events):
             break
         more = _solution_with_excursions([*events, further], solution, data)
         risen = _log_p(len(events) + 1, places, more, solution)
@@ -74,7 +74,7 @@ def several_excursions(
         # The first ones were found while the noise was too high.
         others = events[:place] + events[place + 1 :]
         moved = _next_excursion(kind, _solution_with_excursions(others, solution, data), data)
-        if moved is not None and not any(overlap(moved, e) for e in others):
+        if moved is not None and not any(excursions_overlap(moved, e) for e in others):
             events[place] = moved
     whole = merged_excursions(events)
     return None if whole is None else (whole, _log_choices(len(events), places))

@@ -359,9 +359,9 @@ def _share_with_normal_tails(
 
 
 def _relative_noise_power(solution: Solution, data: Data) -> float:
-    """Noise power at the times where the last effect acts, relative to the mean noise power; at least 1.
+    """Noise power at the times where the last effect acts, relative to the mean noise power of the record; at least 1.
 
-    The ordinates know only the mean power.
+    The ordinates contain only the mean power.
     """
     if not any(e.passing for e in solution.model.modifiers):
         return 1.0
