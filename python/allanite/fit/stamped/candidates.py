@@ -241,7 +241,7 @@ class _Parts:
         return self.candidate.effects[-1].with_values(exponent=float(exponent))
 
     def at(self, parameters: Array) -> StampedNoise:
-        """`StampedNoise` with these parameters: log-variances of the normalized effects, then the fitted exponent, if any."""
+        """`StampedNoise` with these parameters: log-variances of the normalized effects, then a fitted exponent."""
         sizes = np.exp(parameters).tolist()
         parts = [
             part.scaled(weight * size)
