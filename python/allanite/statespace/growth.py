@@ -188,6 +188,8 @@ def error_growth(
 ) -> tuple[Growth, ...]:
     """Tuple of `Growth` of the error since the last fix, one for each quantity to which this sensor is integrated.
 
+    Only the effects of the model count. Slow noise or a ramp that the record hardly shows makes errors larger.
+
     Parameters
     ----------
     model : Model, Effect, str or Fit
