@@ -26,7 +26,7 @@ from records import HIDDEN, NULLS, record
 from results_file import Results
 
 import allanite as al
-from allanite.fit import refitted, removes
+from allanite.fit import excludes_samples, refitted
 from allanite.fit.rivals.alternatives import is_detected, is_removable
 from allanite.fit.rivals.evidence import evidence_gain
 
@@ -112,7 +112,7 @@ def ending(study: al.Study) -> dict[str, object]:
     """
     fit = reduced(study.fit)
     white = al.parse_model("N").effects[0]
-    least = refitted(fit, al.Model((white, *filter(removes, fit.model))))
+    least = refitted(fit, al.Model((white, *filter(excludes_samples, fit.model))))
     return {
         "model": study.fit.model.name,
         "kept": sorted(e.kind for e in fit.model),
