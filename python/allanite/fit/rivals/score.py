@@ -1,4 +1,4 @@
-"""Score of a model: its log evidence plus the priors of its effects. The search and the weights of alternatives use it."""
+"""Score of a model: its log evidence plus the priors of its effects. The search judges changes of a model by it."""
 
 from __future__ import annotations
 

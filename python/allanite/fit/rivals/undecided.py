@@ -14,7 +14,6 @@ from allanite.fit.engine import solve
 from allanite.fit.estimates import estimates, has_interval
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
-from allanite.fit.rivals.score import prior_change
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -90,8 +89,8 @@ def undecided(fit: Fit) -> Undecided | None:
     """`Undecided`: other models whose ln evidence is at most 3 nats lower, and intervals averaged over all of them.
 
     The models replace effects by their declared alternatives. The probability of a model is proportional to its
-    evidence times its prior (Hoeting et al. 1999, Statist. Sci. 14, eq. 2), the exponential of its score. None if there
-    is no other model, or for a fit not by likelihood.
+    evidence (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit not by
+    likelihood.
     """
     if fit.method != "whittle":
         return None
@@ -99,14 +98,13 @@ def undecided(fit: Fit) -> Undecided | None:
     for lead, solution in _other_models(fit):
         if lead <= -MAX_RIVAL_LOG_EVIDENCE:
             continue
-        score = lead + prior_change(fit.model, solution.model)
         name = _kinds(solution.model)
-        if name not in found or found[name][0] < score:
-            found[name] = score, solution
+        if name not in found or found[name][0] < lead:
+            found[name] = lead, solution
     if len(found) == 1:
         return None
-    scores = np.array([score for score, _ in found.values()])
-    weights = np.exp(scores - scores.max())
+    leads = np.array([lead for lead, _ in found.values()])
+    weights = np.exp(leads - leads.max())
     weights /= weights.sum()
     unit, units = fit.recording.unit, fit.recording.covariate_units
     coefficients_of_models = [_coefficients_by_kind(fit.model, fit.estimates)]
