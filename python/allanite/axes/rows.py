@@ -141,4 +141,4 @@ def _discrepancy_text(fit: Fit) -> str:
     """Text ``0.5 % (0.1 … 0.9)``: model discrepancy of a fit with its interval."""
     found = fit.discrepancy
     low, high = found.interval
-    return f"{found.percent:.2g} % ({low:.2g} … {high:.2g})"
+    return f"{number(found.percent, 2)} % ({low:.2g} … {high:.2g})"

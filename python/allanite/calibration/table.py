@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.numbers import number
+from allanite.common.numbers import number, with_readable_numbers
 from allanite.common.printing import printed
 
 if TYPE_CHECKING:
@@ -36,9 +36,8 @@ def _axis_lines(axis: AxisLaw) -> list[str]:
             f"{name} {value}" if not value.detected else f"{name} = {value}"
             for name, value in axis.numbers.items()
         )
-        lines.append(
-            f"  coefficients relative to {number(axis.curve.reference, 4)} °C: {'; '.join(numbers_text)}"
-        )
+        shown = with_readable_numbers("; ".join(numbers_text))
+        lines.append(f"  coefficients relative to {number(axis.curve.reference, 4)} °C: {shown}")
     if axis.loop is None:
         lines.append(
             "  bias while cooling minus while warming: not checked, because no temperature was passed in both directions"

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 YEAR = 31557600.0
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
+_COMMON_POWER = re.compile(r"\)e([+-]\d+)")
 _MINUS = re.compile(r"(?<=[\s(=])-(?=\d)")
 #: Smallest p-value that is printed. The laws of the tests are approximations, whose far tails mean nothing.
 MIN_PRINTED_P = 1e-6
@@ -126,8 +127,9 @@ def with_readable_numbers(sentence: str) -> str:
     """Sentence with readable numbers: 2370 instead of 2.37e+03, 3·10⁻⁵ instead of 3e-05, − instead of -.
 
     Only numbers with an exponent, and minus signs before digits, are changed. Numbers with an exponent get three
-    digits.
+    digits; the exponent of a number and its error, (1.26 ± 0.12)e-07, becomes a power of ten.
     """
+    sentence = _COMMON_POWER.sub(lambda m: f")·10{str(int(m[1])).translate(_DIGITS)}", sentence)
     words = _POWER.sub(lambda m: number(float(m[0].replace("−", "-")), 3), sentence)
     return _MINUS.sub("−", words)
 

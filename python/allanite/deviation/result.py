@@ -123,7 +123,7 @@ class Deviation:
     @property
     def percent(self) -> str:
         """Text of the confidence: ``95 %``."""
-        return f"{100.0 * self.level:.3g} %"
+        return f"{number(100.0 * self.level)} %"
 
     def at_confidence(self, level: float) -> Deviation:
         """`Deviation` with the same estimates, and with intervals of another confidence.

@@ -132,7 +132,7 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
 
 def _percent(share: float) -> str:
     """Text of a probability `share` in percent, two digits; "100 %" above 99.5 %."""
-    return "100 %" if share > 0.995 else f"{100.0 * share:.2g} %"
+    return "100 %" if share > 0.995 else f"{number(100.0 * share, 2)} %"
 
 
 def is_wider(value: Estimate, interval: tuple[float, float]) -> bool:

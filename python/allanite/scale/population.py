@@ -22,6 +22,7 @@ from allanite.common.documents import (
 )
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.isolation import call_isolated
+from allanite.common.numbers import number
 from allanite.common.showing import aligned_lines, brief
 from allanite.readers._isolated import limits_of, refused_as
 from allanite.scale.logs import without_quote
@@ -177,7 +178,7 @@ class Fleet:
         if self.too_few:
             lines += [self.too_few, *([""] if self.population else [])]
         for p in sorted(self.population, key=lambda p: _sort_key(p.name)):
-            spread = f"{p.spread:.2g}" if p.name == "mean" else f"{100 * p.spread:.2g} %"
+            spread = f"{p.spread:.2g}" if p.name == "mean" else f"{number(100 * p.spread, 2)} %"
             median, typical = (f"{a:.4g} … {b:.4g}" for a, b in (p.median_interval, p.typical))
             top = "–" if p.maximum is None else f"{p.maximum:.4g}"
             middle = (str(p.units), f"{p.median:.4g}", median, spread, typical, top)

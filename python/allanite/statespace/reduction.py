@@ -12,6 +12,7 @@ import numpy as np
 
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
+from allanite.common.numbers import number
 from allanite.effects.terms import Exponential
 from allanite.statespace.sections import Section, ar1, is_line, resized
 
@@ -49,7 +50,7 @@ class Cost:
 
     def __str__(self) -> str:
         return (
-            f"Allan deviation within {100 * self.allan_error:.2g} % of the model's (worst at {self.tau_s:.3g} s), "
+            f"Allan deviation within {number(100 * self.allan_error, 2)} % of the model's (worst at {self.tau_s:.3g} s), "
             f"log-likelihood {self.log_likelihood:.1e} a sample below it"
         )
 

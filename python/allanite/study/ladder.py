@@ -216,7 +216,8 @@ class Study:
         off, expected = error.adev_rms_percent, error.chance_rms_percent
         if off is not None and expected is not None and off > MAX_ALLAN_ERROR_SCATTERS * expected:
             found.append(
-                f"the Allan deviation differs by {off:.2g} % rms from the model, where {expected:.2g} % are expected"
+                f"the Allan deviation differs by {number(off, 2)} % rms from the model,"
+                f" where {number(expected, 2)} % are expected"
             )
         if self.undecided is not None:
             (own, share), *others = self.undecided.models
@@ -352,9 +353,9 @@ class Study:
             out.append(
                 (
                     added,
-                    f"{left:.3g} %",
-                    f"{rung.fit.discrepancy.percent:.2g} %",
-                    "–" if e.adev_rms_percent is None else f"{e.adev_rms_percent:.3g} %",
+                    f"{number(left)} %",
+                    f"{number(rung.fit.discrepancy.percent, 2)} %",
+                    "–" if e.adev_rms_percent is None else f"{number(e.adev_rms_percent)} %",
                     worst,
                     _number_text(e.predictive_score),
                     rung.fit.model.name,
@@ -370,7 +371,7 @@ class Study:
         the user ended the search. Cached.
         """
         if self.stopped_because == "within tolerance":
-            return f"within {self.tolerance:g} % (discrepancy {self.fit.discrepancy.percent:.2g} %)"
+            return f"within {self.tolerance:g} % (discrepancy {number(self.fit.discrepancy.percent, 2)} %)"
         if self.stopped_because == "nothing helps" and self.check.significant:
             why: dict[str, str] = {}
             for s in self.check.significant:

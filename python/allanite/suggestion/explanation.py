@@ -43,11 +43,9 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
         if strong.any():
             ends = (curve.tau[strong].min(), curve.tau[strong].max())
             span = "–".join(dict.fromkeys(f"{tau:.3g}" for tau in ends))
-            text += f": up to {share[top]:.2g} % of the Allan variance, at τ = {span} s"
+            text += f": up to {number(share[top], 2)} % of the Allan variance, at τ = {span} s"
         else:
-            text += (
-                f": at most {share[top]:.2g} % of the Allan variance (τ = {curve.tau[top]:.3g} s)"
-            )
+            text += f": at most {number(share[top], 2)} % of the Allan variance (τ = {curve.tau[top]:.3g} s)"
     note = f"{note}. " if note else _slopes_sentence(effect, found)
     return with_readable_numbers(f"{text}. {note}Physically: {before.text_of(effect, 'physics')}.")
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.numbers import number
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
 from allanite.recording.record import Record
@@ -296,7 +297,7 @@ class Summary(Record):
                     Finding(
                         "quantisation",
                         "warning",
-                        f"{name}: {100 * still / count:.3g} % of the samples repeat the one before",
+                        f"{name}: {number(100 * still / count)} % of the samples repeat the one before",
                         name,
                     )
                 )

@@ -13,7 +13,7 @@ import pytest
 
 import allanite as al
 from allanite.cli import main
-from allanite.common.numbers import value_and_interval_text, with_readable_numbers
+from allanite.common.numbers import percent_text, value_and_interval_text, with_readable_numbers
 from allanite.fit import engine
 from allanite.plots.svg_painter import _path_data, inline_svg
 from allanite.report import make_report
@@ -290,6 +290,8 @@ def test_words():
         "9.949·10⁻⁵",
         "1.0015·10⁻⁴",
     )
+    assert with_readable_numbers("c = (-1.26 ± 0.12)e-07 s") == "c = (−1.26 ± 0.12)·10⁻⁷ s"
+    assert percent_text(0.00471, 2) == "0.47 %"
     assert with_readable_numbers("at 42.2–2.37e+03 s, z = -6.4, up to 1e+02 % and 3.5e-05") == (
         "at 42.2–2370 s, z = −6.4, up to 100 % and 3.5·10⁻⁵"
     )

@@ -31,7 +31,7 @@ def many_table(many: ManyFits) -> str:
         cells = (_cell(_in_printed_unit(fit, row.name, found[row.name])) for row in pooled)
         table.append([label, *cells])
     table.append(["all", *(_pooled_cell(row) for row in pooled)])
-    spreads = ("–" if row.spread is None else f"{100 * row.spread:.2g} %" for row in pooled)
+    spreads = ("–" if row.spread is None else f"{number(100 * row.spread, 2)} %" for row in pooled)
     table.append([f"spread between {many.record_noun}", *spreads])
     table.append(["p-value of agreement", *(probability_text(row.p_value) for row in pooled)])
     units = ", ".join(f"{r.name} in {printed(r.unit)}" for r in pooled if r.unit not in ("1", ""))

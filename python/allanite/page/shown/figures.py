@@ -475,7 +475,7 @@ def _nis_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     states = f"{found.space.states} state" + ("s" if found.space.states != 1 else "")
     told = (
         f"{first}{count_text(found.n)} innovations, {states}: mean NIS {found.mean_nis:.4g},"
-        f" {100 * found.coverage:.3g} % below the 95 % point, whiteness {p_text(found.whiteness)}"
+        f" {number(100 * found.coverage)} % below the 95 % point, whiteness {p_text(found.whiteness)}"
     )
     verdict = _consistency_sentence(
         by_tau.tau, by_tau.nis, by_tau.low, by_tau.high, found.whiteness

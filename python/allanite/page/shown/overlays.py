@@ -68,7 +68,7 @@ def _hover_texts(fit: Fit, unit: str) -> list[str]:
         out.append(
             f"<b>Measured {number(float(a))} {text}</b><br>τ = {number(float(t), 3)} s<br>"
             f"95 % interval {number(float(b))} … {number(float(c))}<br>"
-            f"model {number(float(d))}: {abs(off):.2g} % too {way}{beyond}"
+            f"model {number(float(d))}: {number(abs(off), 2)} % too {way}{beyond}"
         )
     return out
 
