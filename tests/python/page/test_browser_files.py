@@ -51,7 +51,8 @@ def start_with(tab, path):
 def improve_all(tab):
     tab.locator("#improve-all").click()
     tab.wait_for_selector("body[data-busy=true]")
-    tab.wait_for_selector("body[data-busy=false]")
+    # Six axes take more than a minute on a busy machine.
+    tab.wait_for_selector("body[data-busy=false]", timeout=300_000)
 
 
 def numbers(text):
