@@ -1,6 +1,7 @@
 // Shared by all parts of the page: state, DOM elements, and requests to the server.
 export const S = { tab: null, state: null, view: "allan", seen: -1, answered: 0, options: {}, hooks: {} };
 export const $ = id => document.getElementById(id);
+// New DOM element. Attributes that begin with "on" are event listeners.
 export const el = (tag, attributes = {}, ...children) => {
   const node = document.createElement(tag);
   for (const [key, value] of Object.entries(attributes)) {
@@ -12,6 +13,7 @@ export const el = (tag, attributes = {}, ...children) => {
   return node;
 };
 const SVG = "http://www.w3.org/2000/svg";
+// New SVG element with one path per entry of `paths`.
 export function svg(box, paths, attributes = {}) {
   const node = document.createElementNS(SVG, "svg");
   for (const [key, value] of Object.entries({ viewBox: box, "aria-hidden": "true", ...attributes })) node.setAttribute(key, value);
@@ -31,19 +33,21 @@ const ICONS = {
 };
 export const icon = name => svg("0 0 16 16", [{ d: ICONS[name], fill: name === "locked" ? "currentColor" : "none", "fill-opacity": 0.25, stroke: "currentColor", "stroke-width": 1.5, "stroke-linecap": "round", "stroke-linejoin": "round" }], { width: 16, height: 16 });
 // Replaces the content. The focus moves to the new element with the same name, or else to the container.
-export function refill(node, ...children) {
+export function replaceContent(node, ...children) {
   const name = x => x.getAttribute("aria-label") || x.textContent;
   const now = document.activeElement, inside = now !== node && node.contains(now), called = inside ? name(now) : null;
   node.replaceChildren(...children.filter(c => c !== null && c !== undefined));
   if (inside) ([...node.querySelectorAll("button, summary, article, select")].find(x => name(x) === called) || node).focus();
 }
-export function fill(select, items, chosen) {
+// Sets the options of a select element to [value, text] pairs, unless they are unchanged.
+export function fillSelect(select, items, chosen) {
   const now = JSON.stringify([items, chosen]);
   if (select.dataset.now === now) return;
   select.dataset.now = now;
   select.replaceChildren(...items.map(([value, text]) => el("option", { value, selected: String(value) === String(chosen) }, text)));
 }
-export async function speak(path, options = {}) {
+// JSON document that the server returns for a path; throws its error message.
+export async function request(path, options = {}) {
   const answer = await fetch(path, options);
   const text = await answer.text();
   let body;
@@ -51,27 +55,30 @@ export async function speak(path, options = {}) {
   if (!answer.ok) throw new Error(body.error || `The server answered ${answer.status}`);
   return body;
 }
+// Sends an action to the server and shows the new state. True if the action was accepted.
 export async function act(order) {
   try {
-    const next = await speak(`tabs/${S.tab}/act`, { method: "POST", body: JSON.stringify(order), headers: { "content-type": "application/json" } });
+    const next = await request(`tabs/${S.tab}/act`, { method: "POST", body: JSON.stringify(order), headers: { "content-type": "application/json" } });
     S.answered += 1;
-    S.hooks.take(next);
+    S.hooks.applyState(next);
     return true;
-  } catch (error) { say(error.message); return false; }
+  } catch (error) { showMessage(error.message); return false; }
 }
-export function say(text, seconds = 10) {
+// Shows a message for some seconds; an empty text hides it.
+export function showMessage(text, seconds = 10) {
   $("message").textContent = text;
   $("message").hidden = !text;
-  clearTimeout(say.timer);
-  if (text) say.timer = setTimeout(() => { $("message").hidden = true; }, 1000 * seconds);
+  clearTimeout(showMessage.timer);
+  if (text) showMessage.timer = setTimeout(() => { $("message").hidden = true; }, 1000 * seconds);
 }
 export const busy = () => Boolean(S.state && S.state.job && S.state.job.busy);
-export const ordered = () => busy() && !S.state.job.gives_way;
-export const short = x => x === null || x === undefined ? "–" : Math.abs(x) >= 1e4 || (x !== 0 && Math.abs(x) < 1e-3) ? exponent(x) : String(Number(x.toPrecision(3)));
-function exponent(x) {
+// True while a job runs that the user requested; a check that gives way does not count.
+export const hasUserJob = () => busy() && !S.state.job.gives_way;
+export const numberText = x => x === null || x === undefined ? "–" : Math.abs(x) >= 1e4 || (x !== 0 && Math.abs(x) < 1e-3) ? powerText(x) : String(Number(x.toPrecision(3)));
+function powerText(x) {
   const [m, e] = x.toExponential(2).split("e");
   return `${Number(m)}·10${[...String(Number(e))].map(c => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻").join("")}`;
 }
 export const theme = () => document.documentElement.dataset.theme;
 // The text with a capital letter, except for symbols such as τ or σ.
-export const capital = text => /^[a-z]/.test(text) ? text[0].toUpperCase() + text.slice(1) : text;
+export const capitalized = text => /^[a-z]/.test(text) ? text[0].toUpperCase() + text.slice(1) : text;

@@ -1,22 +1,23 @@
 // Dragging the line of an effect: model, residual and misfit are updated immediately.
-import { $, S, short } from "./core.js";
-import { at as height, show, shown } from "./draw.js";
+import { $, S, numberText } from "./core.js";
+import { valueAt as height, show, shown } from "./draw.js";
 
 const plot = () => $("plot");
 let grip = null;
 
-const place = event => {
+const pointerPlace = event => {
   const box = plot().getBoundingClientRect(), axes = plot()._fullLayout;
   return { x: event.clientX - box.left - axes.xaxis._offset, y: event.clientY - box.top - axes.yaxis._offset, axes };
 };
 // Distance in pixels from a point to a line segment.
-const apart = (x, y, [ax, ay], [bx, by]) => {
+const distance = (x, y, [ax, ay], [bx, by]) => {
   const length = (bx - ax) ** 2 + (by - ay) ** 2, t = length ? Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length)) : 0;
   return Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y);
 };
-function nearest(event) {
+// Index of the trace of an effect within 8 pixels of the pointer; null if there is none.
+function nearestEffect(event) {
   if (!shown.view || !["allan", "psd"].includes(shown.view.name) || !plot()._fullLayout || !plot()._fullLayout.xaxis) return null;
-  const { x, y, axes } = place(event);
+  const { x, y, axes } = pointerPlace(event);
   if (x < 0 || y < 0 || x > axes.xaxis._length || y > axes.yaxis._length) return null;
   let best = null;
   shown.view.data.forEach((trace, i) => {
@@ -24,7 +25,7 @@ function nearest(event) {
     let last = null;
     for (let k = 0; k < trace.x.length; k++) {
       const here = trace.y[k] > 0 ? [axes.xaxis.d2p(trace.x[k]), axes.yaxis.d2p(trace.y[k])] : null;
-      const far = last && here ? apart(x, y, last, here) : Infinity;
+      const far = last && here ? distance(x, y, last, here) : Infinity;
       if (far < 8 && (!best || far < best.far)) best = { far, i };
       last = here;
     }
@@ -53,7 +54,8 @@ export function misfit(live, effect, factor) {
   });
   return chi2 / live.dof;
 }
-function follow() {
+// Redraws the dragged effect, the model, the residual and the misfit.
+function drawDragged() {
   const view = shown.view, { i, factor } = grip, own = view.data[i], power = view.name === "psd" ? factor : factor * factor;
   const square = view.name === "psd" ? 1 : 2, effect = own.meta.slice(7);
   const y = [own.y.map(v => v === null ? null : v * factor)], at = [i];
@@ -70,19 +72,19 @@ function follow() {
   Plotly.restyle(plot(), { y }, at);
   const now = misfit(view.live, effect, power);
   const chip = S.state.chips.find(c => String(c.place) === effect);
-  $("readout").textContent = `${chip ? chip.name : "Effect"} × ${short(view.name === "psd" ? Math.sqrt(factor) : factor)}` + (now === null ? "" : ` · χ²/dof ${short(view.live.before)} → ${short(now)}`);
+  $("readout").textContent = `${chip ? chip.name : "Effect"} × ${numberText(view.name === "psd" ? Math.sqrt(factor) : factor)}` + (now === null ? "" : ` · χ²/dof ${numberText(view.live.before)} → ${numberText(now)}`);
   $("readout").dataset.misfit = now === null ? "" : now.toPrecision(6);
 }
-export function drag(onDone) {
+export function listenDrag(onDone) {
   plot().addEventListener("pointermove", event => {
-    if (!grip) { if (!event.buttons) plot().classList.toggle("grip", nearest(event) !== null); return; }
+    if (!grip) { if (!event.buttons) plot().classList.toggle("grip", nearestEffect(event) !== null); return; }
     const { _length, range } = plot()._fullLayout.yaxis;
     grip.factor = 10 ** ((grip.y - event.clientY) / _length * (range[1] - range[0]));
-    if (!grip.waits) { grip.waits = true; requestAnimationFrame(() => { if (grip) { grip.waits = false; follow(); } }); }
+    if (!grip.waits) { grip.waits = true; requestAnimationFrame(() => { if (grip) { grip.waits = false; drawDragged(); } }); }
     event.preventDefault(); event.stopPropagation();
   }, true);
   const take = event => {
-    const i = nearest(event);
+    const i = nearestEffect(event);
     if (i === null) return;
     grip = { i, y: event.clientY, factor: 1 };
     shown.held = true;

@@ -1,47 +1,50 @@
 // The model: its effects and their values, removed effects, the catalog, and the model entry.
-import { $, S, act, capital, el, fill, icon, ordered, refill, short, speak, svg } from "./core.js";
-import { light } from "./draw.js";
+import { $, S, act, capitalized, el, fillSelect, icon, hasUserJob, replaceContent, numberText, request, svg } from "./core.js";
+import { highlightEffect } from "./draw.js";
 
-const drop = (c, v) => act({ do: "hold", place: c.place, name: v.name, value: v.held ? null : v.number });
+// Holds a value fixed in fits, or releases it.
+const toggleHold = (c, v) => act({ do: "hold", place: c.place, name: v.name, value: v.held ? null : v.number });
 
-export function chips() {
+// Shows each effect of the model with its values.
+export function updateChips() {
   const state = S.state;
   if ($("chips").querySelector("input")) return;  // do not disturb a value that is being typed
   const units = state.chip_units, at = Math.max(0, units.findIndex(u => u.value === state.chip_unit));
-  fill($("unit"), units.map((u, i) => [i, u.text]), at);
+  fillSelect($("unit"), units.map((u, i) => [i, u.text]), at);
   $("unit").hidden = units.length < 2;
   $("add-effect").hidden = !state.chips.length;
   $("model").textContent = state.chips.map(c => c.short).join(" + ");
-  refill($("chips"), ...state.chips.map(c => {
+  replaceContent($("chips"), ...state.chips.map(c => {
     const color = c.color ? `var(--${c.color})` : "var(--line)";
     const values = c.values.filter(v => v.free || c.values.length < 3).slice(0, 4);
-    const node = el("div", { class: "chip", style: `--own:${color}`, title: capital(c.physics), "data-kind": c.kind,
-      onmouseenter: () => lit(node, c.place), onmouseleave: () => lit(null, null), onfocusin: () => lit(node, c.place), onfocusout: () => lit(null, null) },
-      el("span", { class: "name" }, capital(c.name)),
-      el("div", { class: "values" }, ...values.map(v => value(c, v))),
+    const node = el("div", { class: "chip", style: `--own:${color}`, title: capitalized(c.physics), "data-kind": c.kind,
+      onmouseenter: () => highlightChip(node, c.place), onmouseleave: () => highlightChip(null, null), onfocusin: () => highlightChip(node, c.place), onfocusout: () => highlightChip(null, null) },
+      el("span", { class: "name" }, capitalized(c.name)),
+      el("div", { class: "values" }, ...values.map(v => valueRow(c, v))),
       el("button", { class: "icon remove", title: `Remove ${c.name}`, "aria-label": `Remove ${c.name}`, "data-work": true, onclick: () => act({ do: "remove", place: c.place }) }, icon("close")));
     return node;
   }));
-  tray(); tried();
+  updateRemoved(); updateTrial();
 }
-function value(c, v) {
+// Element with a value of an effect: symbol, text, interval and lock.
+function valueRow(c, v) {
   const row = el("div", { class: "value" }, el("span", { class: "symbol" }, v.symbol));
   if (!v.free) { row.append(el("span", { class: "text" }, v.text), el("span", { class: "spread", title: v.spread }, v.spread)); return row; }
-  const what = `${v.name} of ${c.name}`, limits = between(v), spread = v.kept || v.spread;
+  const what = `${v.name} of ${c.name}`, limits = limitsText(v), spread = v.kept || v.spread;
   row.append(
-    el("button", { class: "text", title: `Try another value of ${what}${v.limits ? ", or set limits on it" : ""}`, "aria-label": `${what}: ${v.text}. Try another value`, "data-work": true, onclick: () => edit(row, c, v) }, v.text),
-    el("span", { class: "spread", title: v.kept ? capital(v.kept) : `95 % interval ${v.spread}` }, spread, v.over_all ? el("small", { class: "over-all", title: "95 % interval over all models that explain this record equally well" }, v.over_all) : null, limits ? el("small", { class: "limits" }, limits) : null),
+    el("button", { class: "text", title: `Try another value of ${what}${v.limits ? ", or set limits on it" : ""}`, "aria-label": `${what}: ${v.text}. Try another value`, "data-work": true, onclick: () => editValue(row, c, v) }, v.text),
+    el("span", { class: "spread", title: v.kept ? capitalized(v.kept) : `95 % interval ${v.spread}` }, spread, v.over_all ? el("small", { class: "over-all", title: "95 % interval over all models that explain this record equally well" }, v.over_all) : null, limits ? el("small", { class: "limits" }, limits) : null),
     el("button", { class: "icon lock", title: v.held ? `Held fixed: release ${what}` : `Hold ${what} fixed at this value`, "aria-pressed": String(v.held), "data-work": true,
-      "aria-label": `Hold ${what}`, onclick: () => drop(c, v) }, icon(v.held ? "locked" : "open")));
+      "aria-label": `Hold ${what}`, onclick: () => toggleHold(c, v) }, icon(v.held ? "locked" : "open")));
   return row;
 }
 // Text of the limits of a value.
-function between(v) {
+function limitsText(v) {
   const [low, high] = v.limits || [null, null];
   return low === null ? high === null ? "" : `at most ${high}` : high === null ? `at least ${low}` : `within ${low} … ${high}`;
 }
 // Shows input fields for a trial value and, if allowed, for its limits.
-function edit(row, c, v) {
+function editValue(row, c, v) {
   const field = (what, value) => el("input", { value: value ?? "", "aria-label": `${what} in ${v.unit || "1"}`, inputmode: "decimal" });
   const input = field(v.name, v.number), ends = v.limits ? v.limits.map((end, i) => field(`${i ? "Highest" : "Lowest"} ${v.name}`, end)) : [];
   const was = row.querySelector(".text").title;
@@ -53,7 +56,7 @@ function edit(row, c, v) {
     const [low, high] = ends.map(e => e.value.trim());
     if (keep === "value" && input.value.trim() && Number(input.value) !== v.number) act({ do: "what-if", place: c.place, name: v.name, value: input.value });
     if (keep === "limits" && ends.some((e, i) => e.value.trim() !== String(v.limits[i] ?? ""))) act({ do: "limits", place: c.place, name: v.name, low, high });
-    chips(); S.hooks.work();
+    updateChips(); S.hooks.updateJob();
     [...document.querySelectorAll(".chip .text")].find(x => x.title === was)?.focus();
   };
   for (const one of [input, ...ends]) {
@@ -67,19 +70,22 @@ function edit(row, c, v) {
   if (ends.length) row.append(el("span", { class: "ends" }, ends[0], "…", ends[1], el("small", {}, "Enter: set the limits")));
   input.focus(); input.select();
 }
-function lit(node, place) {
+// Highlights an effect among the chips and in the figure; null ends this.
+function highlightChip(node, place) {
   for (const chip of document.querySelectorAll(".chip")) chip.classList.toggle("lit", chip === node);
-  light(place);
+  highlightEffect(place);
 }
-function tray() {
+// Shows buttons that restore removed effects.
+function updateRemoved() {
   $("tray").hidden = !S.state.tray.length;
-  refill($("tray"), el("span", {}, "Removed:"), ...S.state.tray.map(t => el("button", { title: `Bring back ${t.text}`, "aria-label": `Bring back ${t.name}`, "data-work": true, onclick: () => act({ do: "back", place: t.place }) }, icon("back"), capital(t.name))));
+  replaceContent($("tray"), el("span", {}, "Removed:"), ...S.state.tray.map(t => el("button", { title: `Bring back ${t.text}`, "aria-label": `Bring back ${t.name}`, "data-work": true, onclick: () => act({ do: "back", place: t.place }) }, icon("back"), capitalized(t.name))));
 }
-function tried() {
+// Shows the misfit with trial values, and buttons that fit from them or discard them.
+function updateTrial() {
   const found = S.state.preview;
   $("tried").hidden = !found;
-  if (found) refill($("tried"),
-    el("span", {}, `Trial value, not fitted: χ²/dof ${short(found.before)} → `, el("b", {}, short(found.chi2))),
+  if (found) replaceContent($("tried"),
+    el("span", {}, `Trial value, not fitted: χ²/dof ${numberText(found.before)} → `, el("b", {}, numberText(found.chi2))),
     el("button", { class: "main", "data-work": true, onclick: () => act({ do: "fit-tried" }) }, "Fit from here"),
     el("button", { onclick: () => act({ do: "drop" }) }, "Discard"));
 }
@@ -87,7 +93,7 @@ function tried() {
 // -- the catalog
 export async function openCatalogue() {
   if (!S.state.chips.length) return;
-  const found = await speak(`tabs/${S.tab}/part/catalogue`);
+  const found = await request(`tabs/${S.tab}/part/catalogue`);
   const there = new Set(S.state.chips.map(c => c.kind)), columns = S.state.covariates || [];
   const picture = (title, paths) => paths && svg("0 0 100 60", [
     { d: paths[1], class: "base" }, { d: paths[0], class: "own" }], { class: "picture", preserveAspectRatio: "none", role: "img", "aria-label": title, "aria-hidden": "false" });
@@ -96,7 +102,7 @@ export async function openCatalogue() {
     const drawn = (title, paths, down, across) => paths && el("figure", {}, picture(title, paths), el("figcaption", {}, `${down} over ${across}`));
     return el("article", { "data-kind": e.kind, class: "effect", "data-words": `${e.name} ${e.short} ${e.group} ${e.physics} ${e.looks_like}`.toLowerCase() },
       el("div", { class: "pictures" }, drawn(`${e.name}: Allan curve`, e.pictures.curve, "Allan deviation σ", "τ"), drawn(`${e.name}: spectrum`, e.pictures.spectrum, "Density S", "f")),
-      el("div", {}, el("h3", {}, capital(e.name), el("code", {}, e.short)), el("p", {}, capital(e.physics), "."),
+      el("div", {}, el("h3", {}, capitalized(e.name), el("code", {}, e.short)), el("p", {}, capitalized(e.physics), "."),
         el("p", { class: "look" }, el("b", {}, "Looks like "), e.looks_like, ".")),
       el("button", { class: "main", disabled: has || Boolean(lacks), title: lacks ? "This effect needs a logged column such as temperature" : null,
         "aria-label": `Add ${e.name}`, onclick: () => { $("catalogue").close(); act({ do: "put", effect: e.needs.length ? `${e.short}(column=${columns[0]})` : e.short }); } }, has ? "In the model" : "Add"));
@@ -108,11 +114,11 @@ export async function openCatalogue() {
       rare.length ? el("details", { open: !common.length }, el("summary", {}, `More: ${rare.map(e => e.name).join(", ")}`), el("div", { class: "effects" }, ...rare.map(card))) : null);
   }));
   $("catalogue-search").value = "";
-  search();
+  searchCatalogue();
   $("catalogue").showModal();
 }
 // Shows the effects whose description contains every word, and opens the lists of rare effects that match.
-function search() {
+function searchCatalogue() {
   const words = $("catalogue-search").value.toLowerCase().split(/\s+/).filter(Boolean);
   for (const node of document.querySelectorAll("#effects .effect")) node.hidden = !words.every(w => node.dataset.words.includes(w));
   for (const node of document.querySelectorAll("#effects :is(section, details)")) {
@@ -122,7 +128,7 @@ function search() {
   }
   $("no-effects").hidden = document.querySelectorAll("#effects .effect:not([hidden])").length > 0;
 }
-export function typeModel() {
+export function openModelField() {
   $("catalogue").close();
   $("typed").hidden = false;
   $("typed-model").value = (S.state.model || "").replace(/\(([^)]*)\)/g, (whole, inside) => /[![]/.test(inside) ? whole : "");
@@ -131,8 +137,8 @@ export function typeModel() {
 export function listenModel() {
   $("add-effect").onclick = openCatalogue;
   $("catalogue-close").onclick = () => $("catalogue").close();
-  $("catalogue-type").onclick = typeModel;
-  $("catalogue-search").oninput = search;
+  $("catalogue-type").onclick = openModelField;
+  $("catalogue-search").oninput = searchCatalogue;
   $("unit").onchange = event => act({ do: "unit", unit: S.state.chip_units[event.target.value].value });
   $("typed").onsubmit = async event => {
     event.preventDefault();
@@ -141,4 +147,4 @@ export function listenModel() {
   $("typed-model").onkeydown = event => { if (event.key === "Escape") { event.stopPropagation(); $("typed").hidden = true; $("add-effect").focus(); } };
 }
 export const mainValue = chip => chip && (chip.values.find(v => v.free && !["s", "Hz"].includes(v.unit)) || chip.values.find(v => v.free));
-export const allowed = () => !ordered();
+export const allowed = () => !hasUserJob();

@@ -1,33 +1,33 @@
 // A second view beside the first one. It shows the whole range of another figure of the same step.
-import { $, S, fill, speak, theme } from "./core.js";
-import { fit, paint, shown } from "./draw.js";
+import { $, S, fillSelect, request, theme } from "./core.js";
+import { fitSize, paint, shown } from "./draw.js";
 
 const NAMES = { allan: "Allan curve", psd: "Spectrum", map: "Time × band", samples: "Samples", compare: "Compare", error: "Error growth", nis: "NIS", thermal: "Thermal", average: "Average" };
 export const second = { name: null, view: null };
 let drawn = "";
-const others = () => Object.entries(NAMES).filter(([name]) => name !== S.view && !document.querySelector(`[data-tab=${name}]`).hidden);
+const otherViews = () => Object.entries(NAMES).filter(([name]) => name !== S.view && !document.querySelector(`[data-tab=${name}]`).hidden);
 
 // The other view takes the place of one that the first figure now shows.
-export function trade(before) {
-  if (second.name === S.view) second.name = before in NAMES && before !== S.view ? before : others()[0][0];
+export function avoidSameView(before) {
+  if (second.name === S.view) second.name = before in NAMES && before !== S.view ? before : otherViews()[0][0];
 }
-function open(name) {
+function setSecondView(name) {
   second.name = name;
   $("two").setAttribute("aria-pressed", Boolean(name));
-  S.hooks.redraw();
+  S.hooks.redrawAll();
 }
 export async function drawSecond() {
   const there = Boolean(second.name && S.state.recording && S.state.ladder.length && S.view in NAMES);
   const was = $("figure").classList.contains("two");
   $("second").hidden = !there;
-  if ($("figure").classList.toggle("two", there) !== was) fit();
+  if ($("figure").classList.toggle("two", there) !== was) fitSize();
   if (!there) { second.view = null; drawn = ""; if ($("plot2").data) Plotly.purge($("plot2")); return; }
-  fill($("second-view"), others(), second.name);
+  fillSelect($("second-view"), otherViews(), second.name);
   const want = `${S.state.version} ${second.name} ${theme()}`;
   if (want === drawn) return;
   drawn = want;
   try {
-    const got = await speak(`tabs/${S.tab}/view/${second.name}?theme=${theme()}`);
+    const got = await request(`tabs/${S.tab}/view/${second.name}?theme=${theme()}`);
     if (want !== drawn) return;
     second.view = got;
     $("second-said").textContent = "";
@@ -42,7 +42,7 @@ export async function drawSecond() {
   }
 }
 export function listenSecond() {
-  $("two").onclick = () => open(second.name ? null : shown.view?.name === "psd" ? "allan" : "psd");
-  $("second-view").onchange = event => open(event.target.value);
+  $("two").onclick = () => setSecondView(second.name ? null : shown.view?.name === "psd" ? "allan" : "psd");
+  $("second-view").onchange = event => setSecondView(event.target.value);
   new ResizeObserver(() => { if (second.view && $("plot2").data) Plotly.Plots.resize($("plot2")); }).observe($("second"));
 }

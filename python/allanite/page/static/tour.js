@@ -1,5 +1,5 @@
 // A one-minute tour: a sentence about each part of the page, shown next to the part and never over it.
-import { $, S, act, busy, say } from "./core.js";
+import { $, S, act, busy, showMessage } from "./core.js";
 
 // Each step describes the first of its elements that is visible.
 const STEPS = [
@@ -14,32 +14,32 @@ const STEPS = [
 const ROOM = 10;
 let at = 0, opener = null, timer = 0;
 
-const subject = () => STEPS[at][1].map(s => document.querySelector(s)).find(n => n && n.getClientRects().length);
+const describedElement = () => STEPS[at][1].map(s => document.querySelector(s)).find(n => n && n.getClientRects().length);
 
 // Without a log the example is opened first.
-export async function tour(from) {
+export async function startTour(from) {
   if (timer) return;
   opener = from;
   if (!S.state.log && !await act({ do: "example" })) return;
   while (busy() || S.state.log && S.state.ladder.length && !document.body.dataset.drawn) await new Promise(done => setTimeout(done, 100));
-  if (!S.state.ladder.length) { say("The tour needs a log that can be read: set its rate and units first, or open another log"); return; }
+  if (!S.state.ladder.length) { showMessage("The tour needs a log that can be read: set its rate and units first, or open another log"); return; }
   if (timer) return;
-  S.hooks.go("allan");
+  S.hooks.openView("allan");
   $("tour").show(); $("tour-frame").hidden = false;
   // The frame follows its element, which may move or be redrawn.
-  timer = setInterval(place, 200);
-  show(0);
+  timer = setInterval(placeFrame, 200);
+  showStep(0);
   $("tour-next").focus();
 }
-function end() {
+function endTour() {
   if (!timer) return;
   clearInterval(timer); timer = 0;
   const inside = $("tour").contains(document.activeElement);
   $("tour").close(); $("tour-frame").hidden = true;
   if (inside || document.activeElement === document.body) (opener && opener.isConnected && opener.getClientRects().length ? opener : $("keys")).focus();
 }
-function show(to) {
-  if (to >= STEPS.length) { end(); return; }
+function showStep(to) {
+  if (to >= STEPS.length) { endTour(); return; }
   at = Math.max(0, to);
   const last = at === STEPS.length - 1;
   $("tour-title").textContent = STEPS[at][0];
@@ -48,16 +48,16 @@ function show(to) {
   $("tour-next").textContent = last ? "Done" : "Next";
   // `disabled` would remove the focus.
   $("tour-back").setAttribute("aria-disabled", at === 0);
-  const target = subject();
+  const target = describedElement();
   if (target && !target.closest("header")) {
     target.scrollIntoView({ block: "nearest", inline: "nearest" });
     // On a narrow page the header stays on top: scroll the part below it, with the text below the part.
     if (document.body.scrollHeight > innerHeight + 1) scrollBy(0, target.getBoundingClientRect().top - document.querySelector("header").offsetHeight - ROOM);
   }
-  place();
+  placeFrame();
 }
-function place() {
-  const target = subject();
+function placeFrame() {
+  const target = describedElement();
   if (!target) return;
   const r = target.getBoundingClientRect(), frame = $("tour-frame").style, box = $("tour").getBoundingClientRect();
   Object.assign(frame, { left: `${r.left - 4}px`, top: `${r.top - 4}px`, width: `${r.width + 8}px`, height: `${r.height + 8}px` });
@@ -69,17 +69,17 @@ function place() {
   Object.assign($("tour").style, { left: `${left}px`, top: `${top}px` });
 }
 export function listenTour() {
-  $("tour-next").onclick = () => show(at + 1);
-  $("tour-back").onclick = () => show(at - 1);
-  $("tour-end").onclick = end;
-  $("help-tour").onclick = () => { $("help").close(); tour($("keys")); };
+  $("tour-next").onclick = () => showStep(at + 1);
+  $("tour-back").onclick = () => showStep(at - 1);
+  $("tour-end").onclick = endTour;
+  $("help-tour").onclick = () => { $("help").close(); startTour($("keys")); };
   $("tour").addEventListener("keydown", event => {
     const by = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
-    if (by) { show(at + by); event.preventDefault(); }
+    if (by) { showStep(at + by); event.preventDefault(); }
   });
   document.addEventListener("keydown", event => {
     if (event.key !== "Escape" || !timer || event.target.matches("input, select") || document.querySelector("dialog:modal")) return;
-    event.stopPropagation(); end();
+    event.stopPropagation(); endTour();
   }, true);
-  for (const name of ["resize", "scroll"]) addEventListener(name, () => timer && place(), true);
+  for (const name of ["resize", "scroll"]) addEventListener(name, () => timer && placeFrame(), true);
 }
