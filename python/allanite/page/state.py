@@ -146,9 +146,9 @@ def _is_sensor(name: str) -> bool:
 
 
 def _column_state(tab: Tab, step: Step | None) -> str:
-    """State of a column: ``new``, ``fitted``, ``adequate``, ``is_within_tolerance`` (the tolerance) or ``fails``.
+    """State of a column, given its current step: ``new``, ``fitted``, ``adequate``, ``within`` or ``fails``.
 
-    ``fitted`` is not checked yet, and ``is_within_tolerance`` is not adequate.
+    ``new`` has no fit, and ``fitted`` is not checked yet. ``within`` is not adequate, but within the tolerance.
     """
     if step is None:
         return "new"

@@ -205,8 +205,8 @@ class TabState:
     def append_step(self, job: Job, step: Step, column: int) -> None:
         """Add `step` after the current step of a column, and make it the current one; later steps are dropped.
 
-        The estimates of its fit are computed first, and the list of removed effects is updated. Raises `Ended` if the
-        job was canceled.
+        Computes the estimates of its fit first, and updates the list of removed effects. Raises `Ended` if the job was
+        canceled.
         """
         cache_results(step.fit)
         with self.changing(job):
@@ -223,7 +223,7 @@ class TabState:
         self.work.removed[column] = [*(e for e in tray if e.kind not in kinds), *gone]
 
     def is_within_tolerance(self, step: Step) -> bool:
-        """True if the model discrepancy of a step (%) is below the tolerance; False if no tolerance is set."""
+        """True if the model discrepancy of a step (%) is below the user's tolerance; False if no tolerance is set."""
         return self.tolerance is not None and step.fit.discrepancy.percent < self.tolerance
 
     def finished_check(self, job: Job, step: Step) -> Check:
@@ -249,7 +249,7 @@ class TabState:
         return step.study.check
 
     def check_until_interrupted(self, job: Job, step: Step) -> None:
-        """Check a step in a job that any action of the user cancels (sets `gives_way`).
+        """Check a step in a job that gives way: any action of the user cancels it. Sets `job.gives_way`.
 
         A check that exists is not repeated. Returns when the audit of the samples is also finished.
         """

@@ -134,11 +134,11 @@ class Work:
         return self._columns[column]
 
     def select_column(self, column: int) -> None:
-        """Make `column` the current column; this cannot be undone."""
+        """Make the column with index `column` the current one; this change cannot be undone."""
         self.history[self.state_index] = replace(self.board, column=column)
 
     def set_steps(self, column: int, column_steps: ColumnSteps) -> None:
-        """Store new steps of a column as a state to undo, and drop undone states and undone selections of a part.
+        """Store new steps of a column as a new state for undo; undone states and undone selections of a part are dropped.
 
         The first fit of a column adds no state: it is written into all states.
         """

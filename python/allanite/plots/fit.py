@@ -55,8 +55,8 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
 def plot_check(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
     """`Figure` as from `plot_fit`, with failing ranges shaded and the strongest missing effect in the subtitle.
 
-    Panels on the right show the samples over time if the model fails at some time, or if a missing effect is a function
-    of time or follows a logged column. The column is drawn below the samples.
+    Panels on the right show the samples over time if the model fails at some time. They also appear if a missing effect
+    is a function of time or follows a logged column, which is drawn below the samples.
     Written to `path` (SVG, PNG, PDF) if given; raises as `plot_fit`.
     """
     fit = check.fit

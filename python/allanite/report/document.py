@@ -52,7 +52,7 @@ class Entry:
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/report/1``, which combines the documents of adev, check, improve and fit.
 
-        ``adev`` is the document of ``adev --json``, ``check`` that of the first model, ``improve`` that of the stepwise
+        ``adev`` is the document of ``adev --json``. ``check`` is that of the first model, ``improve`` that of the stepwise
         model building, and ``fit`` that of the last model. ``left`` holds the findings of the last check.
         """
         shown, last = self.to_shown_dict(), self.study.check

@@ -186,8 +186,7 @@ def _column_units(unit: str | None, names: list[str]) -> list[str]:
 def _read_table(path: Path) -> tuple[list[str], Array]:
     """Tuple (header, numbers) of a table: names of the columns (empty without any), and an array of shape (rows, columns).
 
-    Raises `InputError` for a file that is no text, for a row that is not one of numbers, and for a table that is too
-    small.
+    Raises `InputError` if the file is no text, a row has other cells than numbers, or the table is too small.
     """
     return _header_and_numbers(read_table(path, text.all_numbers))
 

@@ -82,7 +82,7 @@ def chips(
 
 
 def failures(study: Study) -> list[dict[str, Any]]:
-    """List of dicts (text, view, place) of what speaks against the model; empty for an adequate study.
+    """List of dicts (text, view, place) of the reasons why a model is not adequate; empty for an adequate study.
 
     These are the failures of the check, or, if the check is adequate and the study is not, the doubts of the study.
     View and place are None if no view shows the failure.
@@ -222,7 +222,7 @@ def _limits(effect: Effect, name: str, factor: float) -> list[float | None] | No
 
 
 def cards(check: Check, unit: str | None = None) -> list[dict[str, Any]]:
-    """List of one dict per significant suggestion, at most 8; without any, for the two best suggestions.
+    """List of one dict per suggested effect: the significant suggestions, at most 8; without any, the two best suggestions.
 
     `unit` is the sample unit of the displayed values, `SHEET`, or None for that of the recording.
     """
@@ -293,7 +293,7 @@ def _line_range(fit: Fit, effect: Effect) -> tuple[float, float] | None:
 
 
 def _frequency_range_text(ends: Sequence[float] | None, duration: float) -> str:
-    """Text of a frequency range, `` at 38 Hz``, `` between 1 and 2 Hz`` or, below 0.01 Hz, `` at periods of 5 min to 2 h``.
+    """Text of a frequency range: `` at 38 Hz`` or `` between 1 and 2 Hz``; below 0.01 Hz `` at periods of 5 min to 2 h``.
 
     Periods that exceed the `duration` (s) of the record have no upper end. Empty for None.
     """

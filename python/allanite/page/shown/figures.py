@@ -160,7 +160,10 @@ def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
 
 @lru_cache(maxsize=4)
 def _close_up(check: Check) -> Panel | None:
-    """`Panel` with the narrow range in which a check's model fails most, over time; None without such a range. Cached."""
+    """`Panel` of the narrow frequency range in which a check's model fails most, over time; None without such a range.
+
+    Cached.
+    """
     return failing_range_panel(check)
 
 
@@ -248,10 +251,10 @@ def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
 
 
 def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of two steps, or of the column, a simulated sensor, other logs or columns, and a data sheet.
+    """`Figure` of two steps if the user compares them, else of measured, simulated and stated Allan deviations.
 
-    Two steps if the user compares them. Other columns of the log appear only if they have the same unit and no other
-    log is compared. The subtitle names curves that are not drawn.
+    These are the current column, other logs, a sensor simulated from the fit, and a data sheet. Other columns of the log
+    appear only if they have the same unit and no other log is compared. The subtitle names curves that are not drawn.
     """
     from allanite.comparison import Drawn, compare
     from allanite.plots import plot_compare
@@ -327,11 +330,11 @@ def _with_source_colors(figure: Figure) -> Figure:
 
 
 def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """`Figure` with a panel for each quantity: error growth since the last fix, by effect and in total.
+    """`Figure` of the error growth since the last fix, by effect and in total, with a panel for each quantity.
 
-    The option ``aided`` is the averaging before the fix in s (default 60, at most 1/40 of the record). ``until`` is the
-    end (default 600, at most 1/10). Measured errors are drawn with 95 % intervals unless the record is too short, and
-    compared in the headline.
+    Options: ``aided``, time in s over which the bias was averaged before the fix (default 60 s, or 1/40 of a shorter
+    record), and ``until``, the last time in s (default 600 s, or 1/10 of a shorter record). Measured errors are drawn with
+    95 % intervals unless the record is too short, and compared in the headline.
     """
     from allanite.statespace.growth import error_growth, measured_growth
 

@@ -83,9 +83,9 @@ def _column_paths(work: Work) -> list[str | None]:
 
 
 def _log_curve(column: Recording) -> Any:
-    """Pair (log10 τ, log10 deviation) of up to `POINTS` points of a column; None if fewer than three have a value.
+    """Pair (log10 τ, log10 deviation) of up to `POINTS` points of the Allan deviation of a column.
 
-    None, too, for samples that `oadev` refuses.
+    None if fewer than three points have a value, or if `oadev` refuses the samples.
     """
     try:
         found = column.oadev()
@@ -101,7 +101,7 @@ def _log_curve(column: Recording) -> Any:
 
 
 def _svg_path(curve: Any, alike: list[Any]) -> str:
-    """Text of the SVG path of a curve, on the scale that fits all curves in `alike`."""
+    """Text of the SVG path of one curve (log10 τ, log10 deviation), on the scale that fits all curves in `alike`."""
     left, right = min(c[0][0] for c in alike), max(c[0][-1] for c in alike)
     low, high = min(c[1].min() for c in alike), max(c[1].max() for c in alike)
     across = 100.0 * (curve[0] - left) / max(right - left, 1e-9)

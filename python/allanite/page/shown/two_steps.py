@@ -62,9 +62,9 @@ def two_models_figure(column_steps: ColumnSteps, other: Step) -> Figure:
 
 
 def differences(tab: Tab) -> dict[str, Any] | None:
-    """Dict with the differences between the current and the compared step; None if either is missing.
+    """Dict of the differences between the current step and the step compared with it; None if either is missing.
 
-    Keys: ``at`` (place of the compared step), ``heads``, ``models`` and ``rows``.
+    Keys: ``at`` (index of the compared step), ``heads``, ``models`` and ``rows`` of the table.
     """
     column_steps, other = tab.column_steps, tab.compared_step
     if other is None or column_steps.step is None:

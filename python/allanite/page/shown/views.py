@@ -56,7 +56,7 @@ def view(
 def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) -> dict[str, Any]:
     """Dict of a view in the units that the viewer chose: plotly's data and layout, title, headline, subtitle and flags.
 
-    The headline is the subtitle's part before its last line, or empty. Fitted figures also contain ``drag_data`` curves;
+    The headline is the subtitle's part before its last line, or empty. Fitted figures also contain ``live`` curves;
     ``"allan"`` readings of coefficients and ``units``.
     """
     look = theme_of(theme)
