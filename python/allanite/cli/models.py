@@ -41,10 +41,10 @@ class NamedModel:
         if self.unit is None or self.unit == unit:
             return self.model
         factor = conversion(self.unit, unit)
-        return type(self.model)(tuple(_scaled(effect, factor) for effect in self.model))
+        return type(self.model)(tuple(_scaled_effect(effect, factor) for effect in self.model))
 
 
-def _scaled(effect: Effect, factor: float) -> Effect:
+def _scaled_effect(effect: Effect, factor: float) -> Effect:
     """Copy of an effect; parameters and limits that have the unit of the samples are multiplied by `factor`."""
     names = {p.name for p in effect.parameters if not isinstance(p.unit, str)}
     values = {k: v for k, v in effect.values.items() if k in names and v is not None}

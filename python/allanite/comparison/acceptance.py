@@ -313,7 +313,7 @@ def _verdict_on_coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVe
     low, high = (scale * end for end in measured.interval)
     value = scale * float(measured) if measured.detected else None
     low = low if measured.detected else 0.0
-    verdict = _verdict(low, high, limit)
+    verdict = _verdict_on_interval(low, high, limit)
     power = known_figures()[figure.name][1]
     assert not isinstance(power, str)
     needs = None
@@ -324,7 +324,7 @@ def _verdict_on_coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVe
     )
 
 
-def _verdict(low: float, high: float, limit: float) -> str:
+def _verdict_on_interval(low: float, high: float, limit: float) -> str:
     """Verdict on an interval low … high: ``"meets"``, ``"does not meet"`` or ``"undecided"``.
 
     It meets the limit if `high` does not exceed it, and does not meet it if `low` exceeds it.
@@ -378,7 +378,7 @@ def _verdict_on_minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdic
     found = allan_minimum(fit)
     assert found.interval is not None
     low, high = (scale * end for end in found.interval)
-    verdict = _verdict(low, high, limit)
+    verdict = _verdict_on_interval(low, high, limit)
     value = scale * float(found)
     needs, remark = None, ""
     if not found.detected:

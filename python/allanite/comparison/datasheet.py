@@ -154,7 +154,7 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
         ratio = Estimate(
             measured.value / expected,
             None if measured.std_error is None else measured.std_error / expected,
-            _scaled(measured.interval, 1 / expected),
+            _scaled_interval(measured.interval, 1 / expected),
             "1",
             measured.detected,
             f"{figure.name} ratio",
@@ -187,7 +187,9 @@ def with_figures(model: Model, sheet: DataSheet) -> Model:
     return model
 
 
-def _scaled(interval: tuple[float, float] | None, factor: float) -> tuple[float, float] | None:
+def _scaled_interval(
+    interval: tuple[float, float] | None, factor: float
+) -> tuple[float, float] | None:
     """Tuple (low, high): `interval` multiplied by `factor`; None for None."""
     return None if interval is None else (interval[0] * factor, interval[1] * factor)
 
@@ -255,10 +257,10 @@ def _remark_on_unit(figure: Quoted, ratio: Estimate) -> str:
     """Text of the typical mistake (such as a wrong unit) that explains a ratio; empty if none does, or if not detected."""
     if not ratio.detected:
         return ""
-    return mistake_text(figure.coefficient, ratio.value, _tolerance(ratio))
+    return mistake_text(figure.coefficient, ratio.value, _log_ratio_tolerance(ratio))
 
 
-def _tolerance(ratio: Estimate) -> float:
+def _log_ratio_tolerance(ratio: Estimate) -> float:
     """Tolerance of ln(ratio): three standard errors of ln(ratio), at least 0.05."""
     width = 3 * (ratio.std_error or 0.0) / ratio.value if ratio.value > 0 else 0.0
     return max(width, 0.05)
@@ -278,7 +280,7 @@ def _remark_on_skipped_samples(
     ):
         return ""
     folded = sheet.folded(recording.rate)
-    slack = math.exp(min(_tolerance(ratio), 0.1))
+    slack = math.exp(min(_log_ratio_tolerance(ratio), 0.1))
     if folded is None or not folded[0] / slack <= ratio.value <= folded[1] * slack:
         return ""
     return (

@@ -310,7 +310,7 @@ def _choose_walk(target: _FollowedModel) -> Choice:
     if plain is not None:
         return plain
     N, K, _ = target.refine_best(target.candidates_on_grid([np.inf]))
-    return Choice(N, K, remarks=_remarks(target, N, "K", K, fitted))
+    return Choice(N, K, remarks=_remarks_on_numbers(target, N, "K", K, fitted))
 
 
 @lru_cache(maxsize=64)
@@ -327,7 +327,7 @@ def _choose_gauss_markov(target: _FollowedModel, time: float | None) -> Choice:
     N, q_c, T = target.refine_best(
         target.candidates_on_grid(target.times if time is None else [time])
     )
-    return Choice(N, 0.0, q_c, T, remarks=_remarks(target, N, "lag", q_c, 0.0))
+    return Choice(N, 0.0, q_c, T, remarks=_remarks_on_numbers(target, N, "lag", q_c, 0.0))
 
 
 def negligible_walk(N: float, axis: Axis) -> float:
@@ -383,7 +383,7 @@ def _nees_of(target: _FollowedModel, choice: Choice) -> Array:
     return target.nees(ratio, time)[0] / choice.N**2
 
 
-def _remarks(
+def _remarks_on_numbers(
     target: _FollowedModel, N: float, name: str, value: float, fitted: float
 ) -> tuple[tuple[str, str], ...]:
     """Tuple of pairs (name, remark) on N and the slow coefficient called `name`.

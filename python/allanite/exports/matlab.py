@@ -66,7 +66,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             if not any(found):
                 continue
             numbers, axis_remarks = numbers_in_xyz(own, [(v,) for v in found])
-            lines.append(f"% {member} {key} in {suffix}{_remarks(pairs, name)}\n")
+            lines.append(f"% {member} {key} in {suffix}{_remarks_text(pairs, name)}\n")
             arguments.append(f"'{key}', [{' '.join(f'{v:.6e}' for (v,) in numbers)}]")
             if name == "B":
                 poles = max(1, round(MEMORY_HORIZONS * max(a.horizon for a in own) * fs))
@@ -122,7 +122,7 @@ def _has_others(axis: Axis) -> bool:
     )
 
 
-def _remarks(pairs: Sequence[tuple[Axis, Choice]], name: str) -> str:
+def _remarks_text(pairs: Sequence[tuple[Axis, Choice]], name: str) -> str:
     """Remarks on the number `name`, as text to append to a comment (``; remark; x, y: remark``), or an empty text.
 
     A remark that does not hold for all axes names its axes.

@@ -93,10 +93,13 @@ def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
         **{name: getattr(recording, name) for name in KEPT},
         "covariates": dict(recording.covariates),
         "covariate_units": dict(recording.covariate_units),
-        "stamps": None if recording.stamps is None else _fields(recording.stamps),
-        "told": [{**_fields(one), "values": dict(one.values)} for one in recording.told],
+        "stamps": None if recording.stamps is None else _fields_of_dataclass(recording.stamps),
+        "told": [
+            {**_fields_of_dataclass(one), "values": dict(one.values)} for one in recording.told
+        ],
         "log_columns": [
-            {**_fields(one), "sources": dict(one.sources)} for one in recording.log_columns
+            {**_fields_of_dataclass(one), "sources": dict(one.sources)}
+            for one in recording.log_columns
         ],
     }
 
@@ -105,7 +108,7 @@ def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
 KEPT = ("samples", "rate", "units", "quantity", "columns", "path", "epoch", "times")
 
 
-def _fields(record: Any) -> dict[str, Any]:
+def _fields_of_dataclass(record: Any) -> dict[str, Any]:
     """Dict from name to value of the fields of a dataclass instance."""
     return {field.name: getattr(record, field.name) for field in fields(record)}
 

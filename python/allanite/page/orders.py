@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 EXAMPLE = "N(N=1e-4)+B(B=2e-5)+K(K=2e-7)+GM(q_c=3e-5,correlation_time=20)+SIN(frequency=1.7,amplitude=3e-5)"
 
 
-def act(tab: Tab, order: Any) -> None:
+def carry_out(tab: Tab, order: Any) -> None:
     """Carry out an action that the browser requests.
 
     Raises
@@ -42,7 +42,7 @@ def act(tab: Tab, order: Any) -> None:
     action(tab, order)
 
 
-def _integer(order: dict[str, Any], name: str) -> int:
+def _integer_of(order: dict[str, Any], name: str) -> int:
     """Integer called `name` of an order; raises InputError if it is missing or no integer."""
     value = order.get(name)
     if not isinstance(value, int) or isinstance(value, bool):
@@ -50,7 +50,7 @@ def _integer(order: dict[str, Any], name: str) -> int:
     return value
 
 
-def _number(order: dict[str, Any], name: str) -> float | None:
+def _number_of(order: dict[str, Any], name: str) -> float | None:
     """Float called `name` of an order; None if it is missing or an empty text.
 
     Raises `InputError` if it is no number.
@@ -64,7 +64,7 @@ def _number(order: dict[str, Any], name: str) -> float | None:
         raise InputError(f"{name} must be a number, found {str(value)[:40]!r}") from None
 
 
-def _text(order: dict[str, Any], name: str) -> str | None:
+def _text_of(order: dict[str, Any], name: str) -> str | None:
     """Text called `name` of an order; None if it is missing or empty.
 
     Raises `InputError` if it is no text of up to 2000 characters.
@@ -92,16 +92,16 @@ def _read_again(tab: Tab, order: dict[str, Any]) -> None:
     for unit in units.values():
         parse_unit(unit[:80])
     before = tab.sources[tab.source_index].reading
-    rate = _number(order, "rate")
+    rate = _number_of(order, "rate")
     # The form returns a rate that was confirmed before with eight digits.
     same = rate is not None and before.rate is not None and isclose(rate, before.rate, rel_tol=1e-7)
     reading = replace(
         before,
         rate=rate,
         overrides_rate=before.overrides_rate and same,
-        unit=_text(order, "unit"),
-        quantity=_text(order, "quantity"),
-        time_column=_text(order, "time_column"),
+        unit=_text_of(order, "unit"),
+        quantity=_text_of(order, "quantity"),
+        time_column=_text_of(order, "time_column"),
         columns=tuple(names),
         units=dict(units),
     )
@@ -127,7 +127,7 @@ def _time_range(tab: Tab, order: dict[str, Any]) -> Segment | None:
     The order counts from the start of the analyzed part, to which the range is limited. Raises `InputError` for an
     empty range.
     """
-    start, end = _number(order, "from"), _number(order, "to")
+    start, end = _number_of(order, "from"), _number_of(order, "to")
     if start is None or end is None:
         return None
     span, _out = tab.work.part
@@ -155,7 +155,7 @@ def _include_segment(tab: Tab, order: dict[str, Any]) -> None:
     Raises `InputError` if there is none.
     """
     span, out = tab.work.part
-    number = _integer(order, "number")
+    number = _integer_of(order, "number")
     if not 0 <= number < len(out):
         raise InputError("This segment is already included")
     tab.analyze_part((span, (*out[:number], *out[number + 1 :])))
@@ -166,7 +166,7 @@ def _read_with_rate(tab: Tab, order: dict[str, Any]) -> None:
 
     Raises `InputError` without a rate, or for a recording that was passed in Python.
     """
-    source, rate = tab.source, _number(order, "rate")
+    source, rate = tab.source, _number_of(order, "rate")
     if source is None or tab.source_index is None or rate is None:
         raise InputError("Give a rate, in Hz")
     if source.recording is not None:
@@ -179,7 +179,7 @@ def _read_moving_log(tab: Tab, order: dict[str, Any]) -> None:
 
     Raises `InputError` for any other ``how``.
     """
-    source, how = tab.source, _text(order, "how")
+    source, how = tab.source, _text_of(order, "how")
     if source is None or tab.source_index is None or how not in ("quiet", "anyway"):
         raise InputError('Choose the part of the log: "quiet" or "anyway"')
     tab.open(tab.source_index, replace(source.reading, motion=how))
@@ -202,16 +202,16 @@ def _improve(tab: Tab, order: dict[str, Any]) -> None:
 
 def _hold_parameter(tab: Tab, order: dict[str, Any]) -> None:
     """Start a job that fits with a parameter held at a value in the displayed unit, or free without a value."""
-    place, name = _integer(order, "place"), _text(order, "name") or ""
-    value = _number(order, "value")
+    place, name = _integer_of(order, "place"), _text_of(order, "name") or ""
+    value = _number_of(order, "value")
     tab.hold(place, name, None if value is None else value * _factor_to_own_unit(tab, place, name))
 
 
 def _limit_parameter(tab: Tab, order: dict[str, Any]) -> None:
     """Start a job that fits with the limits of the order, given in the displayed unit; a missing limit is an open end."""
-    place, name = _integer(order, "place"), _text(order, "name") or ""
+    place, name = _integer_of(order, "place"), _text_of(order, "name") or ""
     factor = _factor_to_own_unit(tab, place, name)
-    low, high = (_number(order, end) for end in ("low", "high"))
+    low, high = (_number_of(order, end) for end in ("low", "high"))
     tab.limit(
         place,
         name,
@@ -225,8 +225,8 @@ def _try_value(tab: Tab, order: dict[str, Any]) -> None:
 
     Raises `InputError` without a value.
     """
-    place, name = _integer(order, "place"), _text(order, "name") or ""
-    value = _number(order, "value")
+    place, name = _integer_of(order, "place"), _text_of(order, "name") or ""
+    value = _number_of(order, "value")
     if value is None:
         raise InputError("enter a number")
     tab.try_value(place, name, value * _factor_to_own_unit(tab, place, name))
@@ -248,7 +248,7 @@ def _set_unit(tab: Tab, order: dict[str, Any]) -> None:
 
     Raises `InputError` for a unit that is not offered.
     """
-    unit = _text(order, "unit")
+    unit = _text_of(order, "unit")
     offered = [u["value"] for u in chip_units(tab.log.unit)]
     if unit is not None and unit not in offered:
         raise InputError(f"values of this log cannot be shown in {unit[:40]!r}")
@@ -258,7 +258,7 @@ def _set_unit(tab: Tab, order: dict[str, Any]) -> None:
 
 def _compare_steps(tab: Tab, order: dict[str, Any]) -> None:
     """Set the step with which the current one is compared; an order without a step ends the comparison."""
-    tab.compare_steps(None if order.get("rung") is None else _integer(order, "rung"))
+    tab.compare_steps(None if order.get("rung") is None else _integer_of(order, "rung"))
 
 
 def _compare_log(tab: Tab, order: dict[str, Any]) -> None:
@@ -266,7 +266,7 @@ def _compare_log(tab: Tab, order: dict[str, Any]) -> None:
 
     Raises `InputError` if the log does not exist or cannot be read.
     """
-    number = _integer(order, "log")
+    number = _integer_of(order, "log")
     if not 0 <= number < len(tab.sources):
         raise InputError(f"there is no log {number}")
     compare_with(tab, tab.sources[number])
@@ -274,7 +274,7 @@ def _compare_log(tab: Tab, order: dict[str, Any]) -> None:
 
 def _end_comparison(tab: Tab, order: dict[str, Any]) -> None:
     """Remove the recording of the given name from the comparison; an order without a name removes the data sheet."""
-    name = _text(order, "name")
+    name = _text_of(order, "name")
     tab.others = [(n, r) for n, r in tab.others if n != name]
     if name is None:
         tab.sheet = None
@@ -283,21 +283,21 @@ def _end_comparison(tab: Tab, order: dict[str, Any]) -> None:
 
 _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
     "open": lambda tab, order: tab.open(
-        _integer(order, "log"),
-        column=None if order.get("column") is None else _integer(order, "column"),
+        _integer_of(order, "log"),
+        column=None if order.get("column") is None else _integer_of(order, "column"),
     ),
     "read": _read_again,
-    "column": lambda tab, order: tab.open_column(_integer(order, "column")),
-    "model": lambda tab, order: tab.fit(_text(order, "model") or ""),
-    "add": lambda tab, order: tab.add(_integer(order, "number")),
-    "remove": lambda tab, order: tab.remove(_integer(order, "place")),
+    "column": lambda tab, order: tab.open_column(_integer_of(order, "column")),
+    "model": lambda tab, order: tab.fit(_text_of(order, "model") or ""),
+    "add": lambda tab, order: tab.add(_integer_of(order, "number")),
+    "remove": lambda tab, order: tab.remove(_integer_of(order, "place")),
     "hold": _hold_parameter,
     "limits": _limit_parameter,
     "what-if": _try_value,
     "drop": lambda tab, _order: tab.discard_trial(),
     "fit-tried": lambda tab, _order: tab.fit_from_trial(),
-    "put": lambda tab, order: tab.add_by_name(_text(order, "effect") or ""),
-    "back": lambda tab, order: tab.restore(_integer(order, "place")),
+    "put": lambda tab, order: tab.add_by_name(_text_of(order, "effect") or ""),
+    "back": lambda tab, order: tab.restore(_integer_of(order, "place")),
     "example": lambda tab, _order: _open_example(tab),
     "take": _analyze_part,
     "leave-out": _exclude_segment,
@@ -305,8 +305,8 @@ _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
     "rate": _read_with_rate,
     "motion": _read_moving_log,
     "improve": _improve,
-    "tolerance": lambda tab, order: tab.set_tolerance(_number(order, "percent")),
-    "go": lambda tab, order: tab.go_to_step(_integer(order, "rung")),
+    "tolerance": lambda tab, order: tab.set_tolerance(_number_of(order, "percent")),
+    "go": lambda tab, order: tab.go_to_step(_integer_of(order, "rung")),
     "undo": lambda tab, _order: tab.undo(),
     "redo": lambda tab, _order: tab.redo(),
     "cancel": lambda tab, _order: tab.cancel(),

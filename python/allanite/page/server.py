@@ -17,10 +17,10 @@ from urllib.parse import quote
 from allanite.common.documents import jsonable
 from allanite.common.errors import AllaniteError, InputError
 from allanite.page.guard import Guard
-from allanite.page.orders import act
+from allanite.page.orders import carry_out
 from allanite.page.sessions import GRACE_S, Sessions
 from allanite.page.shown import documents
-from allanite.page.shown.parts import part
+from allanite.page.shown.parts import page_data
 from allanite.page.shown.views import view
 from allanite.page.source import Source, check_name
 from allanite.page.state import state, work
@@ -153,14 +153,18 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
 
     async def get_part(request: Request) -> Any:
-        """Data that `part` returns for the name in the path, with the query parameters as options."""
+        """Data that `page_data` returns for the name in the path, with the query parameters as options."""
         name = request.path_params["name"]
-        return await run_in_threadpool(part, sessions.tab(request), name, query_options(request))
+        return await run_in_threadpool(
+            page_data, sessions.tab(request), name, query_options(request)
+        )
 
     async def post_act(request: Request) -> Any:
         """Dict with the state of the tab after an action of the user. Raises `InputError` for an action over 4 MB."""
         tab = sessions.tab(request)
-        await run_in_threadpool(act, tab, _json_of_body(await _limited_body(request, MOST_ACTION)))
+        await run_in_threadpool(
+            carry_out, tab, _json_of_body(await _limited_body(request, MOST_ACTION))
+        )
         return await run_in_threadpool(state, tab)
 
     async def upload(request: Request) -> Any:

@@ -248,14 +248,14 @@ def part_of(whole: Recording, span: Segment | None, out: tuple[Segment, ...]) ->
     part = whole if span is None else whole.trim(*span)
     begin = 0.0 if span is None else max(span[0], 0.0)
     if out:
-        part = _without(part, [(a - begin, b - begin) for a, b in out])
+        part = _with_excluded_segments(part, [(a - begin, b - begin) for a, b in out])
     left = part.n - (part.missing if out else 0)
     if left < MIN_SAMPLES:
         raise InputError(f"{left} samples are too few: select at least {MIN_SAMPLES}")
     return part
 
 
-def _without(part: Recording, out: list[Segment]) -> Recording:
+def _with_excluded_segments(part: Recording, out: list[Segment]) -> Recording:
     """Copy of the recording with NaN in the segments `out`, (start, end) in s from its start."""
     samples = np.array(part.samples, dtype=np.promote_types(part.samples.dtype, np.float32))
     for stretch in out:

@@ -9,7 +9,7 @@ from allanite.common.units import parse_unit
 from allanite.effects import standard
 from allanite.page.edits import SHEET
 from allanite.page.shown.cards import (
-    alternatives,
+    alternatives_sentence,
     cards,
     chips,
     failures,
@@ -19,7 +19,7 @@ from allanite.page.shown.cards import (
 )
 from allanite.page.shown.documents import sheet_rows, targets
 from allanite.page.shown.figures import effect_colors
-from allanite.page.shown.offers import offers, sentence
+from allanite.page.shown.offers import capitalized, remedy_buttons
 from allanite.page.shown.two_steps import differences
 from allanite.page.source import Reading
 from allanite.page.words import WORDS
@@ -101,7 +101,7 @@ def state(tab: Tab) -> dict[str, Any]:
         "within": step is not None and check is not None and tab.is_within_tolerance(step),
         "where": [] if study is None else failures(study),
         "view": None if study is None else most_informative_view(study),
-        "alternatives": None if study is None else alternatives(study),
+        "alternatives": None if study is None else alternatives_sentence(study),
         "cards": [] if check is None else cards(check, tab.unit),
         "ladder": step_rows(column_steps.steps),
         "at": column_steps.at,
@@ -291,8 +291,8 @@ def _recording_record(tab: Tab) -> dict[str, Any]:
         "audit": [
             {
                 "severity": f.severity,
-                "message": sentence(f.worded(WORDS)),
-                "offers": offers(f, column.rate, column.duration),
+                "message": capitalized(f.worded(WORDS)),
+                "offers": remedy_buttons(f, column.rate, column.duration),
             }
             for f in found
         ],

@@ -25,7 +25,7 @@ SCHEMA = "allanite/page-study/2"
 MOST = 100
 
 
-def study(tab: Tab) -> dict[str, Any]:
+def study_document(tab: Tab) -> dict[str, Any]:
     """Dict of the steps of all columns for a file: models with values, without samples.
 
     Columns without steps are left out. Raises `InputError` if nothing is fitted.

@@ -57,10 +57,10 @@ def _in_figure_unit(panel: Panel) -> Panel:
         scaled = sample_axis(unit, scaled, quantity.words)
     else:
         scaled = deviation_axis(unit, scaled, quantity.words)
-    return replace(panel, y=scaled, marks=tuple(_scaled(mark, factor) for mark in panel.marks))
+    return replace(panel, y=scaled, marks=tuple(_scaled_mark(mark, factor) for mark in panel.marks))
 
 
-def _scaled(mark: Mark, factor: float) -> Mark:
+def _scaled_mark(mark: Mark, factor: float) -> Mark:
     """Copy of a mark with its y values multiplied by a factor: line, points, band or horizontal rule; others unchanged."""
     match mark:
         case Line():

@@ -324,7 +324,9 @@ def _card_blocks(check: Any, place: str) -> list[Block]:
         for rank, suggestion in group:
             if left > 0:
                 at = rank - 1
-                cards.append(_card(check, suggestion, suggestion.to_dict(), f"{place}.{at}", rank))
+                cards.append(
+                    _suggestion_card(check, suggestion, suggestion.to_dict(), f"{place}.{at}", rank)
+                )
             else:
                 rest.append(check.fit.display_name(suggestion.effect))
             left -= 1
@@ -333,7 +335,9 @@ def _card_blocks(check: Any, place: str) -> list[Block]:
     return cards
 
 
-def _card(check: Any, suggestion: Any, described: dict[str, Any], place: str, rank: int) -> Card:
+def _suggestion_card(
+    check: Any, suggestion: Any, described: dict[str, Any], place: str, rank: int
+) -> Card:
     """`Card` of a suggestion: values, evidence, size, alternatives, and how to confirm it. Its title begins with `rank`.
 
     Without alternatives their row is left out.

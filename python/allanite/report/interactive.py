@@ -47,22 +47,22 @@ class PlotlyFigures:
 
     def scripts(self) -> str:
         """HTML text of the script elements: plotly, the stored figures, and the program that draws them."""
-        library, draw = (f"<script>{text}</script>" for text in _programs())
+        library, draw = (f"<script>{text}</script>" for text in _script_sources())
         return "\n".join([library, *self.documents, f"{draw}\n"])
 
     def sources(self) -> str:
         """Text with the digests of the two programs in `scripts`, as sources for a content security policy."""
-        return " ".join(f"'sha256-{_digest(text)}'" for text in _programs())
+        return " ".join(f"'sha256-{_base64_digest(text)}'" for text in _script_sources())
 
 
-def _programs() -> tuple[str, str]:
+def _script_sources() -> tuple[str, str]:
     """Tuple (source of plotly, source of the drawing program), with the line ends for which browsers compute digests."""
     from plotly.offline import get_plotlyjs
 
     return str(get_plotlyjs()).replace("\r\n", "\n").replace("\r", "\n"), _DRAW
 
 
-def _digest(text: str) -> str:
+def _base64_digest(text: str) -> str:
     """SHA-256 digest of a text (UTF-8) in base64."""
     return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
 

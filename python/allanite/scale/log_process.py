@@ -300,7 +300,7 @@ def serve() -> NoReturn:
     answers = os.dup(1)
     # Output of libraries must not mix with the answers.
     os.dup2(2, 1)
-    say = _writer(answers)
+    say = _line_writer(answers)
     orders: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_queue_messages, args=(orders,), daemon=True).start()
     try:
@@ -323,7 +323,7 @@ def serve() -> NoReturn:
         _free_memory()
 
 
-def _writer(answers: int) -> Callable[[dict[str, Any]], None]:
+def _line_writer(answers: int) -> Callable[[dict[str, Any]], None]:
     """Function that writes a dict as one line of JSON to the file descriptor `answers`."""
 
     def write_line(value: dict[str, Any]) -> None:

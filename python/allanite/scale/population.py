@@ -279,11 +279,16 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
     }
     files = len({row["file"] for row in rows})
     return Fleet(
-        files, len(good), tuple(population), _significant_deviations(found), failed, _biases(good)
+        files,
+        len(good),
+        tuple(population),
+        _significant_deviations(found),
+        failed,
+        _biases_by_column(good),
     )
 
 
-def _biases(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
+def _biases_by_column(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
     """Dict from the name of a column to the `TurnOn` (mean and spread) of its bias over the logs.
 
     Columns with fewer than two logs, without a mean in each log, or with several units are omitted.

@@ -72,7 +72,7 @@ def known_figures() -> dict[str, tuple[str, float | str]]:
     return {**ours, **dict.fromkeys(CURVE_FIGURES, (MINIMUM, 0.0))}
 
 
-def _spellings() -> dict[str, str]:
+def _names_by_spelling() -> dict[str, str]:
     """Dict: alternative spelling of a figure → its name."""
     ours = (p.figures for e in CATALOGUE for p in e.parameters)
     return {
@@ -294,7 +294,7 @@ def _quoted_figure(name: str, given: object) -> Quoted:
     that is not positive, or a missing or unknown unit.
     """
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
-    key = _spellings().get(key, key)
+    key = _names_by_spelling().get(key, key)
     if key not in known_figures() and key not in FREQUENCY_FIGURES:
         known = ", ".join((*known_figures(), *FREQUENCY_FIGURES))
         raise InputError(f"unknown figure {name!r}; known figures: {known}")

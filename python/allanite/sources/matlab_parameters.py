@@ -91,7 +91,9 @@ def _axis_documents(
     A field with one number applies to all axes. Raises `InputError` without a noise density above 0. NoiseDensity is
     divided by √2 unless NoiseType is double-sided.
     """
-    numbers = {letter: _numbers(given[key], key) for key, letter in FIELDS if key in given}
+    numbers = {
+        letter: _one_or_three_numbers(given[key], key) for key, letter in FIELDS if key in given
+    }
     if not any(numbers.get("N", ())):
         raise InputError(f"{sensor} has no NoiseDensity above 0")
     two_sided = given.get("NoiseType", "").lower() in ("double-sided", "two-sided")
@@ -117,7 +119,7 @@ def _axis_documents(
     ]
 
 
-def _numbers(text: str, key: str) -> list[float]:
+def _one_or_three_numbers(text: str, key: str) -> list[float]:
     """List of the one or three non-negative numbers in the text of a field. Raises `InputError` for any other text."""
     try:
         found = [float(word) for word in text.split()]

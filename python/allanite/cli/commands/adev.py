@@ -102,7 +102,7 @@ def command(
         )
     kinds = kind or ("oadev",)
     with log_file(log) as file, errors_name_input(file, log):
-        results = _measured(log, file, kinds, taus, options)
+        results = _measured_columns(log, file, kinds, taus, options)
     results = [replace(r, deviation=r.deviation.at_confidence(confidence)) for r in results]
     if plot is not None and len(kinds) > 1:
         _plot_kinds(results, len(kinds), plot)
@@ -155,7 +155,7 @@ class _Drawing:
         return self.figure
 
 
-def _measured(
+def _measured_columns(
     log: str, file: Path, kinds: tuple[str, ...], taus: str, options: LogOptions
 ) -> list[_Measured]:
     """List of `_Measured` with the deviation of each column and kind of a log; `file` holds its content.

@@ -75,7 +75,7 @@ def command(
     axes = reports[0].axes if len(reports) == 1 else None
     texts = {"sensor": sensor, "serial number": serial, "date": date}
     given = {name: plain(text) for name, text in texts.items() if text is not None}
-    report = Report(entries, {**given, **_provenance(logs, model, options)}, axes)
+    report = Report(entries, {**given, **_provenance_texts(logs, model, options)}, axes)
     if target is not None:
         report.save(target, interactive)
     if options.as_json:
@@ -99,7 +99,7 @@ def _report_path(log: str, output: str | None) -> Path:
     )
 
 
-def _provenance(logs: tuple[str, ...], model: str, options: LogOptions) -> dict[str, str]:
+def _provenance_texts(logs: tuple[str, ...], model: str, options: LogOptions) -> dict[str, str]:
     """Dict of texts from which the report can be repeated: logs, command, first model and seed.
 
     If this process runs ``allanite report``, the command is its command line without --quiet. Otherwise the command is

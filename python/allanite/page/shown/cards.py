@@ -66,7 +66,7 @@ def chips(
                 "color": None if part is None else colors[place] if colors else part.color,
                 "label": None if part is None else part.label,
                 "values": [
-                    _value(
+                    _value_record(
                         effect,
                         name,
                         value,
@@ -144,7 +144,7 @@ def _largest_scores(study: Study) -> dict[str, float]:
     return out
 
 
-def alternatives(study: Study) -> str | None:
+def alternatives_sentence(study: Study) -> str | None:
     """Sentence on alternative explanations of an adequate model, also if there are none.
 
     None if a check finds an effect missing.
@@ -169,7 +169,7 @@ def _interval_over_all_text(own: Estimate, interval: tuple[float, float] | None,
     return f"{number(over[0], 3)} … {number(over[1], 3)} over all alternatives"
 
 
-def _value(
+def _value_record(
     effect: Effect,
     name: str,
     own: Estimate,
@@ -204,13 +204,13 @@ def _value(
         "detected": value.detected,
         "held": name in effect.hold,
         "kept": effect.kept(name),
-        "limits": _limits(effect, name, factor_of(own, shown)),
+        "limits": _displayed_limits(effect, name, factor_of(own, shown)),
         "role": role,
         "free": role in ("coefficient", "shape"),
     }
 
 
-def _limits(effect: Effect, name: str, factor: float) -> list[float | None] | None:
+def _displayed_limits(effect: Effect, name: str, factor: float) -> list[float | None] | None:
     """Limits [low, high] of a parameter in the displayed unit, None for an open end; None if it cannot have limits.
 
     `factor` converts the parameter's own unit to the displayed unit.
@@ -228,10 +228,10 @@ def cards(check: Check, unit: str | None = None) -> list[dict[str, Any]]:
     """
     shown = [(i, s) for i, s in enumerate(check.suggestions) if s.significant]
     shown = shown or list(enumerate(check.suggestions))[:2]
-    return [_card(check.fit, i, s, unit) for i, s in shown[:8]]
+    return [_suggestion_record(check.fit, i, s, unit) for i, s in shown[:8]]
 
 
-def _card(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, Any]:
+def _suggestion_record(fit: Fit, place: int, s: Suggestion, unit: str | None) -> dict[str, Any]:
     """Dict of a suggestion for the page: names, values, sentences, evidence, view and range; values in `unit`.
 
     `place` is its index in `Check.suggestions`.

@@ -57,7 +57,7 @@ GROUPS = (
 )
 
 
-def _group(cls: type[Effect]) -> str:
+def _group_name(cls: type[Effect]) -> str:
     """Name of the group of an effect; the first group for unknown families."""
     return next((name for name, families in GROUPS if cls.family in families), GROUPS[0][0])
 
@@ -75,7 +75,7 @@ def catalogue(kind: str) -> list[dict[str, Any]]:
         {
             "kind": cls.kind,
             "short": cls.short,
-            "group": _group(cls),
+            "group": _group_name(cls),
             "common": cls.common,
             "name": cls.titles.get(kind, cls.title),
             "physics": cls.text_for("physics", kind),
@@ -83,37 +83,37 @@ def catalogue(kind: str) -> list[dict[str, Any]]:
             "check_by": cls.text_for("check_by", kind),
             "single": cls.single,
             "needs": [p.name for p in cls.parameters if p.role == "choice" and p.name == "column"],
-            "pictures": _pictures(cls),  # type: ignore[arg-type]
+            "pictures": _svg_pictures(cls),  # type: ignore[arg-type]
         }
-        for cls in sorted(CATALOGUE, key=lambda c: (places[_group(c)], not c.common))
+        for cls in sorted(CATALOGUE, key=lambda c: (places[_group_name(c)], not c.common))
     ]
 
 
 @cache
-def _pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
+def _svg_pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
     """Dict with ``curve`` and ``spectrum`` of an effect: list of two SVG paths, 100 × 60, with and without the effect.
 
     The curve is the Allan deviation. Both are None if the effect has no curve. Cached.
     """
     try:
-        variance, power = _curves(cls)
+        variance, power = _variance_and_density(cls)
     except (AllaniteError, ValueError, TypeError, NotImplementedError):
         return {"curve": None, "spectrum": None}
     white = 1.0 / TAU
     return {
-        "curve": _paths(TAU, np.sqrt(variance), np.sqrt(white)),
-        "spectrum": _paths(FREQUENCY, power, np.ones(FREQUENCY.size)),
+        "curve": _svg_paths(TAU, np.sqrt(variance), np.sqrt(white)),
+        "spectrum": _svg_paths(FREQUENCY, power, np.ones(FREQUENCY.size)),
     }
 
 
-def _curves(cls: type[Effect]) -> tuple[Array, Array]:
+def _variance_and_density(cls: type[Effect]) -> tuple[Array, Array]:
     """Pair (Allan variance at `TAU`, density at `FREQUENCY`) of white noise with the example of an effect.
 
     The effect is scaled to `ABOVE` times the white noise; only white noise and modifiers are not scaled.
     """
     if issubclass(cls, Stochastic) and cls.white:
         return 1.0 / TAU, np.ones(FREQUENCY.size)
-    effect = _example(cls)
+    effect = _example_effect(cls)
     if issubclass(cls, Modifier):
         model = Model((white_noise(1.0), effect))
         return model.allan_variance(TAU, 1.0), model.psd(FREQUENCY, 1.0)
@@ -123,12 +123,12 @@ def _curves(cls: type[Effect]) -> tuple[Array, Array]:
         assert isinstance(effect, Deterministic)
         time = np.arange(N, dtype=float)
         slow = np.cos(2 * np.pi * time / N * 1.5)
-        variance, power = _measured(effect.signal(time, {"temperature": slow}))
+        variance, power = _variance_and_power_of_signal(effect.signal(time, {"temperature": slow}))
     scale = ABOVE / max(float(np.max(variance * TAU)), 1e-300)
     return 1.0 / TAU + scale * variance, 1.0 + scale * power
 
 
-def _example(cls: type[Effect]) -> Effect:
+def _example_effect(cls: type[Effect]) -> Effect:
     """`Effect` of a class with values that suit a picture.
 
     Coefficients are 1, shapes are those of `SHAPES` within their limits, or the middle of their grid. Optional
@@ -147,7 +147,7 @@ def _example(cls: type[Effect]) -> Effect:
     return cls(**values)
 
 
-def _measured(signal: Array) -> tuple[Array, Array]:
+def _variance_and_power_of_signal(signal: Array) -> tuple[Array, Array]:
     """Pair (Allan variance at `TAU`, largest power in the bins of `FREQUENCY`) of a known signal at 1 Hz.
 
     The power of a bin without a frequency is 0.
@@ -167,7 +167,7 @@ def _measured(signal: Array) -> tuple[Array, Array]:
     return np.array(variance), np.array(found)
 
 
-def _paths(x: Array, *lines: Array) -> list[str]:
+def _svg_paths(x: Array, *lines: Array) -> list[str]:
     """List of the SVG paths of lines on logarithmic axes, fitted to the picture, at least two decades high."""
     across = 100.0 * np.log10(x / x[0]) / np.log10(x[-1] / x[0])
     logs = [np.log10(np.maximum(y, 1e-4)) for y in lines]

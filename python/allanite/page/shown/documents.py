@@ -14,10 +14,10 @@ from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.page.edits import deviation_unit
 from allanite.page.shown.figures import VIEWS, displayed_fit, figure_of
-from allanite.page.shown.jobs import LAWS, calibrated
+from allanite.page.shown.jobs import LAWS, thermal_calibration
 from allanite.page.shown.tables import csv_of, tables_of
 from allanite.page.source import Reading, Uploads
-from allanite.page.studies import study
+from allanite.page.studies import study_document
 from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:
@@ -204,12 +204,12 @@ def generated_file(
             body, KINDS[path.suffix], f"{_file_stem(tab, tab.log.columns[0])}-{name}"
         )
     if name == "study.json":
-        body = json.dumps(study(tab), indent=1, ensure_ascii=False).encode()
+        body = json.dumps(study_document(tab), indent=1, ensure_ascii=False).encode()
         return GeneratedFile(body, "application/json", f"{_file_stem(tab)}-study.json")
     if name == "report.html":
-        return _report(tab)
+        return _report_file(tab)
     if name in LAWS:
-        text = calibrated(tab.work.recording).export(LAWS[name])
+        text = thermal_calibration(tab.work.recording).export(LAWS[name])
         return GeneratedFile(
             text.encode(), "text/plain; charset=utf-8", f"{_file_stem(tab)}-{name}"
         )
@@ -252,7 +252,7 @@ def _missing_columns_note(tab: Tab) -> str:
     return f"Without {', '.join(gone)}: not yet checked" if gone else ""
 
 
-def _report(tab: Tab) -> GeneratedFile:
+def _report_file(tab: Tab) -> GeneratedFile:
     """`GeneratedFile` report on the steps of each column up to the current one.
 
     A note names columns without a fit or a finished check. Raises `InputError` if no column is left.

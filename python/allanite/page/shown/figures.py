@@ -445,7 +445,7 @@ def _positive_option(options: Mapping[str, str], name: str, otherwise: float) ->
 
 
 @lru_cache(maxsize=4)
-def _innovations(fit: Fit) -> Innovations:
+def _filter_innovations(fit: Fit) -> Innovations:
     """`Innovations` of the Kalman filter of a fit, over at most the first million samples; cached."""
     from allanite.statespace import innovations
 
@@ -460,7 +460,7 @@ def _nis_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     It shows the 95 % band of a consistent filter; the subtitle begins with `_consistency_sentence`. The y axis is
     logarithmic if a value exceeds 5.
     """
-    found = _innovations(tab.step.fit)
+    found = _filter_innovations(tab.step.fit)
     by_tau = found.by_tau
     marks: tuple[Mark, ...] = (
         Band(by_tau.tau, by_tau.low, by_tau.high, "model", "95 % if the filter is consistent"),

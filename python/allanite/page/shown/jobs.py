@@ -33,15 +33,15 @@ LAWS = {
 
 
 @lru_cache(maxsize=4)
-def calibrated(recording: Recording) -> ThermalCalibration:
+def thermal_calibration(recording: Recording) -> ThermalCalibration:
     """`ThermalCalibration` with the temperature law of every axis of a recording; cached."""
     return thermal(recording)
 
 
 @lru_cache(maxsize=4)
-def _calibrated_in(recording: Recording, unit: str) -> ThermalCalibration:
+def _thermal_calibration_in(recording: Recording, unit: str) -> ThermalCalibration:
     """`ThermalCalibration` of a recording converted to a unit; cached."""
-    return calibrated(recording if unit == recording.unit else recording.to(unit))
+    return thermal_calibration(recording if unit == recording.unit else recording.to(unit))
 
 
 @lru_cache(maxsize=4)
@@ -55,7 +55,7 @@ def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 
     Raises `InputError` if the log has no temperature.
     """
-    found = _calibrated_in(tab.log, figure_unit(tab.log.unit, samples=True))
+    found = _thermal_calibration_in(tab.log, figure_unit(tab.log.unit, samples=True))
     (axis,) = found.axes
     figure = found.plot()
     return replace(

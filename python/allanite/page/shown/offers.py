@@ -10,13 +10,13 @@ if TYPE_CHECKING:
     from allanite.recording.findings import Finding
 
 
-def sentence(text: str) -> str:
+def capitalized(text: str) -> str:
     """The text with a capital letter, unless its first word has digits or capitals, such as a column ``gx1``."""
     head = text.split(" ", 1)[0].rstrip(",.:")
     return text[:1].upper() + text[1:] if head.islower() and head.isalpha() else text
 
 
-def offers(finding: Finding, rate: float, duration: float) -> list[dict[str, Any]]:
+def remedy_buttons(finding: Finding, rate: float, duration: float) -> list[dict[str, Any]]:
     """List with at most one dict (text, action) of a button for a finding; empty for findings without a button.
 
     Buttons: use the measured rate, the quiet segment, or the longer part beside motion; split at a seam. `rate` (Hz)

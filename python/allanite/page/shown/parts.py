@@ -39,7 +39,7 @@ UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug")
 POINTS = 24
 
 
-def part(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
+def page_data(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
     """Data for JSON that the page requests by name: one of `_PARTS`, or ``table-VIEW`` for the tables of a view.
 
     `options` are the query parameters of the request.
@@ -140,9 +140,9 @@ def _inspected_columns(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 def _study_document(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
     """Dict of all steps of the open log for a file: models with values, without samples."""
-    from allanite.page.studies import study
+    from allanite.page.studies import study_document
 
-    return study(tab)
+    return study_document(tab)
 
 
 def _common_properties(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
@@ -174,12 +174,12 @@ def _common_of_fits(fits: tuple[tuple[str, Fit], ...]) -> Common:
     from allanite.study import Rung, Study
     from allanite.suggestion import Check
 
-    def study(fit: Fit) -> Study:
+    def study_document(fit: Fit) -> Study:
         # Only the last fit is used.
         """`Study` that contains only this fit, without a real check."""
         return Study(fit.recording, (Rung(fit),), Check(fit, None, ()), "limit")  # type: ignore[arg-type]
 
-    return common_of({name: study(fit) for name, fit in fits})
+    return common_of({name: study_document(fit) for name, fit in fits})
 
 
 def _export_verdict(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from allanite.effects.sheet_units import requested_units
 from allanite.page.edits import chosen_units, deviation_unit
 from allanite.page.shown import overlays
 from allanite.page.shown.figures import displayed_fit, figure_of
-from allanite.page.shown.offers import sentence
+from allanite.page.shown.offers import capitalized
 from allanite.plots.curves import SINGLE, component_styles
 from allanite.plots.plotly_painter import html_text
 from allanite.plots.spec import Line, Span
@@ -99,7 +99,7 @@ def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) ->
     for trace in data:
         if trace.get("type") == "heatmap":
             title = trace["colorbar"]["title"]
-            title["text"] = sentence(title["text"])
+            title["text"] = capitalized(title["text"])
             title["font"] = {"size": 13}
     _adapt_layout(layout, name, figure.kind, look)
     return {**found, **painted}
@@ -112,7 +112,7 @@ def _adapt_layout(layout: dict[str, Any], name: str, kind: str, look: Any) -> No
             # Leave space for an axis title between two panels.
             axis["domain"] = [axis["domain"][0] + 0.05, axis["domain"][1]]
         if key.startswith("xaxis") or (key.startswith("yaxis") and name != "samples"):
-            axis["title"]["text"] = sentence(axis["title"]["text"])
+            axis["title"]["text"] = capitalized(axis["title"]["text"])
         if key.startswith(("xaxis", "yaxis")):
             axis["title"]["font"] = {"size": 13}
     layout["showlegend"] = name in LEGEND or kind == "deviation"
