@@ -48,6 +48,8 @@ def main():
         rows = run_fleet(folder, Path(folder) / "fleet.csv")
         spent, passed = processor_seconds() - before, os.times().elapsed - wall
     for row in rows:
+        if row["status"] == "failed":
+            raise SystemExit(f"{row['file']}: {row['remarks']}")
         print(f"  {Path(row['file']).stem} {row['column']}: {row['seconds']:.1f} s, {row['model']}")
     print(f"load of the machine after: {os.getloadavg()[0]:.1f}")
     verdict = "holds" if spent <= BAR else "MISSED"
