@@ -141,9 +141,9 @@ class RateType(click.ParamType[float | str]):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float | str:
-        """Sampling rate in Hz as a float; a text that ends in an exclamation mark stays a text.
+        """Sampling rate in Hz as a float; a number with an exclamation mark, such as ``100!``, is returned as a string.
 
-        Other texts end the command with a usage error.
+        Any other text ends the command with a usage error.
         """
         text = str(value).strip()
         try:

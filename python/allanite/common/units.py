@@ -188,8 +188,8 @@ class _Parser:
     def parse_product(self) -> _Quantity:
         """`_Quantity` of a product or quotient, such as ``deg/s``, from the next tokens, which are consumed.
 
-        A name without an operator is a factor. It ends at the first other token. Raises `ValueError` for a wrong
-        factor.
+        Symbols side by side are multiplied, as in ``N m``. Parsing stops before the first token that cannot continue the
+        product. Raises `ValueError` if a factor is missing or unknown.
         """
         result = self.parse_power()
         while True:

@@ -82,7 +82,10 @@ class FigureVerdict:
 
     @property
     def interval_text(self) -> str:
-        """Text of the 95 % interval with its unit; ``at most`` and the limit without a measured value, or ``none``."""
+        """Text of the 95 % interval with its unit: ``0.1 … 0.3 °/√h``.
+
+        ``at most 0.3 °/√h`` if `low` is 0; ``none`` if `low` is 0 and `high` is infinite.
+        """
         if self.low > 0.0:
             return self.with_unit(f"{self.low:.4g} … {self.high:.4g}")
         return self.with_unit(f"at most {self.high:.4g}") if math.isfinite(self.high) else "none"

@@ -109,12 +109,12 @@ class DriftingResonance(Moving):
 
     @property
     def lowest(self) -> float | None:
-        """Lowest frequency of the course, Hz; None without a course."""
+        """Lowest natural frequency in `course`, which has one per segment of the record, Hz; None if `course` is None."""
         return min(self.course) if self.course else None
 
     @property
     def highest(self) -> float | None:
-        """Highest frequency of the course, Hz; None without a course."""
+        """Highest natural frequency in `course`, which has one per segment of the record, Hz; None if `course` is None."""
         return max(self.course) if self.course else None
 
     @property

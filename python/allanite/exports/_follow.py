@@ -248,7 +248,8 @@ def follow_lag(axis: Axis, time: float | None = None, *, simulator: bool = False
 def shared_correlation_time(axes: Sequence[Axis]) -> float:
     """Correlation time in s for all axes together.
 
-    It is the time that all models state if they have just one. Otherwise it has the smallest total cost over all axes.
+    If every model has a Gauss-Markov process, all with the same correlation time, this time is returned. Otherwise it is
+    the candidate time with the smallest cost, summed over the axes.
     """
     targets = [_followed_model(axis, simulator=False) for axis in axes]
     own = {T for target in targets for _, T in target.gauss_markov_values}

@@ -267,9 +267,9 @@ class Fit:
 
     @cached_property
     def undecided(self) -> Undecided | None:
-        """`Undecided`: models that explain the record as well as this one, and values over all of them; None without any.
+        """`Undecided`: other models whose ln evidence is at most 3 nats lower, and intervals averaged over all models.
 
-        Cached with the fit, because copies of a study share it.
+        None without such a model, or for a fit not by likelihood. Cached with the fit, because copies of a study share it.
         """
         from allanite.fit.rivals.undecided import undecided
 

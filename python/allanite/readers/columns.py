@@ -648,9 +648,10 @@ def _default_samples(
 ) -> tuple[int, ...]:
     """Tuple of the indices, ascending, of the columns that are read as samples if the caller names none.
 
-    A given unit selects its kind of sensor; otherwise clock phases are read only if no inertial sensor is logged.
-    Writes the reason for each sensor not read into `reasons`, and its index into `loud` if a warning is due. Raises
-    `InputError` if there is no sensor.
+    A unit in `request` selects the columns that are named like a sensor of this unit. Without a unit or quantity in
+    `request`, clock phases are read only if no inertial sensor is logged. If there is no other sensor, the unit ``1``
+    selects columns of an unknown unit. Writes the reason for each sensor not read into `reasons`, and its index into
+    `loud` if a warning is due. Raises `InputError` if there is no sensor.
     """
     names, units = table.names, table.units
     sensors = [

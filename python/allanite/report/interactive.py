@@ -68,7 +68,7 @@ def _base64_digest(text: str) -> str:
 
 
 def _without_size(document: dict[str, Any]) -> dict[str, Any]:
-    """Copy of a plotly document without fixed size, title, and title margin, so that the figure fills its container."""
+    """Copy of a plotly document without size and title and with a top margin of 44 px: the figure fills its container."""
     layout = {k: v for k, v in document["layout"].items() if k not in ("width", "height", "title")}
     layout["margin"] = {**layout.get("margin", {}), "t": 44}
     return {"data": document["data"], "layout": layout}

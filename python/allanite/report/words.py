@@ -229,7 +229,10 @@ def _effect_text(fit: Any, effect: Any) -> str:
 
 
 def _change_of_errors(first: Any, last: Any) -> str:
-    """Sentence on how Allan error and χ²/dof changed from the first to the last model; only χ²/dof without both errors."""
+    """Sentence on how Allan error and χ²/dof changed from the first to the last model.
+
+    Names only χ²/dof if one of the two models has no Allan error.
+    """
     before, after = first.error.adev_rms_percent, last.error.adev_rms_percent
     if before is None or after is None:
         return f"χ²/dof falls from {number(first.misfit.reduced)} to {number(last.misfit.reduced)}."

@@ -172,10 +172,11 @@ class Bets:
         self.power += total[self.spans[:, 1] - 1] - total[self.spans[:, 0] - 1]
 
     def _whitened(self, samples: Array) -> tuple[Array, Array]:
-        """Tuple (cosine ordinates divided by their standard deviation under the model, samples with these ordinates).
+        """Tuple (cosine ordinates over their standard deviation under the model; whitened samples), both of finite values.
 
-        The samples are white if the model holds. Both arrays are clipped to finite limits. If single samples are wrong
-        (beyond √`MAX_SQUARE`), the others get mean 0.
+        The whitened samples are the inverse transform of the ordinates. They are scaled to variance 1 under the model.
+        Ordinates that are not used are 0. If some whitened samples exceed √`MAX_SQUARE`, all are shifted so that the others
+        have mean 0.
         """
         limited = np.clip(samples, -MAX_SAMPLE, MAX_SAMPLE)
         with np.errstate(over="ignore"):

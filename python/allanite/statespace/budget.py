@@ -151,15 +151,16 @@ def _horizontal_axes(own: Sequence[Axis]) -> list[Axis]:
 
 
 def _horizontal_variance(
-    own: Sequence[Axis], integral: Callable[[Array], Array], aided: float, times: Array
+    axes: Sequence[Axis], step_response: Callable[[Array], Array], aided: float, times: Array
 ) -> Array:
-    """Array: sum of the error variances of both horizontal channels after each time, SI units squared.
+    """Array of the error variance of velocity or position at each time (s) after aiding ends, SI units squared.
 
-    The sum is twice the mean variance of the axes. `integral` is the step response (`RESPONSES`). Raises `InputError` for
-    too many samples.
+    Sum over both horizontal channels: twice the mean over `axes`, which are of one kind of sensor. `step_response` is the
+    response of a channel to a unit step of the sensor's error (one of `RESPONSES`). `aided` is the duration of aiding
+    before, s. Raises `InputError` for too many samples.
     """
     total = np.zeros(times.size)
-    for axis in own:
+    for axis in axes:
         rate = positive_rate(axis.rate)
         back = sample_count(
             positive(aided, "aided", "s", "give the seconds of aiding"), rate, "aided"
@@ -173,6 +174,6 @@ def _horizontal_variance(
         terms = [term for own_terms in parts.values() for term in own_terms]
         sums = Sums(variogram_of(terms, back + max(ahead)))
         scale = parse_unit(axis.unit).scale
-        found = [_SchulerCoasting(back, m, rate, integral).deviation(sums) for m in ahead]
+        found = [_SchulerCoasting(back, m, rate, step_response).deviation(sums) for m in ahead]
         total += (scale * np.array(found)) ** 2
-    return np.asarray(2.0 * total / len(own))
+    return np.asarray(2.0 * total / len(axes))

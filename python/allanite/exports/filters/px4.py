@@ -56,9 +56,10 @@ def render_tabs(axes: Sequence[Axis], rate: float | None, *, overbound: bool = F
 def _parameter_lines(
     axes: Sequence[Axis], rate: float | None, form: str, *, overbound: bool
 ) -> str:
-    """Text of a file whose lines have the format `form`: N/√dt, K/√dt and the bias at switch-on.
+    """Text of a file with lines of the format `form`: N/√dt, K/√dt and the bias at switch-on.
 
-    The step dt is that of the filter, 1/`rate` or 0.01 s.
+    Each value is the largest of the axes of its sensor. The step dt is that of the filter, 1/`rate` or 0.01 s. If
+    `overbound`, N and K cover the 95 % limits.
     """
     fs = rate or FILTER_RATE
     convention = (

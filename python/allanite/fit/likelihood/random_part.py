@@ -98,7 +98,7 @@ class RandomPart:
     def maximize(self, model: Model, start: Maximum | None = None) -> Maximum:
         """`Maximum` of the likelihood over the free coefficients and the discrepancy, at the model's present shapes.
 
-        `start` is a maximum at other shapes, or of a model with one effect fewer. θ of the result includes held
+        `start` is a maximum at other shapes, or of the model without its last effect. θ of the result includes held
         effects. For an expected spectrum (`is_expected`) there is no discrepancy, and `start` is not used.
         """
         linear = self.linear(model)

@@ -287,7 +287,8 @@ def loudest_frequency(
 ) -> float:
     """Frequency of the largest whitened ordinate within the limits of a line, Hz.
 
-    The lowest eight ordinates are not used. Without an ordinate inside the limits, the nearest limit is returned.
+    The lowest eight ordinates are not used. If the limits contain no ordinate, the largest of all is taken and its
+    frequency is clipped to the limits.
     """
     j = np.arange(8, ordinates.size)
     if "frequency" in effect.limits:

@@ -180,7 +180,7 @@ def fit_noise(
     InputError
         Samples without noise.
     """
-    parts = _Parts.of(candidate, series, rate, form)
+    parts = _NormalizedNoise.of(candidate, series, rate, form)
     parameters = np.concatenate([[0.0], _relative_log_variances(series, parts, start)])
     scale = series.regressed(parts.at(parameters)).scale
     # Rounding to doubles is no noise.
@@ -198,7 +198,7 @@ def fit_noise(
 
 
 @dataclass(frozen=True, eq=False)
-class _Parts:
+class _NormalizedNoise:
     """Noise of a candidate as a function of its log-variances, and of the exponent of its last effect.
 
     Each part is normalized to the variance 1 at the end of the record, so that relevant ratios are near 1.
@@ -223,8 +223,12 @@ class _Parts:
         series: StampedSeries,
         rate: float,
         form: Callable[[Term, float, int], StampedNoise],
-    ) -> _Parts:
-        """`_Parts` of a candidate for the times of a series; `rate` and `form` as for `fit_noise`."""
+    ) -> _NormalizedNoise:
+        """`_NormalizedNoise`: the noise of each effect of a candidate, scaled to variance 1 at the end of a series.
+
+        `rate` is the nominal sampling rate, Hz. `form` is `sampled_noise` or `integrated_noise`. Of the series only its
+        duration is used.
+        """
         length = float(series.times[-1] - series.times[0])
         n = max(16, int(np.ceil(length * rate)) + 1)
 
@@ -264,7 +268,7 @@ class _Parts:
 
 
 def _relative_log_variances(
-    series: StampedSeries, parts: _Parts, start: FittedNoise | None
+    series: StampedSeries, parts: _NormalizedNoise, start: FittedNoise | None
 ) -> Array:
     """Array of the most likely log-variances relative to that of the first effect, then the exponent if it is fitted.
 

@@ -364,7 +364,7 @@ def _unexplained_text(step: Step, share: float) -> str:
 def step_row(step: Step) -> dict[str, Any]:
     """Dict of one step: label, model, misfit, errors and their texts, and whether the model is adequate.
 
-    Errors that are not computed yet are None, their texts ``…``; ``adequate`` is None before the check.
+    Before errors are computed, their texts are ``…`` and ``predictive`` is None. ``adequate`` is None before the check.
     """
     fit, error = step.fit, step.error
     misfit = fit.misfit

@@ -148,7 +148,7 @@ def _example_effect(cls: type[Effect]) -> Effect:
 
 
 def _variance_and_power_of_signal(signal: Array) -> tuple[Array, Array]:
-    """Pair (Allan variance at `TAU`, largest power in the bins of `FREQUENCY`) of a known signal at 1 Hz.
+    """Pair (Allan variance at `TAU`, largest power in the bins of `FREQUENCY`) of a known signal sampled at 1 Hz.
 
     The power of a bin without a frequency is 0.
     """

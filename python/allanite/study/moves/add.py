@@ -57,7 +57,7 @@ def with_addition(
     new = [effect]
     better = refitted(fit, Model((*others, *new)))
     near = [e for e in lines if is_same_feature(effects[place], e, fit)]
-    for line in _separate_lines([effect, *near], fit):
+    for line in _further_resolved_lines([effect, *near], fit):
         more = refitted(fit, Model((*others, *new, line)))
         if score_change(better, more) > MAX_RIVAL_LOG_EVIDENCE:
             better, new = more, [*new, line]
@@ -65,10 +65,11 @@ def with_addition(
     return before.after(better, (place,)) if clearly else None
 
 
-def _separate_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
-    """Tuple of those lines after the first that the record resolves: more than 10/T from all others, with its duration T.
+def _further_resolved_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
+    """Tuple of the lines after the first that are more than 10/T from every line kept before them.
 
-    Empty if the first effect is no line.
+    T is the duration of the record. Of two close lines the first is kept. Effects that are no lines are skipped. Empty if
+    the first effect is no line.
     """
     kept: list[Effect] = []
     least = MAX_LINE_BAND_DISTANCE / fit.data.duration

@@ -104,7 +104,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     log_p, begin, close, first, size, cells = min(found, key=lambda one: one[0])
     if not MIN_BAND_LEVEL_FRACTION < close - begin < 1.0 - MIN_BAND_LEVEL_FRACTION:
         return None  # a short ringing is a disturbance
-    factor, gain, known, steady = _factor(cells, begin, close)
+    factor, gain, known, steady = _fitted_level_change(cells, begin, close)
     half = data.rate / (2.0 * data.n)
     band = first * half, (first + size) * half
     if any(bands_overlap(band, e.band) for e in solution.model.modifiers if e.band is not None):
@@ -162,12 +162,15 @@ def _largest_delta_logl(power: Array) -> float:
     return best_interval(power, 1.0 / overdispersion(power), cells)[2]
 
 
-def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float, float, Array]:
-    """Tuple (factor, ΔlogL, standard error, steady power): change of the standard deviation of a process in an interval.
+def _fitted_level_change(
+    cells: list[Cell], begin: float, close: float
+) -> tuple[float, float, float, Array]:
+    """Tuple (factor, ΔlogL, standard error of ln factor, steady power) of a change of level in an interval.
 
-    The interval lies between the fractions `begin` and `close` of the record. Each cell is a pair (power over time of
-    some ordinates, share of the process). The steady power is that of the most informative cell with the change divided
-    out. If the band may be off at other times, the factor is its 95 % bound. (1, 0, 1, first cell) is returned if no
+    The factor is the standard deviation of a process inside over outside of the fractions `begin` to `close` of the
+    record. Each cell is a pair (power over time of some ordinates, share of the process). The steady power is that of the
+    most informative cell, with the change divided out. If the data do not exclude that the process is absent inside (or
+    outside), the factor is the end of its 95 % interval nearer to 1. (1, 0, 1, power of the first cell) is returned if no
     cell resolves the interval.
     """
     from scipy.optimize import brentq, minimize_scalar
@@ -203,7 +206,7 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
     gain, found = loss(0.0) - float(best.fun), float(best.x)
     worst = float(best.fun) + LOSS_AT_95_PERCENT
     if loss(np.sign(found) * MAX_LOG_RATIO) < worst < loss(0.0):
-        # The band may be off at other times: take the 95 % bound of the factor instead.
+        # The process may be absent inside or outside: take the 95 % bound of the factor.
         found = float(brentq(lambda x: loss(x) - worst, 0.0, found))
     # Overdispersion of the most informative cell after the change is divided out.
     telling, own = max(cells, key=lambda cell: cell[1] ** 2 * cell[0].size)

@@ -211,7 +211,8 @@ def _several_excursions(
 ) -> list[Candidate]:
     """List with the refitted `Candidate` of several excursions as one effect; or empty.
 
-    Empty if one of those found `singly` has a p-value below 1e-4, if `forms` has no excursion, or if the model has one.
+    Its `judged_gain` is reduced by the logarithm of the number of choices. Empty if a candidate in `singly` has a p-value
+    below 1e-4, if `forms` has no excursion, if the model has one, or if the search or the refit finds nothing.
     """
     alone = [
         (_matched_delta_logl(effect, solution, noise, data), arc * starts, effect)
