@@ -217,7 +217,10 @@ class AxisLaw:
 
     @property
     def numbers(self) -> dict[str, Estimate]:
-        """Dict from the name of each law parameter with an interval (``COV.coefficient``) to its `Estimate`."""
+        """Dict from the name of each parameter of the temperature law, such as ``COV.coefficient``, to its `Estimate`.
+
+        It contains only parameters with an interval, of effects that follow a logged column.
+        """
         out: dict[str, Estimate] = {}
         for effect, values in zip(self.fit.model, self.fit.estimates, strict=True):
             if effect.follows is None:

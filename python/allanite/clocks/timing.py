@@ -655,7 +655,7 @@ def _noise_text(model: Model) -> str:
 
 
 def _unit_text(effect: Stochastic) -> str:
-    """Printed unit of the coefficient of a clock noise; empty for flicker FM."""
+    """Printed unit of the coefficient of a clock noise, such as ``/√Hz``; empty if there is none, as for flicker FM."""
     unit = sheet_unit(effect.parameter(effect.coefficient), "1")
     return "" if unit == "1" else printed(unit)
 

@@ -46,7 +46,10 @@ class EntryPoints:
         self._lock = RLock()
 
     def load(self) -> None:
-        """Load all entry points of the group and add each loaded object; later calls do nothing."""
+        """Load all entry points of the group and pass each loaded object to the registry's `add`; later calls do nothing.
+
+        An entry point that cannot be loaded or added is skipped with a warning.
+        """
         from importlib.metadata import entry_points
 
         with self._lock:

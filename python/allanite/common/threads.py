@@ -176,7 +176,7 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
     at_work: set[int] = set()
 
     def work() -> None:
-        """Compute waiting tasks one after another, and put each (index, result or error) into `done`."""
+        """Compute waiting tasks one after another until none is left, and put each (index, result or error) into `done`."""
         _at_work.set(at_work)
         while True:
             try:

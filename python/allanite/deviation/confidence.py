@@ -78,8 +78,9 @@ def _autocovariance(
 ) -> NDArray[np.float64]:
     """Autocovariance of differences of the phase at each lag, up to a constant factor, shape of `lags`.
 
-    It is Σ_i w_i g(|lag + i m|), with the generalized covariance g of the phase and the weights of differences of
-    `order`. With `summed`, they are of the sum of the phase.
+    The differences are of `order` with the step m, of the phase or, with `summed`, of its sums over m samples. The
+    autocovariance is Σ_i w_i g(|lag + i m|), with the weights w of the differences and the generalized covariance g of
+    the phase.
     """
     # Differences of order o exist for d < o + ½.
     d = min(max((2.0 - alpha) / 2.0, 0.0), order + 0.25) + summed

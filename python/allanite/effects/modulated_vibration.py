@@ -104,9 +104,9 @@ class ModulatedVibration(Resonance):
 
     @property
     def peaks(self) -> tuple[tuple[float, float], ...]:
-        """Tuple of (low, high), Hz, of the carrier, the lower and the upper sideband, all equally wide.
+        """Tuple of the limits (low, high), Hz, of the carrier, the lower and the upper sideband, which are equally wide.
 
-        Only the carrier without a modulation rate, and empty without a frequency.
+        Without a modulation frequency, only the carrier; empty without a frequency.
         """
         if self.occupies is None or self.modulation is None:
             return super().peaks

@@ -231,7 +231,10 @@ class Flicker(_Sized):
         return self.variance / _difference_gain(w)
 
     def allan_variance(self, m: Array) -> Array:
-        """Array of the Allan variance at averaging factors `m`: B² times that of the power law with exponent −1."""
+        """Array of the Allan variance, U², at averaging factors `m`.
+
+        It is B² times that of a power law with the exponent −1.
+        """
         return self.variance * power_law_allan(-1.0, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:

@@ -71,9 +71,9 @@ class ToneBurst(Tone):
         return max(0.0, f - lobe_half_width), f + lobe_half_width
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
-        """Standard error of start or end, s, from the variance 2S/length of an amplitude.
+        """Standard error of the start or the end of the burst, s; None for its frequency, or if the burst has no times.
 
-        None for the frequency, and without times.
+        It follows from `variance`, the variance of an amplitude of a sinusoid inside the burst.
         """
         if name == "frequency" or self.when is None:
             return None

@@ -84,9 +84,9 @@ class Unexplained(Stochastic):
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """Tuple of effects with one band each, three per octave, from 16 periods per record to 0.45 of `rate`, Hz.
+        """Tuple of at least two effects with one band each, three bands per octave.
 
-        `n` is the number of samples; at least two bands.
+        The frequencies reach from 16 periods in the record (`n` samples at `rate` Hz) to 0.45 times `rate`.
         """
         low, high = MIN_PERIODS * rate / n, MAX_BAND_FREQUENCY * rate
         count = max(2, int(BANDS_PER_OCTAVE * np.log2(high / low)))

@@ -446,6 +446,6 @@ def _quality(target: _FollowedModel, choice: Choice) -> Quality:
 
 
 def _count_short_times(target: _FollowedModel) -> int:
-    """Number of coasting times below a tenth of the horizon."""
+    """Number of coasting times, at which errors are compared, that are below a tenth of the horizon."""
     times = mission_of(target.horizon, target.rate).times
     return int(np.count_nonzero(times < target.horizon / IGNORABLE_FRACTION))

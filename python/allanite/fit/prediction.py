@@ -186,9 +186,9 @@ def _refitted_maximum(solution: Solution, part: RandomPart) -> Maximum:
 
 
 def _outlier_costs(data: Data, solution: Solution) -> Array:
-    """Array of the cost of excluded single samples, ln n each, summed in each block of time, nats, shape (BLOCKS,).
+    """Array of the penalty for single samples that the model excludes, in each block of time, nats, shape (BLOCKS,).
 
-    0 without excluded samples.
+    Each excluded sample costs ln n, where n is the number of samples of the record.
     """
     out = np.zeros(BLOCKS)
     for effect in solution.model.modifiers:

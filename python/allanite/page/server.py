@@ -23,7 +23,7 @@ from allanite.page.shown import documents
 from allanite.page.shown.parts import page_data
 from allanite.page.shown.views import view
 from allanite.page.source import Source, check_name
-from allanite.page.state import state, work
+from allanite.page.state import job_state, state
 from allanite.page.words import WORDS
 
 if TYPE_CHECKING:
@@ -136,10 +136,10 @@ def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
         return {}
 
     async def get_state(request: Request) -> Any:
-        """Dict with the state of a tab; only that of its job (`work`) if the query's ``seen`` is the tab's version."""
+        """Dict with the state of a tab; only that of its job (`job_state`) if the query's ``seen`` is the tab's version."""
         tab = sessions.tab(request)
         if request.query_params.get("seen") == str(tab.version):
-            return work(tab)
+            return job_state(tab)
         return await run_in_threadpool(state, tab)
 
     def query_options(request: Request) -> dict[str, str]:

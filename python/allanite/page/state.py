@@ -56,7 +56,7 @@ def state(tab: Tab) -> dict[str, Any]:
     source = tab.source
     return {
         "version": version,
-        **work(tab),
+        **job_state(tab),
         "problem": tab.problem,
         "moving": tab.problem is not None and tab.moving,
         "logs": [s.name for s in tab.sources],
@@ -229,8 +229,11 @@ def _removed_effects(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
     ]
 
 
-def work(tab: Tab) -> dict[str, Any]:
-    """Dict of the state that changes without a new version: ``job``, the progress of the job, or None without one."""
+def job_state(tab: Tab) -> dict[str, Any]:
+    """Dict with the key ``job``: the progress of the running job, or None.
+
+    It changes without a new version of the state.
+    """
     return {"job": None if tab.job is None else tab.job.to_dict()}
 
 

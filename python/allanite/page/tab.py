@@ -184,7 +184,10 @@ class Tab(TabState):
         names = self.work.recording.columns
 
         def work(job: Job) -> None:
-            """Improve the columns one after the other; for a single column, raises `InputError` if no effect helps."""
+            """Improve the models of the columns one after the other.
+
+            If only the current column is improved, raises `InputError` if no effect helps.
+            """
             for i, column in enumerate(work_on):
                 job.columns, job.column = tuple(work_on[i:]), column
                 before = "" if columns is None else f"{names[column]} ({i + 1} of {len(work_on)}): "

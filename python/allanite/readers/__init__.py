@@ -414,8 +414,9 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
 def _covariates_with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]]:
     """Tuple (indices of the covariates with values, one warning for each covariate without values).
 
-    A covariate has no values if its last value lies in the first 1 % of the rows. Raises `InputError` for a sample or
-    covariate column that ends later, but over 1 % of the rows before the longest column.
+    The end of a column is the row of its last value. A covariate that ends in the first 1 % of the rows has no values.
+    Raises `InputError` for a sample or covariate column that ends after this 1 %, but over 1 % of the rows before the end
+    of the longest column.
     """
     ends = {
         i: _length_without_trailing_nan(table[i]) for i in (*layout.samples, *layout.covariates)

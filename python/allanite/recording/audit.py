@@ -207,7 +207,10 @@ def _advised_decimation(apart: float, gap: float) -> int:
 
 
 def _run_lengths(c: _Column) -> NDArray[np.int64]:
-    """Length of each run of present samples, shape (runs,); the single value 1 if every sample is missing."""
+    """Array of the number of samples in each run without a missing sample, shape (runs,).
+
+    ``[1]`` if all samples are missing.
+    """
     begins, ends = [], []
     before = False
     for at, piece in c.pieces():

@@ -138,9 +138,9 @@ def _relaxation_curve(place: Array, values: Array, count: int) -> Array:
     from scipy.optimize import minimize_scalar
 
     def basis(at: Array, octave: float) -> Array:
-        """Matrix, shape (positions, 3), with the columns constant, ramp and relaxation at the positions `at`.
+        """Matrix, shape (indices, 3), with the columns constant, ramp and exponential relaxation at sample indices `at`.
 
-        The time constant of the relaxation is count·2^octave.
+        The time constant of the relaxation is count·2^octave samples. Its constant and ramp are subtracted.
         """
         u = at / count
         # Constant and slope are subtracted from the relaxation, so that a long one becomes a parabola.

@@ -49,7 +49,10 @@ class LogColumn:
 
     @property
     def source(self) -> str:
-        """Least certain source among those of role, unit and scale: header, file, option or guess (if none is known)."""
+        """Least certain source of the role, the unit and the scale: ``header``, ``file``, ``option`` or ``guess``.
+
+        ``guess`` if no source is known.
+        """
         known = [self.sources[key] for key in ("role", "unit", "scale") if key in self.sources]
         return max(known, key=SOURCES.index, default="guess")
 

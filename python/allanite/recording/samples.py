@@ -144,9 +144,10 @@ def stamps_of_index(samples: Any) -> NDArray[Any] | None:
 
 
 def find_column(name: str | int, columns: Sequence[str]) -> int:
-    """Index of a column by name, or by 0-based index, which may be text; a name comes first.
+    """0-based index of a column that is given by its name, or by its index (an int or a text of digits).
 
-    Raises `InputError` for an unknown column, with the most similar name.
+    A column whose name is the text takes precedence over the index. Raises `InputError` for an unknown column; its message
+    suggests the most similar name.
     """
     if isinstance(name, str) and name in columns:
         return list(columns).index(name)

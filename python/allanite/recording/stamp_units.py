@@ -82,9 +82,9 @@ def stamp_numbers(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str 
 
 
 def _dates_or_floats(t: NDArray[Any]) -> NDArray[Any]:
-    """Array of datetime64[ns] in UTC from date-times of Python, pandas or ISO texts; of floats from texts of numbers.
+    """Array of datetime64[ns] in UTC, or of floats if the values are texts of numbers.
 
-    Raises `InputError` for other values.
+    Dates may be date-times of Python or pandas, or ISO texts. Raises `InputError` for other values.
     """
     try:
         naive = [str(v).strip().removesuffix("Z").removesuffix("+00:00") for v in t.tolist()]

@@ -173,7 +173,7 @@ class Watch:
 
     @property
     def segments(self) -> int:
-        """Number of complete short segments so far, including those with missing samples."""
+        """Number of complete segments of the shortest length tested so far, including those with missing samples."""
         return self._bets[0].segments
 
     @property

@@ -183,9 +183,10 @@ def _fitted_sections(
 
 
 def _start_decays(space: StateSpace, count: int) -> Array:
-    """Start values of 1 − φ for `count` AR(1) processes, log-spaced over the model's own values, shape (count,).
+    """Start values of 1 − φ for `count` AR(1) processes, log-spaced over the values of the model's AR(1) sections.
 
-    Own sections below 2 % of the density at every frequency are ignored. Empty if the model has no AR(1) section.
+    Shape (count,). Sections that stay below 2 % of the density at every frequency are ignored, unless all do. Empty if the
+    model has no AR(1) section.
     """
     own = [(1.0 - s.F[0, 0], s) for s in space.sections if s.is_ar1]
     if not own or not count:
@@ -200,9 +201,10 @@ def _start_decays(space: StateSpace, count: int) -> Array:
 
 
 def _start_factors(columns: Array, base: Array, target: Array, plain: int) -> Array:
-    """Start values of the factors (> 0) on the rows of `columns`, so that their sum plus `base` matches `target`.
+    """Array of start values of factors a > 0, shape (curves,), so that Σ a·curve + `base` approximates `target`.
 
-    Non-negative least squares. The first `plain` factors are at least 0.1.
+    Each row of `columns` is one curve. The factors are a non-negative least-squares solution for relative errors, limited
+    from below: the first `plain` factors to 0.1.
     """
     from scipy.optimize import nnls
 

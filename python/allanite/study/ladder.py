@@ -424,8 +424,9 @@ def _number_text(value: float | None) -> str:
 def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
     """Tuple of the unexplained misfit of each step, % of the largest (usually that of the first step).
 
-    The misfit of the last step is the logL that a saturated model gains, less its expectation for a true model. That of
-    an earlier step adds the ΔlogL of all later steps. Negative misfits count as 0; all are 100 % without any misfit.
+    The misfit of the last step is the logL that a saturated model gains, minus its expectation for a true model. That of
+    an earlier step adds the ΔlogL of all later steps. Negative misfits count as 0. If no misfit is positive, all values
+    are 100 %.
     """
     left = [max(ladder[-1].fit.excess, 0.0)]
     for before, rung in reversed(list(itertools.pairwise(ladder))):

@@ -51,9 +51,9 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
 
 
 def name_with_lines(effect: Effect, fit: Fit) -> str:
-    """Display name of the effect, for a comb with its harmonics or spacing: ``sinusoid with harmonics 2, 3``.
+    """Display name of an effect; for several lines with their harmonics, such as ``sinusoid with harmonics 2, 3``.
 
-    Lines that are no multiples have the smallest spacing: ``…, 2.5 Hz apart``.
+    If the frequencies are not all multiples of the first, the smallest spacing follows instead: ``…, 2.5 Hz apart``.
     """
     name = fit.display_name(effect)
     if isinstance(effect, Deterministic) and len(effect.lines) > 1:

@@ -406,9 +406,9 @@ def _best_drifting_process(candidates: Iterable[Candidate]) -> Solution | None:
 def _families(
     spectral: Screen, screens: dict[str, Screen], n: int, followed: bool
 ) -> dict[str, Family]:
-    """Dict from name to `Family`: candidates that share their false alarms.
+    """Dict from name to `Family`: a group of candidates that share one false-alarm probability.
 
-    `followed` is True if any band was followed over time; then the family ``course`` of moving bands is included.
+    `followed` is True if a screen followed any band over time. Then the family ``course`` of moving bands is included.
     """
     names = sorted({"spectral", *spectral.families})
     families = {name: Family(name) for name in ("level", "outlier")}

@@ -234,7 +234,7 @@ def _window(tau: NDArray[np.float64], a: int) -> slice | None:
 def _slope(
     x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Pair: generalized least-squares slope of y against x, and its standard error."""
+    """Pair: generalized least-squares slope of y against x for a `covariance` of y, and the standard error of the slope."""
     design = np.column_stack([np.ones_like(x), x])
     weighted = np.linalg.solve(covariance, design)
     inverse = np.linalg.inv(design.T @ weighted)

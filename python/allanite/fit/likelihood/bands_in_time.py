@@ -123,7 +123,7 @@ def cell_shares(
 
 
 def density_share(process: Process, solution: Solution, data: Data, ordinate: int) -> float:
-    """Share, 0 … 1, of the model's density at an ordinate that a process makes."""
+    """Share, 0 … 1, that a process has in the model's spectral density at one cosine ordinate (its index)."""
     return float(_density_shares(process, solution, data, np.array([ordinate]))[0])
 
 

@@ -166,7 +166,8 @@ def _complete_column(
 ) -> NDArray[np.float64]:
     """Array of the expected power of each bin from one effect at coefficient 1 with modifiers, shape (bins,); cached.
 
-    Missing samples are ignored.
+    Computed as if no sample were missing, except for the first and the last if `ends_missing`: then the ends add no
+    leakage.
     """
     terms = Model((*acting, effect)).unit_terms(effect, rate, span)
     if ends_missing:

@@ -211,7 +211,8 @@ class Rivals:
 def rivals(fit: Fit, place: int) -> Rivals:
     """`Rivals` (alternative explanations) of the effect at index `place`; empty if the effect is not detected.
 
-    Single effects within 3 nats of the evidence are listed, and all pairs of `Fit.together`.
+    Lists the kinds of single effects whose ln evidence is at most 3 nats lower, and the pairs of effects that replace it
+    as well (`Fit.together`).
     """
     if not is_detected(fit, place):
         return Rivals()

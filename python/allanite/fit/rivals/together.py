@@ -207,9 +207,9 @@ class _PairSearch:
     def _with_second_effect(
         self, one: Solution, kinds: Sequence[type[Effect]]
     ) -> Iterator[tuple[float, Model]]:
-        """Iterator over (ln evidence, model) of the fit `one` plus one effect of each of `kinds`.
+        """Iterator over (ln evidence, model): the model of the fit `one` plus one effect of each of `kinds`.
 
-        Kinds whose best grid point cannot reach the evidence `min_evidence` are omitted.
+        A kind is omitted if its best shape on a grid cannot reach the evidence `min_evidence`.
         """
         # Candidates below this logL cannot reach the minimum evidence, given the cost of the first effect.
         min_log_likelihood = (

@@ -121,7 +121,7 @@ class Band:
 
     @property
     def _sections(self) -> int:
-        """Number of equal time sections into which the record of a wide band is cut, a power of two from 16."""
+        """Number of equal time sections into which the series is cut so that none is long: a power of two, at least 16."""
         return max(MIN_SECTIONS, 1 << (self.series.size // MAX_SECTION_VALUES - 1).bit_length())
 
     def _courses(self) -> list[tuple[int, float]]:

@@ -194,10 +194,11 @@ class Window:
         )
 
     def best_of_widths(self) -> Array:
-        """Array of the coordinates of the most likely band of several widths, each at its largest excess power.
+        """Array of the coordinates of the most likely band of several half-widths.
 
-        Half-widths grow by factors of 2 from one ordinate. The coordinates of the model are returned if no band is more
-        likely, or without other noise.
+        The half-widths grow by factors of 2 from one ordinate. Of each width, only the band with the largest power above
+        that of the other effects is tried. The coordinates of the model's band are returned if no tried band is more likely.
+        They are also returned if the other effects have no power somewhere.
         """
         if not np.all(self.other_power > 0.0):  # without other noise, no excess is defined
             return self.start()
@@ -281,8 +282,8 @@ class Window:
 def ordinates_delta_logl(model: Model, data: Data, ordinates: Array, count: Array) -> float:
     """Additional logL from the single ordinates near narrow bands, given the power of their bins; 0 without such bands.
 
-    The other effects count as flat within a bin. Otherwise a band next to the empty end of a filtered spectrum would
-    get credit for the slope of the filter.
+    The power of the other effects is averaged over each bin. Otherwise a band next to the empty end of a filtered
+    spectrum would get credit for the slope of the filter.
 
     Parameters
     ----------

@@ -86,9 +86,10 @@ def _maxima_of_selected(
     base: Maximum,
     part: RandomPart,
 ) -> dict[int, Maximum]:
-    """Dict from the index of a selected grid point to its `Maximum`, whose `weight` is that of `base`.
+    """Dict from the index of a selected grid point (an effect in `points`) to its `Maximum` of the likelihood.
 
-    The points are selected by the power of cells (groups of bins), unless the effect is a band.
+    The points with the largest logL after a few steps are selected. Unless the effects are bands, this logL is that of the
+    power averaged over groups of bins. The `weight` of each maximum is that of `base`.
     """
     narrow = points[0].occupies is not None
     designs = [_design(point) for point in points]

@@ -107,9 +107,10 @@ def _svg_pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
 
 
 def _variance_and_density(cls: type[Effect]) -> tuple[Array, Array]:
-    """Pair (Allan variance at `TAU`, density at `FREQUENCY`) of white noise with the example of an effect.
+    """Pair (Allan variance at `TAU`, density at `FREQUENCY`) of unit white noise with an example of an effect.
 
-    The effect is scaled to `ABOVE` times the white noise; only white noise and modifiers are not scaled.
+    The effect is scaled so that its largest Allan variance is `ABOVE` times that of the white noise. Modifiers act on the
+    white noise and are not scaled. For white noise itself the result is that of unit white noise.
     """
     if issubclass(cls, Stochastic) and cls.white:
         return 1.0 / TAU, np.ones(FREQUENCY.size)

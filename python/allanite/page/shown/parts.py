@@ -183,7 +183,10 @@ def _common_of_fits(fits: tuple[tuple[str, Fit], ...]) -> Common:
 
 
 def _export_verdict(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
-    """Dict with the verdict line of an export file and a note on the axes that it lacks, before it is saved."""
+    """Dict that describes an export file before it is saved: the verdict line in the file, and a note on missing axes.
+
+    The keys are ``verdict`` and ``missing``.
+    """
     made = documents.generated_file(tab, options.get("target", ""), "light")
     return {"verdict": verdict_in(made.body.decode()), "missing": made.note}
 

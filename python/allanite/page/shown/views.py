@@ -160,9 +160,10 @@ def _cursor_units(unit: str) -> list[dict[str, Any]]:
 
 
 def _label_traces(data: list[dict[str, Any]], fit: Fit) -> None:
-    """Set ``meta`` of each trace to what it draws: effect, limit, model, measured, single (ordinates) or residual.
+    """Set ``meta`` of each plotly trace to what the trace draws.
 
-    Effects have their index in the model (``effect-0``). Other traces stay without it.
+    The values are ``effect-0`` and ``limit-0`` (with the index of the effect in the model), ``model``, ``measured``,
+    ``single`` (ordinates) and ``residual``. Traces of anything else get no ``meta``.
     """
     for part in component_styles(fit):
         for trace in data:

@@ -52,9 +52,9 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     is_time = keys.get("X_Dimension", ["Time"])[0].lower() == "time"
 
     def rows() -> Iterator[str]:
-        """Yield the lines of a plain table: the header as comments, cells separated by tabs, decimal points.
+        """Yield the lines of a plain text table: the header as ``#`` comments, then cells separated by tabs.
 
-        Cells beyond the names, such as remarks, are left out.
+        Numbers have decimal points. Cells to the right of the named columns, such as remarks, are left out.
         """
         with path.open(encoding="utf-8-sig", errors="replace") as stream:
             for number, line in enumerate(stream):

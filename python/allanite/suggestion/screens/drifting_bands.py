@@ -165,7 +165,7 @@ def _refitted_with(course: _Course, solution: Solution, data: Data) -> Solution:
 
 
 def _without(model: Model, replaced: tuple[Effect, ...]) -> tuple[Effect, ...]:
-    """Tuple of the model's effects without the `replaced` ones."""
+    """Tuple of the model's effects except those that are identical (``is``) to one of `replaced`."""
     return tuple(e for e in model if not any(e is other for other in replaced))
 
 

@@ -134,10 +134,10 @@ def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series |
 
 
 def _repeats_waveform(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
-    """True if the periodic level of the candidate is a waveform that repeats: a spectral line instead of a noise level.
+    """True if the loud samples of a periodic noise level repeat a waveform: then it is a spectral line, not a noise level.
 
-    The loud samples and those one period later must have a mean product above half of the excess power. False for a
-    summary, and for a period of one sample or the record.
+    The mean product of the loud samples and those one period later must exceed half of their excess power. False for a
+    summary, and for a period of one sample or of the whole record.
     """
     effect = candidate.effect
     assert isinstance(effect, Modifier)

@@ -407,9 +407,10 @@ def with_gains_next_to_best(screens: dict[str, Screen], data: Data) -> dict[str,
     best = [c for c in found if score(c) > top - MAX_RIVAL_LOG_EVIDENCE]
 
     def with_smallest_gain(candidate: Candidate) -> Candidate:
-        """Copy of a candidate with `judged_gain` lowered to its ΔlogL in a model with one of the best; a best one itself.
+        """Copy of a candidate whose `judged_gain` is lowered to the smallest ΔlogL next to any of the best candidates.
 
-        The present `judged_gain` also counts; the smallest is at least 0.
+        ΔlogL is that of adding the candidate to a model with one of the best, at least 0. A larger value than the present
+        `judged_gain` is not used. A candidate that is one of the best is returned unchanged.
         """
         if candidate in best:
             return candidate
