@@ -375,10 +375,11 @@ class Effect(AsModel):
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
     def searched(self, name: str, n: int, rate: float) -> Array:
-        """Array of values of the shape parameter `name` that a fit tries: those of `grid` within the user's limits.
+        """Array of values of the shape parameter `name` that a fit tries.
 
-        Limits up to a factor of 2 beyond the grid are values, too. `n` is the number of samples, `rate` the sampling rate
-        in Hz. Without limits it is the whole grid. If no value of the grid is within the limits, the grid is clipped.
+        They are those of `grid` between the user's limits. A limit that is at most a factor of 2 beyond the grid is
+        tried, too. Without limits, all values of the grid are tried. If there is no value to try, the grid is clipped
+        to the limits. `n` is the number of samples, `rate` the sampling rate in Hz.
         """
         grid = self.grid(name, n, rate)
         if name not in self.limits:

@@ -302,9 +302,9 @@ def _filter_errors(
 
 @lru_cache(maxsize=64)
 def _choose_walk(target: _FollowedModel) -> Choice:
-    """`Choice` with the N and K that follow a model: the fitted ones if consistent, otherwise the best candidate.
+    """`Choice` with the N and K of a filter that follows a model; cached.
 
-    Cached.
+    They are the fitted N and K if the filter with them is consistent, otherwise those of the best candidate on a grid.
     """
     fitted = target.scale * _coefficient_of(target.model, "K")
     plain = _fitted_walk(target, fitted)

@@ -24,7 +24,7 @@ from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.stop_band import is_empty
 from allanite.fit.prediction_in_time import BLOCKS, function_costs, level_change_costs
 from allanite.fit.shapes.polish import polish
-from allanite.fit.shapes.scan import free_places
+from allanite.fit.shapes.scan import free_shape_parameters
 from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
@@ -181,7 +181,7 @@ def _refitted_maximum(solution: Solution, part: RandomPart) -> Maximum:
     """`Maximum` of the model of a solution fitted to other bin power `part`, starting from its fitted values."""
     model = solution.model
     found = part.climb(part.linear(model), solution.theta, solution.scale)
-    _, found = polish(model, free_places(model), found, part, roughly=True)
+    _, found = polish(model, free_shape_parameters(model), found, part, roughly=True)
     return found
 
 

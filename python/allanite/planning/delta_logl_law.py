@@ -48,7 +48,7 @@ class DeltaLoglLaw:
 
     @property
     def _free_ordinates(self) -> Array:
-        """Number of ordinates of each bin that known functions do not absorb, at least 0, shape (bins,)."""
+        """Number of ordinates of each bin minus those that the fitted known functions use up, at least 0, shape (bins,)."""
         return self.count if self.taken is None else np.maximum(self.count - self.taken, 0.0)
 
     @property

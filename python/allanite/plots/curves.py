@@ -477,9 +477,10 @@ def _densities_of_points(marks: list[Mark]) -> list[Array]:
 
 
 def _merged_bins(count: Array) -> tuple[NDArray[np.int64], Array]:
-    """Tuple (index of the first bin of each plotted point, degrees of freedom of each point), for bins of `count` dof.
+    """Tuple (index of the first bin of each plotted point, degrees of freedom of each point, shapes (points,)).
 
-    Neighboring bins become one point because a screen cannot resolve more. A point has at least 4 degrees of freedom.
+    Each bin has `count` degrees of freedom. Neighboring bins become one point because a screen cannot resolve more. A
+    point has at least 4 degrees of freedom.
     """
     cells = cells_of(count.size)
     first, total = [0], 0.0

@@ -57,7 +57,7 @@ def _disturbance_goes_first(out: Suggestion, found: list[Suggestion], fit: Fit) 
     first, last = ((t - data.start) / data.duration for t in effect.when)
 
     def remaining_delta_logl(one: Fit) -> float:
-        """ΔlogL of separate noise levels of each octave in the segment, for samples whitened by the model of the fit `one`."""
+        """ΔlogL of separate noise levels of each octave in the segment, for samples whitened by the model of `one`."""
         return delta_logl_of_separate_levels(whiten(one.solution, one.data), first, last)
 
     # Stationary noise of any spectrum is equally loud at all times, up to a few nats by chance.

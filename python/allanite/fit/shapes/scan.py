@@ -180,15 +180,15 @@ def polished_designs(
     With roughly optimized shapes of the effect at `place`.
     """
     return [
-        polish(model, free_places(model, place), found, part, roughly=True)
+        polish(model, free_shape_parameters(model, place), found, part, roughly=True)
         for found, model in _worth_polishing(scanned, place)
     ]
 
 
-def free_places(model: Model, place: int | None = None) -> list[tuple[int, str]]:
-    """List of (index of the effect, name) of every free shape with a value, of all effects or of that at `place`.
+def free_shape_parameters(model: Model, place: int | None = None) -> list[tuple[int, str]]:
+    """List of (index of the effect, name) of every free shape parameter with a number as its value.
 
-    Deterministic effects are omitted.
+    It covers all effects of the model, or only the effect at index `place`. Deterministic effects are omitted.
     """
     return [
         (i, name)

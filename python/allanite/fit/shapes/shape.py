@@ -38,7 +38,7 @@ from allanite.fit.shapes.matched import (
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import (
     better_form,
-    free_places,
+    free_shape_parameters,
     polished_designs,
     simplest_design,
 )
@@ -118,7 +118,7 @@ def fit_shapes(
     for place in indices_of_unbuilt(model, part):
         model, start = built_from_pieces(model, place, part), None
     found = part.maximize(model, start)
-    return polish(model, free_places(model), found, part) if polished else (model, found)
+    return polish(model, free_shape_parameters(model), found, part) if polished else (model, found)
 
 
 def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:

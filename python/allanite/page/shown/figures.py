@@ -96,7 +96,7 @@ def displayed_fit(tab: Tab) -> Fit | None:
 
 
 def effect_colors(work: Work, fit: Fit) -> list[str]:
-    """List of the color roles of the effects of a model; an effect keeps its first color in all models.
+    """List of the color names (of `COMPONENTS`) of the effects of a model; an effect keeps its first color in all models.
 
     New effects are added to `work.colors`.
     """

@@ -47,9 +47,9 @@ def _name_and_unit(field: str) -> tuple[str, str | None]:
 
 
 def _becomes_column(field: str) -> bool:
-    """True if a field of a message becomes a column: the time of receipt, the stamp, and all other than the following.
+    """True if a field of a message becomes a column: False for headers, covariances, orientations, and sequence numbers.
 
-    Not kept are headers, covariances and orientations.
+    The time of receipt and the stamp of the header become columns.
     """
     if field in (_RECEIVED, _STAMP):
         return True

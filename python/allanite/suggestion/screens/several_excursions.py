@@ -106,9 +106,10 @@ def _solution_with_excursions(
 
 
 def _log_p(count: int, places: float, fitted: Solution, solution: Solution) -> float:
-    """Ln of the p-value, at most 0, of the ΔlogL of `count` excursions as the best of all possible sets.
+    """Ln of the p-value, at most 0, of the largest ΔlogL among all possible sets of `count` excursions.
 
-    `fitted` is the solution with the excursions, `solution` that without.
+    `places` is the number of independent excursions in the record. `fitted` is the solution with the excursions,
+    `solution` the one without.
     """
     gain = fitted.log_likelihood - solution.log_likelihood
     return min(

@@ -26,7 +26,7 @@ from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import (
     MAX_SIMPLER_LOSS,
     better_form,
-    free_places,
+    free_shape_parameters,
     polished_designs,
     scan_added_effect,
     simplest_design,
@@ -184,10 +184,10 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
 
 
 def candidates_elsewhere(first: Effect, solution: Solution, data: Data) -> Iterator[Candidate]:
-    """Iterator over refitted `Candidate` of the kind of a band `first`, at frequencies that no earlier one occupies.
+    """Iterator over refitted `Candidate` bands of the kind of `first`, each at frequencies that no earlier one occupies.
 
-    They start from the `MAX_FORMS_TRIED` best grid points, each of which is refitted by itself: the best one of many
-    would lead to `first` again.
+    `first` counts as the earliest. Each of the `MAX_FORMS_TRIED` best grid points is refitted by itself. A refit from
+    the best of many points would lead to `first` again.
     """
     part = RandomPart(data, solution.power, solution.count)
     taken = [first.occupies]
@@ -280,7 +280,7 @@ def _with_richer_form(
     for plain, start in sorted(ends, key=lambda end: -end[1].log_likelihood)[:MAX_FORMS_TRIED]:
         for effect in plain.effects[last].extended():
             richer = Model((*plain.effects[:last], effect))
-            places = free_places(richer, last)
+            places = free_shape_parameters(richer, last)
             climbed = part.climb(part.linear(richer), start.theta, start.scale)
             tried = polish(richer, places, climbed, part, roughly=True)
             if tried[1].log_likelihood > max(
@@ -296,7 +296,7 @@ def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Mo
     A design with fewer parameters may lose `MAX_SIMPLER_LOSS` of logL for each parameter less. Reason: the present
     shapes and designs were fitted without the last effect, and may imitate it.
     """
-    found = polish(model, free_places(model), best, part, roughly=True)
+    found = polish(model, free_shape_parameters(model), best, part, roughly=True)
     if best.scale is None:
         return found
     for place, effect in enumerate(model.effects[:-1]):
@@ -322,7 +322,7 @@ def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Mo
             designs.setdefault(tuple(others[k].effects[place].values[c] for c in choices), k)
         for k in list(designs.values())[:MAX_DESIGNS_POLISHED]:
             start = part.climb(part.linear(others[k]), thetas[k], scales[k])
-            tried = polish(others[k], free_places(others[k]), start, part, roughly=True)
+            tried = polish(others[k], free_shape_parameters(others[k]), start, part, roughly=True)
             spared = sum(e.numbers for e in found[0]) - sum(e.numbers for e in tried[0])
             if tried[1].log_likelihood > found[1].log_likelihood - MAX_SIMPLER_LOSS * spared:
                 found = tried

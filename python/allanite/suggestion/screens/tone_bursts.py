@@ -39,9 +39,10 @@ if TYPE_CHECKING:
 def screen_tone_bursts(
     bands: tuple[Band, ...], lasting: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Tuple of a refitted `Candidate` of the best tone burst of each kind, if it beats the lines and bands in `lasting`.
+    """Tuple with at most one refitted `Candidate` of each kind of tone burst: the best burst.
 
-    Bands of more than 4096 values are not searched. Empty without a burst.
+    A burst is returned only if it explains more than the lines and bands in `lasting`. Bands of more than 4096 values
+    are not searched.
     """
     # A burst does not drift, so wide bands are not needed.
     bands = tuple(band for band in bands if band.series.size <= MAX_EXHAUSTIVE_FREQUENCIES)
