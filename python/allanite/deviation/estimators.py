@@ -162,9 +162,10 @@ def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
 
 
 def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
-    """Public function that computes a new estimator with a published bias; the estimator is added to `ESTIMATORS`.
+    """Public function, such as `totdev`, that computes the deviation of a new estimator with a known, removable bias.
 
-    `more` is a sentence of its docstring, `nbs14` the output of its example, `what` are attributes of `Estimator`.
+    Also adds the estimator to `ESTIMATORS`. `more` is a sentence of the function's docstring, `nbs14` the output of its
+    example, `what` are attributes of `Estimator`.
     """
     row = _register_estimator(**what)
 

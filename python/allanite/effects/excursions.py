@@ -96,8 +96,8 @@ class Excursions(Away):
     def together(cls, events: Sequence[Deterministic]) -> Self | None:
         """One effect with all excursions of `events`, in order of time; never None.
 
-        Overlapping excursions are split at all edges, and their heights add, so that no two overlap. If a sum is nearly
-        0, the bias is back there: a long excursion with a return inside becomes two excursions.
+        Where excursions overlap, their heights are added, so that the new excursions do not overlap. Parts with a sum
+        near 0 are left out: a long excursion and an opposite one inside it become two excursions.
         """
         alone = sorted(
             (one.values["start"], one.values["end"], one.values["height"])

@@ -138,9 +138,10 @@ class Work:
         self.history[self.state_index] = replace(self.board, column=column)
 
     def set_steps(self, column: int, column_steps: ColumnSteps) -> None:
-        """Store new steps of a column as a new state for undo; undone states and undone selections of a part are dropped.
+        """Store new steps of a column as a new state, to which `undo_or_redo` can return.
 
-        The first fit of a column adds no state: it is written into all states.
+        States that were undone before are dropped, and so is an undone selection of a part of the record. The first fit
+        of a column adds no state: it is written into all states.
         """
         self.after = None
         if not self.board.columns[column].steps:

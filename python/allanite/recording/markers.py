@@ -59,8 +59,9 @@ class Marker:
 def markers_of(x: NDArray[np.floating | np.integer]) -> list[Marker]:
     """List of the no-data markers (`Marker`) among the samples of one column, shape (n,): none, one or two.
 
-    A marker is the smallest or the largest value, far beyond all other samples. It is the end of an integer type, a
-    fill value such as 9999, or occurs at least three times. Empty for fewer than 20 finite samples.
+    A marker is the smallest or the largest value, far beyond all other samples. It must be the smallest or largest
+    number of an integer type, a fill value such as 9999, or occur at least three times. Empty for fewer than 20 finite
+    samples.
     """
     found: list[Marker] = []
     values = x[np.isfinite(x)] if x.dtype.kind == "f" else x

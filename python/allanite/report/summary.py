@@ -116,7 +116,10 @@ def temperature_text(recording: Recording) -> str:
 
 
 def _axis_cells(entry: Entry) -> tuple[str, ...]:
-    """Tuple of texts: name, verdict, N, B and K of an axis in data-sheet units; a dash if the model lacks the effect."""
+    """Tuple of texts: name, verdict, N, B and K of an axis in data-sheet units.
+
+    The cell of an undetected coefficient is its limit (``< 0.12 °/h``), that of one the model lacks a dash.
+    """
     fit, found = entry.study.fit, {}
     known = {effect.kind: name for name, effect in standard().items()}
     for effect, values in zip(fit.model.effects, fit.estimates, strict=True):

@@ -412,9 +412,9 @@ def _read_table(path: Path) -> list[dict[str, Any]]:
 
 
 def _csv_rows(path: Path) -> list[dict[str, Any]]:
-    """List of dicts: rows of a CSV table; all values are texts, without the quotes of `write_table`.
+    """List of the rows of a CSV table, each a dict from column name to text.
 
-    Raises `ValueError` for a damaged table.
+    The quotes that `write_table` puts before texts are removed. Raises `ValueError` for a damaged table.
     """
     import csv
 
