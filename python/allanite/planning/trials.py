@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.fit.likelihood.expected import Noise
+from allanite.fit.rivals.line_trials import trials_at
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
 from allanite.suggestion.constants import LEVEL_CELLS
-from allanite.suggestion.p_values import Family, arc_length, interval_trials, trials_at
+from allanite.suggestion.p_values import Family, arc_length, interval_trials
 from allanite.suggestion.screens.spectral import directions
 
 if TYPE_CHECKING:

@@ -93,9 +93,6 @@ MAX_SHAPE_RATIO = 2.0
 
 # Lines and narrow bands.
 
-#: Unit: 1. Largest relative error of a mains frequency and of the sensor's clock.
-#: Basis: judgment.
-MAINS_TOLERANCE = 0.002
 #: Unit: lines. Most lines that are refitted in one check.
 #: Basis: judgment.
 MAX_LINES_REFITTED = 12

@@ -19,7 +19,6 @@ from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     LEVEL_CELLS,
 )
-from allanite.suggestion.known_frequencies import known_bands
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,32 +102,6 @@ def arc_length(directions: NDArray[np.float64]) -> float:
         return 0.0
     cosine = np.clip(np.einsum("ij,ij->i", directions[1:], directions[:-1]), -1.0, 1.0)
     return float(np.arccos(cosine).sum())
-
-
-def line_trials(n: int) -> float:
-    """W of Baluev's false-alarm formula for a search up to the Nyquist frequency of n evenly spaced samples."""
-    return 0.5 * n * float(np.sqrt(np.pi / 3.0))
-
-
-def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.float64]:
-    """Array of the number of independent trials (W of Baluev's formula) of a line of `cycles` cycles in n samples.
-
-    W is that of a search of all frequencies, divided by the share of the false alarms that this frequency gets. One
-    third of the false alarms is divided equally among the octaves from one cycle to n/2, so that a slow line does not
-    pay for all fast ones. One third covers all frequencies, so that a fast line hardly pays for the octaves. One third
-    covers frequencies known beforehand, if the record has any; otherwise the shares are halves.
-    """
-    whole = line_trials(n)
-    octaves = max(1.0, np.log2(n / 2.0))
-    place = np.floor(np.log2(np.maximum(cycles, 1.0)))
-    of_octave = 0.5 * n / (octaves * np.minimum(2.0**place, 0.25 * n))
-    bands = known_bands(n, rate)
-    widths = np.maximum(whole * (bands[:, 1] - bands[:, 0]) / (0.5 * rate), 1.0)
-    frequency = np.asarray(cycles)[..., None] * rate / n
-    known = ((bands[:, 0] <= frequency) & (frequency <= bands[:, 1])).any(axis=-1)
-    of_known = known * whole / max(float(widths.sum()), 1.0)
-    shares = 3.0 if bands.size else 2.0
-    return np.asarray(shares * whole / (1.0 + of_octave + of_known))
 
 
 def interval_trials(cells: int, length: int, x: float) -> float:

@@ -24,12 +24,13 @@ from allanite.fit.likelihood.remembered import MIN_TRIM_SAMPLES, trim_memory
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import discrepancy_gain, parameters_cost
+from allanite.fit.rivals.line_trials import line_trials
 from allanite.fit.rivals.score import prior
 from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAIN_SHARE
 from allanite.suggestion.exclusions_first import excludes_or_changes_level
 from allanite.suggestion.explanation import explain
-from allanite.suggestion.p_values import Family, line_trials, log_p_value
+from allanite.suggestion.p_values import Family, log_p_value
 from allanite.suggestion.ranking import in_order, min_score
 from allanite.suggestion.screens._screen import OwnScreen, View
 from allanite.suggestion.screens.band_levels import best_levels, screen_band_level
@@ -132,7 +133,7 @@ class Suggestion:
         effect = self.effect
         if self.gives_way:
             return self.delta_log_likelihood - self.surplus + prior(effect)
-        if not (isinstance(effect, Stochastic) or effect.screened == "slow"):
+        if isinstance(effect, Modifier):
             return 0.5 * self.delta_bic - self.surplus + prior(effect)
         return (
             self.delta_log_likelihood

@@ -5,8 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.suggestion.known_frequencies import known_bands
-from allanite.suggestion.p_values import trials_at
+from allanite.fit.rivals.line_trials import expected_line_gain, known_bands, line_trials, trials_at
 
 DAY = 86400.0
 
@@ -34,5 +33,18 @@ def test_a_known_line_pays_less_and_another_hardly_more():
     n, rate = 200_000, 110.0
     at_mains, beside = trials_at(np.array([50.0, 44.0]) * n / rate, n, rate)
     assert at_mains < 0.1 * beside
-    # Shares of a third in place of halves.
-    assert beside < 1.51 * float(trials_at(np.array([44.0 * n / rate]), n, 0.9)[0])
+    # A third of the false alarms is left for all frequencies.
+    assert beside < 3.0 * line_trials(n)
+
+
+def test_mains_are_not_expected_where_their_error_is_as_wide_as_the_spectrum():
+    """0.2 % of 50 Hz are 0.1 Hz, five times all frequencies of samples each 25 s."""
+    assert np.ptp(known_bands(10_000, 0.04), axis=1).max() < 0.001
+    assert np.ptp(known_bands(10_000, 1.04), axis=1).max() > 0.1
+
+
+@pytest.mark.parametrize(("cycles", "gains"), [(17.07, True), (23.0, False)])
+def test_only_a_line_at_a_known_frequency_costs_less(cycles, gains):
+    """17 years of daily values: the year has 17.07 cycles, and 3 nats less to pay."""
+    gain = expected_line_gain(cycles, 6236, 1.0 / DAY)
+    assert gain == pytest.approx(3.0, abs=0.1) if gains else gain == 0.0

@@ -5,8 +5,9 @@ import pytest
 
 import allanite as al
 import generators as g
+from allanite.fit.rivals.line_trials import line_trials
 from allanite.fit.shapes.drifting import MAX_EXHAUSTIVE_FREQUENCIES, Band
-from allanite.suggestion.p_values import Family, line_trials, log_p_value
+from allanite.suggestion.p_values import Family, log_p_value
 
 RATE, LENGTH, N = 50.0, 100_000, 0.0126
 T = LENGTH / RATE

@@ -6,9 +6,9 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.rivals.evidence import discrepancy_gain, evidence, evidence_gain
+from allanite.fit.rivals.line_trials import known_bands, line_trials, trials_at
 from allanite.study.relations import is_same_feature
-from allanite.suggestion.known_frequencies import known_bands
-from allanite.suggestion.p_values import arc_length, line_trials, trials_at
+from allanite.suggestion.p_values import arc_length
 from allanite.suggestion.screens.spectral import directions
 
 RATE, LENGTH, N = 50.0, 60_000, 0.0126

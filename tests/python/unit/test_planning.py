@@ -13,7 +13,7 @@ import allanite as al
 import generators as g
 from allanite.cli import cli
 from allanite.common.errors import InputError, TooShortError
-from allanite.suggestion.p_values import trials_at
+from allanite.fit.rivals.line_trials import trials_at
 
 BASE = "N(N=0.0126)+B(B=0.002)+K(K=9.07e-5)"
 LAG = "GM(q_c=1.9e-3,T=30)"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.rivals.line_trials import expected_line_gain
 from allanite.fit.solution import Process, Regressed
 
 if TYPE_CHECKING:
@@ -32,7 +33,8 @@ def parameters_cost(own: Fitted, solution: Solution) -> float:
     Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) with a logarithm uniform over `PRIOR_LOG_RANGE`. It suits slow effects,
     which only few ordinates determine, however long the record is. The frequency of a band is uniform up to half the
     sampling rate, and its error is 1/z of the width: its range is the number of all ordinates over that of the band.
-    All other effects (lines, filters, changes of level) cost ½ ln n for each parameter.
+    All other effects (lines, filters, changes of level) cost ½ ln n for each parameter. A line at a frequency that was
+    expected costs less (`expected_line_gain`).
     """
     effect = own.effect
     if isinstance(own, Process) and not effect.nameless:
@@ -46,6 +48,10 @@ def parameters_cost(own: Fitted, solution: Solution) -> float:
     if effect.screened == "slow" and isinstance(own, Regressed):
         inverse = np.linalg.pinv(own.covariance, hermitian=True)
         return effect.numbers * parameter_cost(float(own.amplitudes @ inverse @ own.amplitudes))
+    if isinstance(own, Regressed) and (frequency := own.effect.base_frequency) is not None:
+        data = solution.residual.data
+        gain = expected_line_gain(frequency * data.duration, data.n, data.rate)
+        return effect.numbers * bic_cost(solution) - gain
     return effect.numbers * bic_cost(solution)
 
 

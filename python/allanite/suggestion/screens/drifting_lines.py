@@ -13,6 +13,7 @@ import numpy as np
 from allanite.effects import CATALOGUE, Deterministic, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.peaks import has_all_ordinates
+from allanite.fit.rivals.line_trials import line_trials
 from allanite.fit.shapes.deterministic import design_of, regress
 from allanite.fit.shapes.drifting import (
     MAX_BAND_FREQUENCIES,
@@ -31,7 +32,6 @@ from allanite.suggestion.constants import (
 )
 from allanite.suggestion.p_values import (
     Family,
-    line_trials,
     log_p_value,
     may_become_significant,
     min_significant_score,

@@ -14,6 +14,7 @@ from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.stop_band import is_empty
+from allanite.fit.rivals.line_trials import known_bands, trials_at
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, ordinates_near, regress
 from allanite.fit.shapes.shape import ORDINATES_BESIDE_LINE, polish_line
 from allanite.suggestion.constants import (
@@ -29,8 +30,7 @@ from allanite.suggestion.constants import (
     MIN_SCREEN_GAIN,
     MIN_SPACED_LINES,
 )
-from allanite.suggestion.known_frequencies import known_bands
-from allanite.suggestion.p_values import Family, log_p_value, trials_at
+from allanite.suggestion.p_values import Family, log_p_value
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:

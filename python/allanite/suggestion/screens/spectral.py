@@ -21,6 +21,7 @@ from allanite.fit.likelihood.expected import column_of
 from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION, is_fitted_to_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import climb_many
+from allanite.fit.rivals.line_trials import line_trials
 from allanite.fit.shapes.narrow import is_flat_near
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import (
@@ -42,7 +43,7 @@ from allanite.suggestion.constants import (
     MIN_SCORE_GAIN,
     MIN_SCREEN_GAIN,
 )
-from allanite.suggestion.p_values import Family, arc_length, line_trials, log_p_value
+from allanite.suggestion.p_values import Family, arc_length, log_p_value
 from allanite.suggestion.screens.narrow_bands import narrow_bands, widths_tried
 
 if TYPE_CHECKING:

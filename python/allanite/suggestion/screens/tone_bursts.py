@@ -12,6 +12,7 @@ from allanite.fit.likelihood.discrepancy import (
     best_scale,
     marginal_likelihood,
 )
+from allanite.fit.rivals.line_trials import line_trials
 from allanite.fit.shapes.drifting import MAX_EXHAUSTIVE_FREQUENCIES, Band
 from allanite.fit.shapes.tones import (
     effective_trials,
@@ -26,7 +27,7 @@ from allanite.suggestion.constants import (
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_PERIODS,
 )
-from allanite.suggestion.p_values import Family, line_trials, log_p_value, may_become_significant
+from allanite.suggestion.p_values import Family, log_p_value, may_become_significant
 from allanite.suggestion.screens.drifting_lines import blanks_of_screen, solved_with
 from allanite.suggestion.screens.spectral import Candidate
 

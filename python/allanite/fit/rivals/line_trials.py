@@ -1,0 +1,92 @@
+"""Number of trials of a search for lines; calendar, tides, satellites and mains are expected and have few of their own."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Length of a day, s.
+DAY = 86400.0
+#: Known periods, s: the tropical year and its half and third, the draconitic year of GPS (Ray et al. 2008, GPS Solut. 12),
+#: the day and its half and third, the sidereal day and its half (the orbit of GPS), the tides M2, O1 and N2 (Doodson
+#: 1921, Proc. R. Soc. A 100).
+PERIODS = (
+    365.2422 * DAY,
+    365.2422 / 2 * DAY,
+    365.2422 / 3 * DAY,
+    351.4 * DAY,
+    DAY,
+    DAY / 2,
+    DAY / 3,
+    86164.1,
+    86164.1 / 2,
+    12.4206 * 3600,
+    25.8193 * 3600,
+    12.6583 * 3600,
+)
+#: Mains frequencies and their first overtones, Hz.
+MAINS = (50.0, 60.0, 100.0, 120.0)
+#: Unit: 1. Largest relative error of a mains frequency and of the sensor's clock.
+#: Basis: judgment.
+MAINS_TOLERANCE = 0.002
+
+
+def known_bands(n: int, rate: float) -> NDArray[np.float64]:
+    """Array of the bands (low, high), Hz, in which n samples at `rate` Hz show known frequencies or their aliases.
+
+    Its shape is (bands, 2), unsorted. A band is at least one resolution 1/T wide. Frequencies and aliases of at most 2/T
+    are omitted, and frequencies whose error exceeds half of the range from 0 to rate/2.
+    """
+    width = rate / n
+    exact = np.array([1.0 / period for period in PERIODS])
+    frequency = np.concatenate([exact, MAINS])
+    half = np.concatenate([np.zeros(exact.size), MAINS_TOLERANCE * np.array(MAINS)])
+    half = np.maximum(half, 0.5 * width)
+    seen = np.abs(frequency - rate * np.round(frequency / rate))
+    there = (seen > 2.0 * width) & (half < 0.125 * rate)
+    return np.column_stack([seen - half, np.minimum(seen + half, 0.5 * rate)])[there]
+
+
+def line_trials(n: int) -> float:
+    """W of Baluev's false-alarm formula for a search up to the Nyquist frequency of n evenly spaced samples."""
+    return 0.5 * n * float(np.sqrt(np.pi / 3.0))
+
+
+def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.float64]:
+    """Array of the number of independent trials (W of Baluev's formula) of a line of `cycles` cycles in n samples.
+
+    W is that of a search of all frequencies, divided by the share of the false alarms that this frequency gets. One
+    third of the false alarms is divided equally among the octaves from one cycle to n/2, so that a slow line does not
+    pay for all fast ones. One third covers all frequencies, so that a fast line hardly pays for the octaves. One third
+    covers frequencies known beforehand, if the record has any; otherwise the shares are halves.
+    """
+    unknown, known, shares = _shares_of_false_alarms(cycles, n, rate)
+    return np.asarray(shares * line_trials(n) / (unknown + known))
+
+
+def expected_line_gain(cycles: float, n: int, rate: float) -> float:
+    """Ln of the ratio of the trials of an unknown frequency in the same octave to those of this one, `trials_at`.
+
+    It is 0 unless a line of `cycles` cycles in n samples at `rate` Hz is at a known frequency (`known_bands`).
+    """
+    unknown, known, _ = _shares_of_false_alarms(np.array([cycles]), n, rate)
+    return float(np.log1p(known[0] / unknown[0]))
+
+
+def _shares_of_false_alarms(
+    cycles: NDArray[np.float64], n: int, rate: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """Tuple (share of all frequencies and of the octave, share of known frequencies, number of equal parts).
+
+    The shares are relative to that of the search of all frequencies; the last is 0 beside known frequencies.
+    """
+    whole = line_trials(n)
+    octaves = max(1.0, np.log2(n / 2.0))
+    place = np.floor(np.log2(np.maximum(cycles, 1.0)))
+    of_octave = 0.5 * n / (octaves * np.minimum(2.0**place, 0.25 * n))
+    bands = known_bands(n, rate)
+    widths = np.maximum(whole * (bands[:, 1] - bands[:, 0]) / (0.5 * rate), 1.0)
+    frequency = np.asarray(cycles)[..., None] * rate / n
+    known = ((bands[:, 0] <= frequency) & (frequency <= bands[:, 1])).any(axis=-1)
+    of_known = known * whole / max(float(widths.sum()), 1.0)
+    return np.asarray(1.0 + of_octave), np.asarray(of_known), 3.0 if bands.size else 2.0
