@@ -35,7 +35,7 @@ class Former:
         return lambda *args, **kwargs: self._warned(self._call, owner, 4)(owner, *args, **kwargs)
 
     def _warned(self, value: Any, owner: type, stacklevel: int = 4) -> Any:
-        """The `value` itself, after the warning."""
+        """Warn that this name of an attribute of the class `owner` is a former one, and return `value`."""
         kind = owner.__name__
         warn_of_former_name(f"{kind}.{self._name}", f"{kind}.{self._present}", stacklevel)
         return value

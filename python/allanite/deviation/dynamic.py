@@ -228,11 +228,12 @@ def _gap_remarks(
 ) -> tuple[str, ...]:
     """Tuple of sentences on missing samples and on the averaged differences that they remove; empty if none is missing.
 
-    They state the number of missing samples, the share of removed differences, and the number of windows without any.
+    They state the number of missing samples, the share of removed differences, and the number of windows in which no
+    difference is left.
     """
     missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
     whole = n.shape[0] * OADEV.max_terms(m, size + (not src.angle))
     share = 1.0 - n.sum(axis=0) / np.maximum(whole, 1)
     notes = gap_notes(missing, src.samples.size, np.asarray(m / src.rate), share)
     empty = np.count_nonzero(~n.any(axis=1))
-    return (*notes, f"{empty} of {n.shape[0]} windows have no term") if empty else notes
+    return (*notes, f"{empty} of {n.shape[0]} windows have too few samples") if empty else notes

@@ -169,7 +169,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     remark = (
         f"Theo1 {beyond}, its bias {bias:.4g} removed"
         if np.isfinite(bias)
-        else f"nothing {beyond}: no bias of Theo1 could be estimated, as gaps leave no term at some"
+        else f"nothing {beyond}: no bias of Theo1 could be estimated, as gaps leave too few samples at some"
         " averaging times"
     )
     notes = (*notes, remark)

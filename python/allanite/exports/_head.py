@@ -263,7 +263,7 @@ def _omitted_effects(
 
 
 def _is_covered(effect: Effect, axis: Axis, simulator: bool) -> bool:
-    """True if numbers that follow the model cover this effect.
+    """True if an exported N and K can represent this effect.
 
     True for random processes, spectral lines, all modifiers, and known functions whose Allan variance does not depend
     on the record (a ramp). With `simulator`, false for lines and narrow bands.

@@ -305,9 +305,10 @@ def _is_among(effect: Effect, effects: Sequence[Effect]) -> bool:
 
 
 def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
-    """Local `Maximum` of the likelihood, with a discrepancy, found by an ascent from the model's values.
+    """Local `Maximum` of the likelihood, with a fitted discrepancy, that is reached from the model's values.
 
-    None if a coefficient or a free shape of a random effect is missing, or if all coefficients are 0.
+    None if a coefficient of a random effect or a free shape (of a random effect or modifier) has no value, or if all
+    coefficients are 0.
     """
     known = [getattr(e, e.coefficient) for e in model.stochastic]
     shapes = [e.values[n] for e in model if not isinstance(e, Deterministic) for n in e.free_shapes]

@@ -431,7 +431,11 @@ class Fit:
         return al.plots.plot_fit(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict (JSON form ``allanite/fit/1``) of recording, method, `body`, band, correlations and degeneracies."""
+        """Dict for JSON (``allanite/fit/1``) of the fit.
+
+        It contains the recording, method, model, effects, misfit, error and adequacy (see `body`), and the band,
+        correlations and degeneracies.
+        """
         return {
             "schema": "allanite/fit/1",
             "version": _kernels.version(),

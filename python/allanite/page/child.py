@@ -136,10 +136,10 @@ def _lists_as_tuples(value: Any) -> Any:
 
 
 def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Dict of `Inspection.to_dict` for a log, in the child process, with a ``spark`` line in each column.
+    """Dict of `Inspection.to_dict` for a log, with the data of a small curve as ``spark`` in each column.
 
-    Findings name the controls of the page. Without readable columns, no ``spark`` is added. Removes ``units`` from
-    `options`.
+    Runs in the child process. Messages of findings name the controls of the page. If the columns cannot be read, no
+    ``spark`` is added. Removes ``units`` from `options`.
     """
     from allanite.page.words import WORDS
     from allanite.readers import read_table

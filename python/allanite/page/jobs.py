@@ -145,7 +145,7 @@ class Job:
         }
 
     def _run(self, work: Callable[[Job], None]) -> None:
-        """Run the work in the thread, then return the turn of the job.
+        """Run `work` in the thread of the job, and release the job's turn (see `take_turn`) at the end.
 
         Cancellation ends it silently; other errors are stored by `_work`.
         """

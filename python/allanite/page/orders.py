@@ -65,7 +65,7 @@ def _number_of(order: dict[str, Any], name: str) -> float | None:
 
 
 def _text_of(order: dict[str, Any], name: str) -> str | None:
-    """Text called `name` of an order; None if it is missing or empty.
+    """Value of the key `name` in an order of the page, a text; None if it is missing or empty.
 
     Raises `InputError` if it is no text of up to 2000 characters.
     """

@@ -28,11 +28,12 @@ MAX_SHORT_GAP = 32
 
 
 def usual_step(steps: Array) -> float:
-    """Usual step of time stamps: the median of the positive steps, or 1/2 to 1/5 of it if most steps are multiples.
+    """Usual step of time stamps: the median of the positive steps, or a mean or a fraction of the median in special cases.
 
-    The median is the mode of nearly every log, and robust against jitter. If most samples are missing, the median is a
-    multiple of the usual step. A fraction (1/2 to 1/5) of the median is taken if one step in eight is that short, and
-    most steps are multiples of it.
+    The median is the mode of nearly every log, and robust against jitter. For regular stamps that are rounded about as
+    coarsely as their interval, the mean step is returned. If most samples are missing, the median is a multiple of the
+    usual step. A fraction (1/2 to 1/5) of the median is taken if one step in eight is that short, and most steps are
+    multiples of it.
 
     Raises
     ------

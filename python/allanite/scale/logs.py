@@ -75,7 +75,10 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
 
 
 def _logs_among(paths: Iterator[Path]) -> list[Path]:
-    """List of `Path`: paths without hidden files, folders, journals, and tables that have a journal."""
+    """List of those `paths` that may be logs.
+
+    Hidden files, folders, journals, and tables that have a journal are left out.
+    """
     # A pipe, a device or a broken link stays in the list, and gets a failed row.
     return [
         path

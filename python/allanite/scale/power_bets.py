@@ -47,7 +47,7 @@ class ClippedPower:
         self.sums = np.zeros(4)
 
     def bound(self) -> float:
-        """Upper bound on the mean of (w² − LOW_CLIP)₊; infinity before the first sample.
+        """Upper bound on the mean of (w² − LOW_CLIP)₊ over whitened samples w; infinity before the first sample.
 
         It is the larger of two bounds. The first bounds the mean of the observed excess. The second bounds the mean of
         the excess up to HIGH_CLIP, and assumes that the tail above falls at least as w⁻⁴ (four degrees of freedom). The

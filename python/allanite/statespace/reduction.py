@@ -143,7 +143,11 @@ def _fitted_sections(
     damping, best = 1e-3, np.inf
 
     def evaluate(sizes: Array, logs: Array) -> tuple[Array, Array, Array, float]:
-        """Tuple (contribution of each section, total, weighted residuals, sum of the squared residuals)."""
+        """Tuple (curves of the sections, total with the fixed curves, weighted residuals, sum of squared residuals).
+
+        A curve is the Allan variance and density. `sizes` are the logarithms of the factors of the sections, `logs`
+        those of 1 − φ of the AR(1) sections.
+        """
         unit = np.array([_ar1_curves(g, m, w) for g in np.exp(logs)]).reshape(-1, target.size)
         parts = np.exp(sizes)[:, None] * np.vstack([plain, unit])
         total = base + parts.sum(axis=0)

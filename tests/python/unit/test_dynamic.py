@@ -38,7 +38,7 @@ def test_missing_samples_are_said(dynamic):
     assert "differences that touch them are not used" in said
     empty = int(np.isnan(dynamic.deviation).all(axis=1).sum())
     assert empty > 0
-    assert f"{empty} of {dynamic.time.size} windows have no term" in said
+    assert f"{empty} of {dynamic.time.size} windows have too few samples" in said
     assert al.dynamic_oadev(RNG.standard_normal(500), window=100.0).diagnostics == ()
     phase = np.cumsum(RNG.standard_normal(500))
     assert al.dynamic_oadev(phase, window=100.0, quantity="angle").diagnostics == ()

@@ -55,16 +55,19 @@ def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
     """Array of the first 8192 cosine ordinates of every regressor of an effect, shape (regressors, ordinates); cached."""
 
     def of_effect() -> NDArray[np.float64]:
-        """Array of the first ordinates of every regressor, computed for the cache."""
+        """Array of the first `CACHED_ORDINATES` ordinates of each regressor of the effect, one row per regressor."""
         rows = effect.regressors(data.time, data.covariates).T
         return np.array([lowest(row) for row in rows])
 
     def of_lagged(part: LaggedColumn) -> NDArray[np.float64]:
-        """Array of the first ordinates of a filtered column, cached for all effects that follow the column."""
+        """Array of the first `CACHED_ORDINATES` ordinates of a filtered column.
+
+        Cached for all effects that follow the column.
+        """
         return data.lowest.get(part, lambda: lowest(part.series(data.time, data.covariates)))
 
     def lowest(series: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Array of the first `CACHED_ORDINATES` ordinates of a series."""
+        """Array of the first `CACHED_ORDINATES` ordinates (cosine-transform coefficients) of a series."""
         if effect.follows is not None and data.samples.size >= 2 * COLUMN_MEANS:
             return _ordinates_of_means(series, data)
         return data.transform(series)[:CACHED_ORDINATES]

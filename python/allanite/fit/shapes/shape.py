@@ -257,7 +257,10 @@ def polish_line(
     ]
 
     def gains_apart(tried: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Array of the sum of the ΔlogL of each line in its own ordinates, at each frequency."""
+        """Array of the sum of the ΔlogL of the single lines at each base frequency in `tried`.
+
+        Each line is fitted to its own ordinates only.
+        """
         total = np.zeros(tried.size)
         for m, own in zip(multiples, windows, strict=True):
             total += comb_gains(tried, [m], j[own], values[own], variance[own], data)

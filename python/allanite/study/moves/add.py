@@ -83,13 +83,14 @@ def _further_resolved_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, 
 def with_second_effect(
     before: State, after: State, check: Check, falls: bool
 ) -> tuple[State, Suggestion] | None:
-    """Pair: `State` with a second effect, with which no error rises beyond its scatter, and the suggestion of it; or None.
+    """Pair of the `State` with a second effect added to `after` and the suggestion of this effect; or None.
 
-    It is needed if the first addition alone raises an error. If an error rises beyond its scatter, effects that `check`
-    found missing are tried. If the Allan error rises with all of them, the model with the addition is checked, and its
-    suggestions are added or replace the addition; the pair with the lower Allan error is returned. If `falls` (no error
-    of `after` rises beyond its scatter), only that second check is used: the second effect must gain 3 nats, and the
-    discrepancy must not be above that of `before`.
+    `after` is `before` with a first addition. The second effect is needed if the first alone raises an error. No error
+    of the returned state rises beyond its scatter. First, effects that `check` (of `before`) found missing are tried.
+    If the Allan error rises with all of them, `after` is checked, and its suggestions are added or replace the
+    addition; the pair with the lower Allan error is returned. If `falls` (no error of `after` rises beyond its
+    scatter), only that second check is used: the second effect must gain 3 nats, and the discrepancy must not be above
+    that of `before`.
     """
     new = after.fit.model.effects[-1].kind
     if falls:

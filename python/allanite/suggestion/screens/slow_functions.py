@@ -177,8 +177,8 @@ def _significant_richer_forms(
 ) -> list[Candidate]:
     """List of refitted `Candidate` of those `forms` that explain significantly more (1 %) than the candidate `simple`.
 
-    None as `simple` stands for no function. Refuted forms, forms of an event already in the list, and forms that are
-    not significant by themselves are omitted.
+    If `simple` is None, a form is compared with the model without it. Omitted are forms that are not significant by
+    themselves, forms whose refit is rejected, and forms of an event that is already in the list.
     """
     found: list[Candidate] = []
     for effect, (arc, starts, noise) in forms.items():
