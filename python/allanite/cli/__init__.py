@@ -210,7 +210,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         return 0
     except MemoryError:
         return _print_error(
-            "not enough memory: average the samples of a long log with --decimate K", 3
+            "not enough memory: average the samples of a long log with --decimate COUNT", 3
         )
     except OSError as error:
         if error.filename is None:

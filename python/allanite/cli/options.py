@@ -177,7 +177,8 @@ _LOG_OPTIONS = (
         "--column",
         multiple=True,
         metavar="NAME",
-        help="Column to use as a sensor; repeatable. Default: all sensor columns.",
+        help="Column to use as a sensor; repeatable. Default: all columns of gyroscopes, accelerometers and"
+        " clocks.",
     ),
     click.option(
         "--covariate",
@@ -194,16 +195,16 @@ _LOG_OPTIONS = (
     click.option(
         "--piece",
         type=int,
-        metavar="N",
+        metavar="INDEX",
         help="Segment to use if pauses split the log, counted from 1. A pause counts as missing samples; it splits the log"
-        " only if more than 80 % would be missing. Default: the segment with the most samples.",
+        " only if more than 80 % of the record would be missing samples. Default: the segment with the most samples.",
     ),
     click.option(
         "--topic",
         multiple=True,
         metavar="NAME",
-        help="Topic of a ROS bag, ULog or ArduPilot log; repeatable. Default: the first topic of an inertial sensor. Or the"
-        " source to read from a log of chrony, ntpd or linuxptp.",
+        help="Topic of a ROS bag, ULog or ArduPilot log; repeatable. Default: the first topic of an inertial sensor. For a"
+        " log of chrony, ntpd or linuxptp: the time source to read.",
     ),
     click.option(
         "--output-unit",
@@ -231,8 +232,8 @@ _LOG_OPTIONS = (
     click.option(
         "--decimate",
         type=int,
-        metavar="K",
-        help="Replace each K consecutive samples by their mean. N and the slow noise keep their values.",
+        metavar="COUNT",
+        help="Replace each COUNT consecutive samples by their mean. N and the slow noise keep their values.",
     ),
     click.option(
         "--seed",

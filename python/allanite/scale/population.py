@@ -142,7 +142,10 @@ class Fleet:
         """Sentence that more logs are needed for the distribution of a parameter; empty if there is a distribution."""
         if self.population:
             return ""
-        return f"too few units: a population needs {MIN_UNITS} logs with the same axis, found {self.files}"
+        return (
+            f"too few units: a population needs {MIN_UNITS} logs with the same axis, found {self.files} logs and"
+            f" {self.axes} axes with a model"
+        )
 
     def _unit_text(self, one: Deviating) -> str:
         """Text of a deviating unit: ``unit4.csv, gx: N × 1.6 (p = 1e-5)``; 1.6 is the ratio to the median of all units.
@@ -188,14 +191,16 @@ class Fleet:
         if self.biases:
             lines += ["", "bias between logs (of one sensor: the bias at switch-on):"]
             lines += [f"  {name}: {bias}" for name, bias in self.biases.items()]
-        share = 100 * FALSE_DISCOVERY_RATE
-        lines += [
-            "",
-            f"deviating units (at most {share:g} % of them are false alarms): {len(self.deviating)}",
-        ]
-        lines += [
-            f"  {self._unit_text(d)}" for d in sorted(self.deviating, key=lambda d: _sort_key(d.by))
-        ]
+        if self.population or self.deviating:
+            share = 100 * FALSE_DISCOVERY_RATE
+            lines += [
+                "",
+                f"deviating units (at most {share:g} % of them are false alarms): {len(self.deviating)}",
+            ]
+            lines += [
+                f"  {self._unit_text(d)}"
+                for d in sorted(self.deviating, key=lambda d: _sort_key(d.by))
+            ]
         if self.failed:
             lines += ["", "failed logs:"]
             lines += [

@@ -76,12 +76,12 @@ def command(
 
     LOG is a file, or - for standard input. Each figure (limit) of the sheet is measured with a 95 % interval. The verdict
     is "meets" if the whole interval does not exceed the limit, and "does not meet" if the whole interval lies above.
-    Otherwise the figure is undecided, and the table shows the record length that would probably decide.
+    Otherwise the figure is undecided, and the table shows the record length that would probably decide, unless the model
+    has no such coefficient.
 
     Coefficients, such as N, B and K, come from a model of the log. The model is built as in allanite improve, so lines,
-    outliers and a logged temperature do not count as noise. in_run_bias_stability is the minimum of the Allan deviation
-    of the samples themselves: the value at the averaging time where the fitted model is lowest. Lines, outliers and
-    temperature do raise this minimum.
+    outliers and a logged temperature do not count as noise. in_run_bias_stability is the measured Allan deviation at
+    the averaging time where the curve of the fitted model is lowest. Lines, outliers and temperature do raise this value.
 
     Prints a table for each tested axis, with one row per figure. An axis is tested if the sheet has figures for its kind
     of sensor. Exit codes, of the worst axis: 0 every figure meets the sheet; 1 at least one does not meet; 3 none fails,

@@ -72,14 +72,14 @@ if TYPE_CHECKING:
 @click.option(
     "--overbound",
     is_flag=True,
-    help="With --export: conservative N and K that cover the 95 % limits of the models and their alternative"
-    " explanations. Not together with --as-fitted.",
+    help="With --export: the smallest N and K whose Allan curve lies nowhere below the upper 95 % limit of the model,"
+    " over alternative models too, for a conservative filter. Not together with --as-fitted.",
 )
 @click.option(
     "--as-fitted",
     is_flag=True,
     help="With --export: the fitted N and K alone; one that was not detected gets its 95 % limit. By default, N and K also"
-    " cover other slow noise, such as B.",
+    " cover other slow noise, such as B. Not together with --overbound.",
 )
 @click.option(
     "--working",

@@ -31,19 +31,20 @@ from allanite.exports import TARGETS
     "--rate",
     type=float,
     metavar="HZ",
-    help="Rate of the samples that the filter gets. Default: that of MODEL; PX4, ArduPilot and GLIM have their own.",
+    help="Rate at which the filter takes steps. Default: that of MODEL; PX4 100 Hz, ArduPilot 83.33 Hz, GLIM 10 scans per"
+    " second.",
 )
 @click.option(
     "--overbound",
     is_flag=True,
-    help="Write conservative N and K that cover the 95 % limits of the model and its alternative explanations. Not"
-    " together with --as-fitted.",
+    help="Write the smallest N and K whose Allan curve lies nowhere below the upper 95 % limit of the model, over"
+    " alternative models too, for a conservative filter. Not together with --as-fitted.",
 )
 @click.option(
     "--as-fitted",
     is_flag=True,
     help="Write the fitted N and K alone; one that was not detected gets its 95 % limit. By default, N and K also cover"
-    " other slow noise, such as B.",
+    " other slow noise, such as B. Not together with --overbound.",
 )
 @click.option(
     "--horizon",

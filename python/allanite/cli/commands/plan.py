@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 @click.option(
     "--tell",
     metavar="A,B",
-    help="Two effects to distinguish, e.g. GM,K. Put the more specific one into MODEL, here GM with values: a K looks like"
-    " a GM with a very long T, so no record would distinguish them.",
+    help="Two effects to distinguish, e.g. GM,K. Put the more specific one into MODEL, here GM with values: if"
+    " MODEL has K, no record tells it from a GM with a very long T.",
 )
 @click.option(
     "--to",

@@ -57,10 +57,10 @@ def command(
 ) -> None:
     """Predict how errors grow after aiding ends: angle, velocity, position or clock phase.
 
-    The last fix is the last measurement from another sensor, such as GNSS. Up to the last fix, aiding kept the state known,
-    and the bias was averaged over the last --aided seconds. Afterwards the filter integrates the sensor alone. Prints the
-    standard deviation of each error over time, and the contribution of each effect. An effect that was not detected counts
-    with 0.64 times its 95 % limit, the rms value that the record allows.
+    The last fix is the last measurement from another sensor, such as GNSS. Until the last fix, the state is known
+    from aiding. The bias is the mean over the last --aided seconds before it. Afterwards the filter integrates the
+    sensor alone. Prints the standard deviation of each error over time, and the contribution of each effect. An
+    effect that was not detected counts with 0.64 times its 95 % limit, the rms value that the record allows.
 
     With LOG, a record at rest (a file, or - for standard input), the growth is also measured on segments of the log. With
     models of gyroscopes and accelerometers, a budget of horizontal velocity and position follows, with gravity and the

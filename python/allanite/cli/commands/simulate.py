@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     "-n",
     "--samples",
     type=int,
-    metavar="N",
+    metavar="COUNT",
     help="Length of the record in samples, instead of --duration.",
 )
 @click.option(
@@ -84,9 +84,9 @@ def command(
 
     MODEL is a sum of effects with values, e.g. "N(N=0.01)+K(K=1e-4)", or a model file. Values without a unit are in
     --unit: N(N=0.01) with --unit deg/s is 0.01 deg/s/sqrt(Hz). N(N=0.3 deg/sqrt(h)) states its unit. docs/contract.md
-    lists the effects and their parameters. COV and other effects of a logged column need --all-axes and --covariates.
-    Give the length with --duration or
-    --samples. With --all-axes, the default length is that of the measured log.
+    lists the effects and their parameters. Effects of a logged column, such as the temperature (COV), need --all-axes
+    and --covariates. Give the length with --duration or --samples. With --all-axes, the default length is that of the
+    measured log.
     """
     from allanite.cli.models import models_of
     from allanite.common.errors import InputError

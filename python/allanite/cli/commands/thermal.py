@@ -43,8 +43,8 @@ def command(
 ) -> None:
     """Fit the bias of every axis as a function of temperature, b(T).
 
-    Each LOG holds the same sensor at rest while its temperature changes: a warm-up or a run in a chamber, each after
-    another switch-on. Name the temperature column with --covariate if it is not recognized.
+    Give one LOG of the same sensor at rest for each switch-on, while its temperature changes: a warm-up, or a run in a
+    chamber. Name the temperature column with --covariate if it is not recognized.
 
     Polynomials, a thermal lag, hysteresis and a dependence on the rate of change are fitted together with the noise;
     the evidence (logL less a cost for each parameter) decides. Prints the chosen law of each axis with its 95 % band,

@@ -44,9 +44,9 @@ if TYPE_CHECKING:
 @click.option(
     "--state",
     metavar="FILE",
-    help="Save the test with every printed line, and continue from it at the next start: evidence, alarm, and position in"
-    " the source. FILE.summary next to it keeps all samples in summarized form, for a new fit. To start again, delete both"
-    " files.",
+    help="Save the state of the watch after every printed line, and continue from it at the next start: evidence, alarm,"
+    " and position in the source. FILE.summary next to it keeps all samples in summarized form, for a new fit. To start"
+    " again, delete both files.",
 )
 @click.option(
     "--prometheus",
