@@ -75,8 +75,9 @@ def command(
 ) -> None:
     """Compute the Allan deviation of each sensor column in LOG.
 
-    Prints a table of averaging times τ in s, deviations and intervals (95 % by default). LOG is a file, or - for standard
-    input. A log larger than half of the free memory is read in chunks.
+    Prints a table: averaging time τ in s, deviation, its interval (95 % by default), equivalent degrees of freedom
+    (edf) and number n of averaged differences. LOG is a file, or - for standard input. A log larger than half of the
+    free memory is read in chunks.
 
     \b
     --kind            deviation, and when to use it

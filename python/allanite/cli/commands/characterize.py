@@ -91,8 +91,8 @@ if TYPE_CHECKING:
     "--horizon",
     type=float,
     metavar="SECONDS",
-    help="With --export: longest time that the filter runs without aiding. Default: 100 s, or a tenth of the log if"
-    " that is shorter.",
+    help="With --export: longest time that the filter runs without measurements of other sensors (aiding). Default: 100 s,"
+    " or a tenth of the log if that is shorter.",
 )
 @log_options
 def command(

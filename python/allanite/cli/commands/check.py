@@ -28,10 +28,11 @@ def command(
 ) -> None:
     """Fit MODEL to LOG; show where the model fails and which effects are missing.
 
-    Prints for each column whether the model is adequate, the averaging times and frequencies where the model fails, and
-    a ranked list of missing effects with their evidence. "adequate" means that no view fails and no effect is
-    significantly missing; an effect that is too weak for this log is not found. One check of a true model in a hundred
-    reports a missing effect. allanite improve adds these effects. LOG is a file, or - for standard input.
+    Prints for each column whether the model is adequate, the averaging times and frequencies where the model fails,
+    and a ranked list of missing effects with their evidence. "adequate" means that no view (Allan curve, spectrum,
+    record over time) fails, and no effect is significantly missing; an effect that is too weak for this log is not
+    found. One check of a true model in a hundred reports a missing effect. allanite improve adds these effects. LOG
+    is a file, or - for standard input.
     """
     from allanite.cli import output
     from allanite.cli.models import start_models

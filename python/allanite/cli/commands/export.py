@@ -51,7 +51,8 @@ from allanite.exports import TARGETS
     "--until",
     type=float,
     metavar="SECONDS",
-    help="Longest time that the filter runs without aiding. Default: 100 s, or a tenth of the log if that is shorter.",
+    help="Longest time that the filter runs without measurements of other sensors (aiding). Default: 100 s, or a tenth of"
+    " the log if that is shorter.",
 )
 @INFLATE
 @click.option(

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 @click.option(
     "--as-logged",
     is_flag=True,
-    help="For the log of a servo: noise, frequency and holdover of the steered clock instead of the free clock.",
+    help="For the log of a servo: noise, frequency and holdover of the steered clock, not of the free-running clock.",
 )
 @click.option(
     "--hat",
@@ -53,17 +53,17 @@ def command(
     """Test the phase (time error) of clocks and time servers.
 
     LOG is a log of ptp4l, phc2sys, ts2phc, chrony or ntpd, a PPS capture, or any log with a phase. A column in s, ms,
-    us or ns (header or --unit) is taken for a phase. - reads standard input. Prints time error, MTIE and TDEV with
-    the verdict of each --mask, jumps, frequency offset, drift, noise and predicted holdover error. MTIE is the
-    maximum time interval error, TDEV the time deviation. The exit code is 0 also if a mask fails; --json has the
-    verdicts for scripts.
+    us or ns (header or --unit) is taken for a phase. - reads standard input. Each LOG is tested by itself. Prints
+    time error, MTIE and TDEV with the verdict of each --mask, jumps, frequency offset, drift, noise and predicted
+    holdover error. MTIE is the maximum time interval error, TDEV the time deviation. The exit code is 0 also if a
+    mask fails; --json has the verdicts for scripts.
 
-    "holdover after 1 h: expected 172 ns ± 2 ns (95 %)" describes the time error 1 h after the last sample, without the
-    reference. It lies within 170 ns to 174 ns with 95 % probability. Compare the farther end with your requirement.
+    "holdover after 1 h: expected 172 ns ± 1.62 ns (95 %)" describes the time error 1 h after the last sample, without the
+    reference. It lies within 170.4 ns to 173.6 ns with 95 % probability. Compare the farther end with your requirement.
 
     The log of a servo also holds its frequency corrections. The corrections are removed: noise and frequency are
-    those of the free-running clock. Holdover is predicted for the free clock with the last frequency that the servo
-    set.
+    those of the free-running clock. Holdover is predicted for the free-running clock with the last frequency that the
+    servo set.
     """
     from allanite.cli import output
     from allanite.clocks import AFTER, mask_named, timing
