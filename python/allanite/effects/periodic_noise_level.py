@@ -60,9 +60,9 @@ class PeriodicNoiseLevel(Level):
         return np.where(phase - np.floor(phase) < self.share, self.factor, 1.0)
 
     def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
-        """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times its fraction in the intervals.
+        """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times the fraction inside the loud intervals.
 
-        1 without all values.
+        Ones if a value of the effect is missing.
         """
         low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         if self.period is None or self.share is None or self.factor is None:

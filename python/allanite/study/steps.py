@@ -253,12 +253,10 @@ def _step_with(
     check: Check,
     alone: bool = False,
 ) -> Found | None:
-    """Pair (`Rung`, suggestions): a step that adds `suggestion`, and all suggestions that it adds.
+    """Pair (`Rung`, suggestions): the step that adds `suggestion`, and all suggestions that it adds; or None.
 
-    None if it does not help.
-
-    With `alone`, None if a second effect is needed. None as well if too few samples remain, if an event cannot be
-    placed in time, or if it is doubtful.
+    None if the step does not help, if too few samples remain, if an event cannot be placed in time or is doubtful, or,
+    with `alone`, if a second effect is needed.
     """
     try:
         found = _merged_or_added(before, suggestion, check, alone)

@@ -91,7 +91,7 @@ def _sorted_by_delta_logl(
     """List of the `new` effects, sorted by falling logL of the model `kept` + `leaving` + effect, with the given shapes."""
 
     def log_likelihood(effect: Effect) -> float:
-        """LogL of the model `kept` + `leaving` + `effect`, nats."""
+        """LogL, nats, of the model of the effects `kept` and `leaving` and of this additional `effect`."""
         model = Model((*kept, *leaving, effect))
         return solve(before.data, model, like=before.solution, polish=False).log_likelihood
 

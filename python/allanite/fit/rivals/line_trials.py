@@ -65,9 +65,10 @@ def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.fl
 
 
 def expected_line_gain(cycles: float, n: int, rate: float) -> float:
-    """Ln of the ratio of the trials of an unknown frequency in the same octave to those of this one, `trials_at`.
+    """Gain in logL, nats, of a line whose frequency is known beforehand over one of an unknown frequency; 0 for other lines.
 
-    It is 0 unless a line of `cycles` cycles in n samples at `rate` Hz is at a known frequency (`known_bands`).
+    A frequency of `cycles` cycles in n samples at `rate` Hz is known if it lies in one of `known_bands`. The gain is ln
+    of the ratio of the numbers of independent trials (see `trials_at`).
     """
     unknown, known, _ = _shares_of_false_alarms(np.array([cycles]), n, rate)
     return float(np.log1p(known[0] / unknown[0]))
