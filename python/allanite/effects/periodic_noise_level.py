@@ -60,7 +60,7 @@ class PeriodicNoiseLevel(Level):
         return np.where(phase - np.floor(phase) < self.share, self.factor, 1.0)
 
     def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
-        """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times the fraction inside the loud intervals.
+        """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times its loud fraction.
 
         Ones if a value of the effect is missing.
         """

@@ -65,7 +65,7 @@ def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.fl
 
 
 def expected_line_gain(cycles: float, n: int, rate: float) -> float:
-    """Gain in logL, nats, of a line whose frequency is known beforehand over one of an unknown frequency; 0 for other lines.
+    """Gain of logL, nats, of a line at a frequency known beforehand, relative to one at an unknown frequency; otherwise 0.
 
     A frequency of `cycles` cycles in n samples at `rate` Hz is known if it lies in one of `known_bands`. The gain is ln
     of the ratio of the numbers of independent trials (see `trials_at`).
