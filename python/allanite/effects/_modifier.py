@@ -139,10 +139,10 @@ class Modifier(Effect):
         return (White(white),)
 
     def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]] | None:
-        """List of (name, parameters): the core's generators of the changed white noise.
+        """List of (name, parameters) of generators in the compiled core that simulate the white noise after this effect.
 
-        By default None: its terms are simulated. `white` is the variance per sample before the effect, `rate` the
-        sampling rate, Hz.
+        By default None: the noise is simulated from its spectral terms. `white` is the variance per sample before the
+        effect, `rate` the sampling rate, Hz.
         """
         return None
 

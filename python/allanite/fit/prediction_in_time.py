@@ -45,7 +45,11 @@ def function_costs(data: Data, solution: Solution) -> Array:
     noise = solution.noise(data)
 
     def losses_of(j: NDArray[np.int64], matrix: Array, amplitudes: Array) -> Array:
-        """Array of the loss of each block, nats, if functions with regressors `matrix` are fitted to the other blocks."""
+        """Array of the loss of each block, nats, if functions are fitted to the other blocks only, shape (BLOCKS,).
+
+        `matrix` holds the ordinates of the regressors, `amplitudes` their fitted amplitudes, and `j` the indices of the
+        ordinates that are used.
+        """
         rows = matrix[np.searchsorted(solution.regressed_ordinates, j)]
         values = solution.ordinates[j] + (rows * amplitudes).sum(axis=1)
         return block_losses(values, rows, noise.variance(j), mean=bool(j[0] == 1))

@@ -67,7 +67,7 @@ def sway_of(rates: Array, force: Array, rate: float) -> Array | None:
 
 
 def _without_parabolas(x: Array, windows: int) -> Array:
-    """Copy of the samples of each window minus their least-squares parabola, shape (windows, averages, 3).
+    """Array of the averages of each window and axis minus their least-squares parabola, shape (windows, averages, 3 axes).
 
     This removes drifts and integrated noise.
     """

@@ -66,10 +66,11 @@ class Mixtures:
         factors: NDArray[np.int64],
         around: Array,
     ) -> Mixtures:
-        """`Mixtures` of effects given by their spectral terms at coefficient 1, for n samples.
+        """`Mixtures`: expected Allan variances and covariances of p effects at the averaging `factors`, for n samples.
 
-        `around`, shape (k,), holds the measured variances. Each effect is scaled so that it alone reaches one of them,
-        because small parts of the covariance would otherwise be lost in rounding.
+        `unit_terms` are the spectral terms of each effect at coefficient 1. `around`, shape (k,), holds the measured
+        variances. Each effect is scaled so that it alone reaches one of them, because small parts of the covariance
+        would otherwise be lost in rounding.
         """
         p = len(unit_terms)
         columns = np.column_stack(

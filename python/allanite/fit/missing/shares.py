@@ -80,10 +80,11 @@ def unknown_share(
 
 
 def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, float]:
-    """Pair: unknown shares r of the lowest ordinates j = 1, 2, …, and fraction of samples in completely empty cells.
+    """Pair: unknown shares r of the lowest ordinates j = 1, 2, …, and the fraction of samples in entirely missing cells.
 
-    They are all n − 1 ordinates of a record of at most 512 samples. Otherwise they are the lowest 128, or 32 if at
-    least 10 % of the cells are partly missing.
+    A cell is a group of neighboring samples; a record has at most 512 cells. For at most 512 samples, the shares are
+    those of all n − 1 ordinates. Otherwise they are those of the lowest 128, or 32 if at least 10 % of the cells are
+    partly missing.
     """
     from scipy.linalg import cho_factor, cho_solve
 

@@ -75,10 +75,11 @@ def _has_moving_frequency(fit: Fit, band: Effect) -> bool:
 
 
 def _with_modulated_band(before: State, band: Effect) -> State | None:
-    """`State` in which a band of the model is modulated so that another `band` is its side band; or None.
+    """`State` in which one band of the model becomes a modulated vibration with the new `band` as a side band; or None.
 
-    It is the one with the largest gain, which may be negative. None if no band can be modulated. Other bands with side
-    bands are modulated as well, and added bands near a side band of the modulated one are removed.
+    Of all bands, the one with the largest gain in score is modulated; the gain may be negative. None if no band can be
+    modulated. Other bands with side bands are modulated as well, and added bands near a side band of the modulated one
+    are removed.
     """
     fit = before.fit
     effects = fit.model.effects

@@ -77,10 +77,12 @@ def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[f
 def borders_within_cells(
     power: Array, places: Sequence[float], factors: Sequence[float]
 ) -> tuple[list[float], list[float]]:
-    """Pair of lists: refined borders, in cells of a power map, and power after each border relative to that at the start.
+    """Pair of lists: the times of level changes, in cells of a map of power over time; and the power after each change.
 
-    A cell may be a mean over more than its own time. Levels come from cells well inside the intervals, with one mean
-    for all intervals of the same factor. The power within 12 cells of a border gives its place between the two levels.
+    The power is relative to that before the first change. `places` are first estimates of the times, and `factors` the
+    levels after each change (square roots of power). A cell may be a mean over more than its own time. Levels come from
+    cells well inside the intervals, with one mean for all intervals of the same factor. The power within 12 cells of a
+    change gives its time between the two levels.
     """
     known = [1.0, *factors]
     at = np.arange(power.size) + 0.5
