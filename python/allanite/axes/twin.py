@@ -207,7 +207,11 @@ def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Mo
 
 
 def _as_recorded(samples: Array, known: Mapping[str, Any], step: float | None) -> Array:
-    """Array: `samples` plus the measured mean, rounded to `step` unless None, and clipped at the values in `known`."""
+    """Array of simulated `samples` as the sensor would record them.
+
+    The measured mean is added, samples are rounded to `step` (unless None), and limited to the ends of the range at
+    which the measured samples are clipped.
+    """
     out = samples + float(known.get("mean", 0.0))
     if step is not None:
         # A mean beyond all sensors gives infinite samples, which a recording refuses.

@@ -87,9 +87,10 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
 
 
 def _log_to_read(logs: dict[str, str], topics: Sequence[str]) -> str:
-    """Key in `logs` of the log to read: the topic, or else the gyroscope, the accelerometer, or the only log.
+    """Key in `logs` of the log to read: the given topic, otherwise a gyroscope, an accelerometer, or the only log.
 
-    Of several names with the word, the shortest is chosen. Raises `InputError` if no log or no single log fits.
+    A sensor is recognized by ``gyro``, ``acc`` or ``linear`` in the name; of several such names the shortest is chosen.
+    Raises `InputError` if no log or no single log fits.
     """
     if not logs:
         raise InputError("no text log in the archive")

@@ -16,10 +16,10 @@ def axis_letter(name: str) -> str | None:
 
 
 def axis_triples(names: Sequence[str]) -> list[tuple[int, ...]]:
-    """List of triples of indices into `names`: three names that differ only in the letter x, y or z of the axis.
+    """List of triples of ascending indices into `names`: three names that differ only in the letter x, y or z of the axis.
 
-    The indices of a triple are in the order of the first name with each letter, so columns z, y, x give (0, 1, 2).
-    Without such a triple, three names of any kind give [(0, 1, 2)], and other numbers of names an empty list.
+    Columns z, y, x also give (0, 1, 2). Of equal names, the first counts. Without such a triple, three names of any
+    kind give [(0, 1, 2)], and other numbers of names an empty list.
     """
     stems: dict[str, dict[str, int]] = {}
     for place, name in enumerate(names):

@@ -276,10 +276,11 @@ def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights:
 def _step_variogram(
     terms: tuple[Term, ...], rate: float, m: int, count: int
 ) -> tuple[Array, float]:
-    """Tuple (variogram of the integrals u over m samples, U² s², shape (count,); constant, U²). Cached.
+    """Tuple (variogram of u, U² s², shape (count,); a constant, U²). Cached.
 
-    The variogram is ½ E(u(k+h) − u(k))² at h = 0 … count − 1. The constant is the last value of the samples' variogram.
-    It is subtracted from that variogram before summation.
+    u is the integral of the noise over successive steps of m samples, and its variogram ½ E(u(k+h) − u(k))² at h = 0 …
+    count − 1. The constant, the last value of the variogram of the samples, was subtracted from that variogram before
+    summation.
     """
     top = m * (count + 1)
     g = np.zeros(top + 1)

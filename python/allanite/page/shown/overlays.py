@@ -76,11 +76,11 @@ def _hover_texts(fit: Fit, unit: str) -> list[str]:
 def coefficient_readings(
     fit: Fit, work: Work, unit: str | None, look: Theme, axes: dict[str, Any]
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Pair (traces, annotations) of plotly at the points where detected standard coefficients are read.
+    """Pair (traces, annotations) of plotly at the points where detected standard coefficients are read off the curve.
 
-    A coefficient without a τ of its own is read at the least measured deviation. Points outside the range of τ are left
-    out; above or below the figure, only the annotation is placed at its lower edge. `axes` is plotly's layout, from
-    which the ranges are taken; heights have the displayed `unit`.
+    A coefficient without a τ of its own (B) is read at the minimum of the measured deviation. Points outside the range
+    of τ are left out. For a point above or below the figure, only an annotation at the lower edge is drawn. `axes` is
+    plotly's layout, from which the ranges are taken; heights have the displayed `unit`.
     """
     (left, right), (bottom, top) = axes["xaxis"]["range"], axes["yaxis"]["range"]
     traces, labels = [], []

@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> State | None:
     """`State` with one effect for all excursions, those that the search has added and those still missing; or None.
 
-    At most 32 in all. Each further excursion must explain more than any other slow function, and something in addition
-    to the best slowly drifting random process of the `suggestions`. All together must leave a model that is as good;
-    otherwise only the known ones are merged. None if fewer than two remain.
+    The effect has at most 32 excursions. Each further excursion must explain more than any other slow function, and
+    something in addition to the best slowly drifting random process of the `suggestions`. If the model with further
+    excursions is not as good (`is_as_good`), only those added before are merged. None if fewer than two remain.
     """
     fit = before.fit
     places = [p for p in before.added if fit.model.effects[p].returns]
