@@ -257,7 +257,7 @@ def _drawn_unknown_part(
 
 
 def _logl_difference(one: Data, other: Data) -> float:
-    """Upper bound on the loss of logL, nats, if the power per bin of one completion describes the other.
+    """Upper bound on the loss of logL, nats, if a spectrum fitted to one completion of a record is used for the other.
 
     It is ½ Σ count·ln² of the ratio of their powers: twice the loss for small differences, a bound for ratios below 6.
     """

@@ -55,8 +55,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
     If the log has several clocks, the clock named in `topics` is read, or by default the clock with the most lines. The
     samples before the servo first locks (state s2) are excluded, because the servo steps the clock there. Notes report
-    other clocks and excluded samples. `pick` is not used: all these
-    columns are read.
+    other clocks and excluded samples. `pick` is not used: all columns are read.
 
     Raises
     ------
