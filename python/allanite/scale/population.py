@@ -143,8 +143,8 @@ class Fleet:
         if self.population:
             return ""
         return (
-            f"too few units: a population needs {MIN_UNITS} logs with the same axis, found {self.files} logs and"
-            f" {self.axes} axes with a model"
+            f"too few units: a population needs {MIN_UNITS} logs with the same axis, found"
+            f" {self.files - len(self.failed)} logs and {self.axes} axes with a model"
         )
 
     def _unit_text(self, one: Deviating) -> str:

@@ -14,7 +14,7 @@ from allanite.cli.options import LogCommand, LogOptions, log_options, model_opti
 )
 @click.argument("log")
 @model_option
-@click.option("--strict", is_flag=True, help="Exit with code 1 if a model is inadequate.")
+@click.option("--strict", is_flag=True, help="Exit with code 1 unless every model is adequate.")
 @plot_option
 @log_options
 @click.pass_context
@@ -48,5 +48,5 @@ def command(
     output.save_plots(checks, [c.columns[0] for c in columns], plot)
     output.print_findings(columns, options)
     output.print_results(checks, options)
-    if strict and not all(check.adequate for check in checks):
+    if strict and any(check.verdict != "adequate" for check in checks):
         ctx.exit(1)

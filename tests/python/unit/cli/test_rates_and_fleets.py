@@ -42,11 +42,13 @@ def test_a_fleet_of_few_says_so_and_a_comb_is_one_effect(run, tmp_path):
     comb = sum(sinusoid(N, RATE, 1.3 * m, a) for m, a in ((1, 0.01), (2, 0.006), (3, 0.006)))
     write(logs / "plain.npz", white(rng, N, RATE, 0.01))
     write(logs / "combed.npz", white(rng, N, RATE, 0.01) + comb)
+    (logs / "broken.npz").write_bytes(b"no log")
     code, out, err = run("fleet", logs, "--out", table, "--model", "N", "--quiet")
     assert code == 0, err
-    assert "too few units: a population needs 8 logs with the same axis, found 2" in out
+    assert "too few units: a population needs 8 logs with the same axis, found 2 logs" in out
     with table.open(encoding="utf-8", newline="") as file:
         rows = {row["file"]: row for row in csv.DictReader(file)}
+    assert rows.pop(str(logs / "broken.npz"))["status"] == "failed"
     found = {name.rpartition("/")[2]: json.loads(row["effects"]) for name, row in rows.items()}
     assert set(found["combed.npz"]) == {"sinusoid"}
     assert found["plain.npz"] == {}
