@@ -82,9 +82,9 @@ def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
 
 
 def law_signal(fit: Fit) -> Array:
-    """Contribution of the thermal law to each sample, in the unit of the samples, with mean zero, shape (n,).
+    """Contribution of the thermal law to each sample, in the unit of the samples, shape (n,).
 
-    Zeros without a law.
+    Its mean is zero without a lag. Zeros without a law.
     """
     effects = law_of(fit)
     return fit.data.signal(effects) if effects else np.zeros(fit.data.n)

@@ -340,7 +340,7 @@ def read_columns(
     Raises
     ------
     InputError
-        A column whose samples never change, or all columns are locked. Also the errors of `read_recording`.
+        A column whose samples (of an angle: rate) never change, or all columns are locked. Also errors of `read_recording`.
     TooShortError
         Fewer than 16 samples.
     """

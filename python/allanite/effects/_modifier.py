@@ -86,7 +86,10 @@ class Modifier(Effect):
     swells = Former("changes_level_of")
 
     def changes_level_of(self, effect: Effect) -> bool:
-        """True if the `band` of this modifier includes the center of the band of `effect`; False if either has no band."""
+        """True if the `band` of this modifier includes the center of the band of `effect`.
+
+        False if either has no band, or if `effect` is a modifier.
+        """
         if self.band is None or effect.occupies is None or isinstance(effect, Modifier):
             return False
         return self.band[0] <= 0.5 * sum(effect.occupies) <= self.band[1]

@@ -154,9 +154,11 @@ def best_excursion(
 def best_transition(
     residual: Array, root: Array, basis: Array, n: int, rate: float
 ) -> tuple[Event, float]:
-    """Pair: transition with the largest ½z² between two of 512 times, and the angle by which one kink turns its direction.
+    """Pair: transition (ramp to a new level) that explains most of the residual, and an angle, rad.
 
-    For the angle, see `Deterministic.best_spans`.
+    All pairs of about 512 to 1023 times, or of all times of a shorter record, are tried as begin and end. The transition
+    has the largest squared regression statistic. The angle is that by which the whitened shape of a single kink turns while the
+    kink moves over all times; it measures the number of independent trials (`Deterministic.best_spans`).
     """
     from scipy.fft import dct
 

@@ -360,7 +360,7 @@ def _axis_of_document(document: dict[str, Any], unit: str | None, source: str) -
         coefficients,
         model,
         Model(tuple(limits)),
-        _model_corners(forms),
+        _models_at_corners(forms),
         (0.0, float(duration or 10.0 * UNTIL)),
         parsed.scale,
         plain(recording.get("path") or source),
@@ -556,8 +556,12 @@ def _unit_directions(size: int) -> NDArray[np.float64]:
     return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))
 
 
-def _model_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
-    """Tuple with one tuple of models per random process: each of its forms combined with each form of all filters."""
+def _models_at_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
+    """Tuple with one tuple of models per random process: its models at all corners of the parameter intervals.
+
+    Each model has the process and every modifier at one corner; all combinations occur. `forms` holds, for each effect of
+    the model, the list of its copies at the corners.
+    """
     acting = [own for own in forms if isinstance(own[0], Modifier)]
     behind = list(product(*acting))
     return tuple(

@@ -217,8 +217,8 @@ def _alternative_intervals(axis: Axis) -> Iterator[str]:
 def _covered_text(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
     """Text that names the effects in the numbers of a file, and the axes from which the largest numbers come.
 
-    Without a `choice`, all effects are named; with overbounds, "the upper limits of all its effects". More than 8
-    effects are counted by kind.
+    Without a `choice`, all effects are named. With overbounds, it is "the upper limits of all its effects"; with `holds`,
+    these "as fitted". Otherwise the covered effects are named, or counted by kind if there are more than 8.
     """
     if choice is None:
         covered = ", ".join(label for label, _ in _labeled_effects(axis))

@@ -436,9 +436,10 @@ def _marker(mark: Points, look: Theme) -> dict[str, Any]:
 
 
 def _draw_panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
-    """Draw a panel, its axes and its marks into matplotlib `axes`; each text of a range is below the previous one.
+    """Draw a panel, its axes and its marks into matplotlib `axes`.
 
-    A panel with bars has no ticks and no grid on the y axis.
+    The texts of shaded ranges (`Span`) are written one below the other. A panel with bars has no ticks and no grid on the y
+    axis.
     """
     axes.set_facecolor(look.panel)
     for side, spine in axes.spines.items():

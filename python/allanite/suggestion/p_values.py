@@ -80,8 +80,8 @@ def log_chi2_tail(gain: float, count: int) -> float:
 def may_become_significant(family: Family, max_gain: float) -> bool:
     """True if a candidate of `family` with a ΔlogL of `max_gain` would have a p-value below 1 %.
 
-    `max_gain` is the largest ΔlogL that a refit can find. For a slow function no such limit is known, because the noise
-    was estimated with the function in the record.
+    Callers skip a refit if it is False. `max_gain` is their estimate of the largest ΔlogL of a refit. For slow functions it
+    is not a strict limit, because the noise was estimated with the function in the record.
     """
     return log_p_value(family, max_gain) < np.log(FALSE_ALARM_PROBABILITY)
 

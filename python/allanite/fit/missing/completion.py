@@ -270,19 +270,9 @@ def _logl_difference(one: Data, other: Data) -> float:
 def complete_and_fit(data: SampleData, model: Model) -> tuple[SampleData, Solution]:
     """Pair (data, solution): record whose missing samples are drawn from the model fitted to it, and this fit.
 
-    Draws and fit alternate until the power per bin of one round describes the next with a loss of logL below 0.02 nats.
-    There are at most 8 rounds without the estimated levels of the bins, and 8 with them.
-
-    Parameters
-    ----------
-    data : SampleData
-        With missing samples bridged.
-    model : Model
-        As for `fit.engine.solve`.
-
-    Returns
-    -------
-    tuple of (SampleData, Solution)
+    Draws and fit alternate for at most 8 rounds, until a round changes logL by less than 0.02 nats. If the fit then has a
+    discrepancy, up to 8 rounds follow whose draws have the power estimated in each bin instead of that of the model.
+    The missing samples of `data` are bridged; `model` is as for `fit.engine.solve`.
     """
     from allanite.fit.engine import solve, with_coefficients
 

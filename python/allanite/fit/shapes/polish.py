@@ -128,11 +128,11 @@ def polish(
     *,
     roughly: bool = False,
 ) -> tuple[Model, Maximum]:
-    """Pair: model with locally optimized shapes at `places` (index of the effect, name), and its maximum.
+    """Pair: model with locally optimized shapes at `places`, pairs (index of the effect, name), and its `Maximum`.
 
-    Shapes of bands fitted to ordinates are skipped; without other `places`, `model` and `best` are returned. If a
-    discrepancy is nearly decisive, the optimization runs with and without it, and the result with the higher logL is
-    returned. With `roughly`, it ends after 15 instead of 60 steps.
+    Shapes of bands that are fitted to single ordinates are skipped. Without other `places`, the arguments are returned.
+    The optimization is repeated with a discrepancy if one would raise logL by more than 2 nats, and without one if its net
+    gain is below 30 nats; the end with the higher logL is returned. With `roughly`, it ends after 15 instead of 60 steps.
     """
     places = [p for p in places if not is_fitted_to_ordinates(model.effects[p[0]], part.data)]
     if not places:

@@ -92,7 +92,7 @@ def _is_movable(effect: Stochastic) -> bool:
 
 
 def _section_count(band: Stochastic, data: Data) -> int:
-    """Largest number of time sections of the record, at most 64, that resolve the band; 0 if none does."""
+    """Number of time sections of the record that resolve the band: 64, 32, 16, … ; 0 if none does."""
     return data.resolved_sections(band.occupies or (0.0, 0.0), MAX_BAND_SECTIONS, MIN_ORDINATES)
 
 

@@ -197,10 +197,20 @@ def _partition(power: Array, count: Array, price: float) -> list[int]:
 
 
 def _alternating_borders(power: Array, count: Array, borders: list[int], price: float) -> list[int]:
-    """Ascending list of the borders between two alternating levels, as cell indices, from the intervals of a partition.
+    """Ascending list of the cells at which the power changes between a quiet and a loud level; empty if it never does.
 
-    Each split of the intervals into quiet and loud is tried; the most likely is returned. Empty for fewer than two
-    `borders`.
+    Pairs of levels are tried: the mean power above and below each threshold between the mean powers of the intervals
+    between `borders`. The likeliest path over the cells with the best pair is kept (`_best_path`), not the `borders`.
+    Empty for fewer than two `borders`.
+
+    Parameters
+    ----------
+    power, count : ndarray, shape (cells,)
+        Mean power and degrees of freedom of each cell.
+    borders : list of int
+        Borders of a first partition, as indices of cells.
+    price : float
+        Cost of each change of level, nats.
     """
     if len(borders) < 2:
         return []
