@@ -157,8 +157,8 @@ def best_transition(
     """Pair: transition (ramp to a new level) that explains most of the residual, and an angle, rad.
 
     All pairs of about 512 to 1023 times, or of all times of a shorter record, are tried as begin and end. The transition
-    has the largest squared regression statistic. The angle is that by which the whitened shape of a single kink turns while the
-    kink moves over all times; it measures the number of independent trials (`Deterministic.best_spans`).
+    has the largest squared regression statistic. The angle is that by which the whitened shape of a single kink turns
+    while the kink moves over all times; it measures the number of independent trials (`Deterministic.best_spans`).
     """
     from scipy.fft import dct
 

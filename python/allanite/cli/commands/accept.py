@@ -76,8 +76,8 @@ def command(
 
     LOG is a file, or - for standard input. Each figure (limit) of the sheet is measured with a 95 % interval. The verdict
     is "meets" if the whole interval does not exceed the limit, and "does not meet" if the whole interval lies above.
-    Otherwise the figure is undecided, and the table shows the record length that would probably decide, unless the model
-    has no such coefficient.
+    Otherwise the figure is undecided. If the model has the coefficient, the table shows the record length that would
+    probably decide.
 
     Coefficients, such as N, B and K, come from a model of the log. The model is built as in allanite improve, so lines,
     outliers and a logged temperature do not count as noise. in_run_bias_stability is the measured Allan deviation at

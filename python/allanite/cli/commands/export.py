@@ -90,8 +90,8 @@ def command(
 
     Most filters only know white noise N and a random walk K. By default, N and K also cover other slow noise of the
     sensor, such as B and Gauss-Markov processes. A filter is then not overconfident up to the horizon. A coefficient that
-    was not detected counts with 0.64 times its 95 % limit, its expected size. The comment "Use:" of the file says
-    whether to use it. Further comments list what its format cannot state.
+    was not detected counts with its expected size, 0.64 times its 95 % limit. The comment "Use:" in the written file
+    says whether the file is fit for use. Further comments list what its format cannot state.
     """
     from allanite.common.files import whole_file
     from allanite.common.validation import positive

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 @click.option(
     "--tell",
     metavar="A,B",
-    help="Two effects to distinguish, e.g. GM,K. Put the more specific one into MODEL, here GM with values: if"
-    " MODEL has K, no record tells it from a GM with a very long T.",
+    help="Two effects to distinguish, e.g. GM,K. Put the more specific one (here GM, with values) into"
+    " MODEL. The reverse has no answer: a K always looks like a GM with a very long T.",
 )
 @click.option(
     "--to",

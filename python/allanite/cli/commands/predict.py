@@ -60,7 +60,7 @@ def command(
     The last fix is the last measurement from another sensor, such as GNSS. Until the last fix, the state is known
     from aiding. The bias is the mean over the last --aided seconds before it. Afterwards the filter integrates the
     sensor alone. Prints the standard deviation of each error over time, and the contribution of each effect. An
-    effect that was not detected counts with 0.64 times its 95 % limit, the rms value that the record allows.
+    effect that was not detected counts with its expected size, 0.64 times its 95 % limit.
 
     With LOG, a record at rest (a file, or - for standard input), the growth is also measured on segments of the log. With
     models of gyroscopes and accelerometers, a budget of horizontal velocity and position follows, with gravity and the
