@@ -30,8 +30,8 @@ def is_same_feature(one: Effect, other: Effect, fit: Fit) -> bool:
 
     This holds for a line within 10/T of a band, and for two bands whose half-widths differ by less than a factor of 3,
     if one has its middle in the other. It also holds for an effect whose middle is in the range of a moving band, and
-    for a band or line and a notch that overlaps it or is within 10/T. False for two lines, two filters, or an effect without
-    a frequency.
+    for a band or line and a notch that overlaps it or is within 10/T. False for two lines, two filters, or an effect
+    without a frequency.
     """
     a, b = one.occupies, other.occupies
     if a is None or b is None:
