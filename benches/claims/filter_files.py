@@ -25,8 +25,7 @@ import scipy.fft
 from results_file import Results
 
 import allanite as al
-from allanite.exports import export
-from allanite.exports._axis import axes_of
+from allanite.exports import axes_of, export
 
 RATE, LOG, AIDED, COASTING = 20, 7200, 300, (10, 60, 120)
 N = 1e-3

@@ -13,7 +13,7 @@ import numpy as np
 
 import allanite as al
 from allanite.effects.files import model_to_dict
-from allanite.exports._axis import axes_of
+from allanite.exports import axes_of
 from allanite.exports._choice import choose
 
 TRUTH = al.parse_model("N(N=0.01)+B(B=0.004)+K(K=2e-4)")

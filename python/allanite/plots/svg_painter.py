@@ -254,7 +254,7 @@ def _mark_elements(mark: Mark, x: _Scale, y: _Scale, width: float, height: float
         case Line():
             return _stroked_path(
                 mark.color,
-                _path_data(*_simplified_line(x(mark.x), y(mark.y))),
+                path_data(*_simplified_line(x(mark.x), y(mark.y))),
                 mark.width,
                 mark.dash,
             )
@@ -312,7 +312,7 @@ def _simplified_line(x: Array, y: Array) -> tuple[Array, Array]:
     return x[kept], y[kept]
 
 
-def _path_data(x: Array, y: Array, unit: float = 0.1) -> str:
+def path_data(x: Array, y: Array, unit: float = 0.1) -> str:
     """Text for the attribute d of an SVG path through points rounded to `unit` pixels, with gaps at non-finite points.
 
     Repeated points are left out.
@@ -349,7 +349,7 @@ def _band_path_data(band: Band, x: _Scale, y: _Scale) -> str:
         across = x(band.x[piece])
         top, bottom = (_simplified_line(across, y(edge[piece])) for edge in (band.high, band.low))
         around = [np.concatenate([a, b[::-1]]) for a, b in zip(top, bottom, strict=True)]
-        path = _path_data(around[0], around[1], 0.5)
+        path = path_data(around[0], around[1], 0.5)
         out.append(f"{path}Z")
     return "".join(out)
 

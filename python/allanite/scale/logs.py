@@ -150,7 +150,7 @@ def rows_of(
         row |= {"rate_hz": column.rate, "duration_s": column.duration}
         row |= {"temperatures": json.dumps(column_means(column))}
         try:
-            numbers = _study_columns(study_of_kinds(column, model))
+            numbers = study_columns(study_of_kinds(column, model))
         except MemoryError:
             raise
         except Exception as error:
@@ -170,7 +170,7 @@ def _reason_text(error: Exception) -> str:
     return f"an error of allanite itself ({what}): please report it with the log"
 
 
-def _study_columns(study: Study) -> dict[str, Any]:
+def study_columns(study: Study) -> dict[str, Any]:
     """Dict of the entries model, verdict, discrepancy_percent, effects (JSON) and numbers (JSON) of a row.
 
     ``numbers`` also contains the ``mean`` of the samples. ``effects`` maps each added effect that is still in the model
@@ -282,11 +282,11 @@ def run_fleet(
         import pyarrow.parquet  # noqa: F401
     if not 0.0 < deadline < math.inf:
         raise InputError(f"deadline is {deadline:g} s: it must be above 0 s")
-    logs = [str(path) for path in _logs_without_table(logs_of(source), target)]
+    logs = [str(path) for path in logs_without_table(logs_of(source), target)]
     journal = _journal_of(target)
     known = read_journal(journal, on_note or (lambda note: warnings.warn(note, stacklevel=3)))
     workers = 1 if scheduler is not None else min(len(logs), processors())
-    setup = _child_setup(model, rate, unit, anyway, deadline, workers, known)
+    setup = child_setup(model, rate, unit, anyway, deadline, workers, known)
     rows: list[dict[str, Any]] = []
     waiting = set(logs)
     had_table = target.exists()
@@ -310,7 +310,7 @@ def run_fleet(
     return _write_sorted(rows, target)
 
 
-def _logs_without_table(logs: list[Path], target: Path) -> list[Path]:
+def logs_without_table(logs: list[Path], target: Path) -> list[Path]:
     """Copy of the list of logs without the table `target` and its journal, under any name.
 
     Raises `InputError` if the table would replace a log, or if no log is left.
@@ -325,7 +325,7 @@ def _logs_without_table(logs: list[Path], target: Path) -> list[Path]:
     return found
 
 
-def _child_setup(
+def child_setup(
     model: str | Model,
     rate: float | str | None,
     unit: str | None,

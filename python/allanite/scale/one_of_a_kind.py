@@ -33,11 +33,11 @@ def study_of_kinds(column: Recording, model: str | Model) -> Study:
     """
     fit = fit_model(column, with_given_designs(as_model(model)))
     seconds = DEFAULT_SECONDS + DEFAULT_SECONDS_PER_SAMPLE * column.n
-    search = _SearchOfKinds([Rung(fit)], MAX_ADDED_EFFECTS, None, time.process_time() + seconds)
+    search = SearchOfKinds([Rung(fit)], MAX_ADDED_EFFECTS, None, time.process_time() + seconds)
     return search.study(search.run())
 
 
-class _SearchOfKinds(Search):
+class SearchOfKinds(Search):
     """Search that adds effects of the same kind only from one check, and keeps its steps in the order of the search."""
 
     def _check_of_last_fit(self) -> Check:

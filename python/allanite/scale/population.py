@@ -249,7 +249,7 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
     >>> [unit.file for unit in found.deviating]
     ['10.csv']
     """
-    rows = _read_table(Path(table)) if isinstance(table, (str, Path)) else list(table)
+    rows = read_table(Path(table)) if isinstance(table, (str, Path)) else list(table)
     good = [row for row in rows if row.get("status") == "done" and row.get("numbers")]
     if not good:
         raise TooShortError("no axis was characterized: the table has no values")
@@ -405,7 +405,7 @@ def _median_ranks(n: int) -> tuple[int, int]:
     return max(low - 1, 0), min(n - low, n - 1)
 
 
-def _read_table(path: Path) -> list[dict[str, Any]]:
+def read_table(path: Path) -> list[dict[str, Any]]:
     """List of dicts: checked rows of a CSV or Parquet table. Raises `InputError` unless it is one of `allanite fleet`."""
     if not path.is_file():
         raise InputError(f"{path}: no such table")

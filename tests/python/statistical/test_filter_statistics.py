@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 from allanite.effects.files import parse_model
-from allanite.exports._axis import axes_of
+from allanite.exports import axes_of
 from allanite.exports._choice import choose
 from allanite.statespace import innovations
 from counts import records

@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.suggestion.screens.band_levels import _largest_delta_logl
+from allanite.suggestion.screens.band_levels import largest_delta_logl
 
 RATE, N = 50.0, 90_000
 
@@ -90,7 +90,7 @@ def test_it_is_simulated_in_pieces_as_in_one(model):
 
 def test_an_octave_of_a_few_values_has_no_interval():
     """A telephone's record of a minute had such octaves, and ended with an overflow."""
-    assert _largest_delta_logl(np.array([1.0, 2.0, 0.5, 1.0, 3.0])) == 0.0
+    assert largest_delta_logl(np.array([1.0, 2.0, 0.5, 1.0, 3.0])) == 0.0
 
 
 @pytest.mark.slow

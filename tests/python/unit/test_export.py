@@ -11,8 +11,7 @@ import allanite as al
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
-from allanite.exports import TARGETS, export
-from allanite.exports._axis import axes_of
+from allanite.exports import TARGETS, axes_of, export
 from allanite.exports._text import verdict_in
 from allanite.sources import _document_of_last_step, documents_of
 

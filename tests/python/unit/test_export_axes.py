@@ -11,8 +11,7 @@ from allanite.cli import main
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
-from allanite.exports import TARGETS, export
-from allanite.exports._axis import axes_of
+from allanite.exports import TARGETS, axes_of, export
 
 INERTIAL = [t for t in TARGETS if t not in ("json", "c-header", "statespace")]
 XYZ = ("gazebo", "gnss-ins-sim", "kfgins", "matlab", "ros")

@@ -15,8 +15,7 @@ import pytest
 
 from allanite.common.errors import InputError
 from allanite.effects.files import model_to_dict, parse_model
-from allanite.exports import export
-from allanite.exports._axis import axes_of
+from allanite.exports import axes_of, export
 
 RATE, N, K = 200.0, 2e-3, 3e-4
 ACCEL_N, ACCEL_K = 0.02, 1e-3

@@ -7,8 +7,7 @@ import pytest
 
 from allanite.common.errors import InputError
 from allanite.effects.files import model_to_dict, parse_model
-from allanite.exports import export
-from allanite.exports._axis import axes_of
+from allanite.exports import axes_of, export
 
 N, STEP, AIDED = 1e-3, 1.0, 300
 #: Model, and q_c and T of its lag, B or K of the truth.

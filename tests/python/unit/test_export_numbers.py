@@ -11,8 +11,7 @@ import allanite as al
 from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
 from allanite.effects.model import Model
-from allanite.exports import export
-from allanite.exports._axis import axes_of, axis_for_export
+from allanite.exports import axes_of, axis_for_export, export
 from allanite.exports._choice import choose
 
 TAU = np.unique(np.round(np.geomspace(1, 10_000, 60))) / 100.0

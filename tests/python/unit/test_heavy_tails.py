@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.fit.likelihood.heavy import _quantiles_of_student
-from allanite.recording.tails import outlier_limit, tail_of
+from allanite.fit.likelihood.heavy import sum_of_squares_quantiles
+from allanite.recording.tails import Tail, outlier_limit, tail_of
 
 RATE, N = 100.0, 20_000
 
@@ -124,8 +124,9 @@ def test_many_equal_largest_values_make_no_law():
 def test_the_law_of_a_sum_of_squares(freedom):
     """Against 600 drawn records: quantiles of 2.5 % are known to a tenth of their distance from 1."""
     rng = np.random.default_rng(0)
-    drawn = (rng.standard_t(freedom, (600, 5000)) ** 2).mean(axis=1) * (freedom - 2.0) / freedom
-    for found, wanted in zip(
-        _quantiles_of_student(1.0 / freedom, 5000), np.quantile(drawn, [0.025, 0.975]), strict=True
-    ):
+    samples = rng.standard_t(freedom, (600, 5000))
+    drawn = (samples**2).mean(axis=1) * (freedom - 2.0) / freedom
+    law = Tail(1.0 / freedom, 1.0 / freedom, 1.0 / freedom, 1.0)
+    quantiles = sum_of_squares_quantiles(law, np.abs(samples[0]))
+    for found, wanted in zip(quantiles, np.quantile(drawn, [0.025, 0.975]), strict=True):
         assert np.log(found) == pytest.approx(np.log(wanted), rel=0.3)

@@ -11,8 +11,7 @@ import pytest
 
 import allanite as al
 from allanite.effects.files import model_to_dict
-from allanite.exports import export
-from allanite.exports._axis import axes_of
+from allanite.exports import axes_of, export
 from page_browser import launched
 
 NAMES = {

@@ -10,7 +10,6 @@ import pytest
 import allanite as al
 from allanite.cli import main
 from allanite.common.errors import InputError
-from allanite.readers.texts.sentences import _novatel_fields, _vectornav_fields
 
 N = 400
 X = np.random.default_rng(4).standard_normal((N, 6)) * ([0.01] * 3 + [0.05] * 3)
@@ -31,14 +30,24 @@ def imu_sentences():
         yield vectornav(f"VNIMU,-02.0841,+00.6045,+02.8911,{acc},{gyr},+21.6,+00099.761")
 
 
-def test_the_checksums_are_those_of_the_manuals():
+def test_the_checksums_are_those_of_the_manuals(tmp_path):
     told = (
-        b"%RAWIMUSA,2209,491612.254;2209,491612.253588,ea5afe00,"
-        b"329303960,-2512321,4410363,309705,607017,-1009773*1fb76c28"
+        "%RAWIMUSA,2209,491612.254;2209,491612.253588,ea5afe00,"
+        "329303960,-2512321,4410363,309705,607017,-1009773*1fb76c28\r\n"
     )
-    assert _novatel_fields(told)[3:] == told.partition(b"*")[0].split(b",")[-6:]
-    assert _novatel_fields(told.replace(b"607017", b"607018")) is None
-    assert _vectornav_fields(b"$VNRRG,1*XX") == [b"1"]
+    path, lines = tmp_path / "span.asc", list(counts("RAWIMUSA", None, 1e-6, 1e-6))
+    # The sentence of the manual takes the place of the one nearest in time.
+    lines[51] = told
+    path.write_text("".join(lines), newline="")
+    read = al.read(path)
+    assert read.samples[51].tolist() == [-1009773, -607017, 309705, 4410363, 2512321, 329303960]
+    assert read.stamps.gaps == ()
+    lines[51] = told.replace("607017", "607018")
+    path.write_text("".join(lines), newline="")
+    assert al.read(path).stamps.gaps == ((50, 1),)
+    path = tmp_path / "vn.log"
+    path.write_text("".join(f"$VNGYR,{x[0]:.6f},{x[1]:.6f},{x[2]:.6f}*XX\r\n" for x in X))
+    np.testing.assert_allclose(al.read(path, rate=40).samples, X[:, :3], atol=5e-7)
 
 
 def test_vectornav(tmp_path):

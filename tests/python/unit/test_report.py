@@ -15,7 +15,7 @@ import allanite as al
 from allanite.cli import main
 from allanite.common.numbers import percent_text, value_and_interval_text, with_readable_numbers
 from allanite.fit import engine
-from allanite.plots.svg_painter import _path_data, inline_svg
+from allanite.plots.svg_painter import inline_svg, path_data
 from allanite.report import make_report
 from allanite.report.words import COMPLETED, data_sheet_value, texts_to_uncertainty
 from page_browser import BROWSERS, launched
@@ -412,7 +412,7 @@ def test_the_steps_of_a_path_lead_through_its_points():
     # A step of 10.5 or -20.3 must not lose its zero: later points would be somewhere else.
     x = np.array([0.0, 10.5, 30.8, 30.3, 40.3, 240.3])
     y = np.array([5.0, 4.5, 15.1, 215.6, 195.3, 195.3])
-    way = _path_data(x, y)
+    way = path_data(x, y)
     start, _, steps = way.partition("l")
     numbers = [float(v) for v in re.findall(r"-?\d*\.?\d+", steps)]
     here = np.array([float(v) for v in start[1:].split()])

@@ -19,8 +19,8 @@ import allanite as al
 from allanite.scale import run_fleet
 from allanite.scale.bets import Bets, capital_share
 from allanite.scale.journal import JOURNAL
-from allanite.scale.logs import _study_columns
-from allanite.scale.one_of_a_kind import _SearchOfKinds, study_of_kinds
+from allanite.scale.logs import study_columns
+from allanite.scale.one_of_a_kind import SearchOfKinds, study_of_kinds
 from allanite.scale.power_bets import ClippedPower, PowerBets
 from allanite.scale.watch import DEFAULT_TOLERANCE, SEGMENT, Watch
 from allanite.study import Rung, Study
@@ -236,7 +236,7 @@ def test_an_effect_of_a_wide_search_must_be_as_much_clearer():
         for trials in (None, 1e10)
     ]
     few, many = (
-        json.loads(_study_columns(study)["effects"])["angle_random_walk"] for study in found
+        json.loads(study_columns(study)["effects"])["angle_random_walk"] for study in found
     )
     assert few < 1e-6
     assert many == pytest.approx(1e7 * few)
@@ -251,7 +251,7 @@ def test_the_clearest_of_several_effects_of_a_kind_counts():
     def effect(*steps):
         """P-value of the effect in the row of a study."""
         study = Study(fit.recording, (Rung(fit), *steps), fit.check(), "adequate")
-        return json.loads(_study_columns(study)["effects"])["angle_random_walk"]
+        return json.loads(study_columns(study)["effects"])["angle_random_walk"]
 
     assert effect(*rungs) == effect(rungs[0]) < 1e-9 < effect(rungs[1])
 
@@ -263,7 +263,7 @@ def test_an_effect_explains_what_the_effects_explained_whose_place_it_takes():
     def effects(*steps):
         """Dict from kind to p-value in the row of a study."""
         study = Study(log, (Rung(fits["N"]), *steps), fits["N+B"].check(), "adequate")
-        return json.loads(_study_columns(study)["effects"])
+        return json.loads(study_columns(study)["effects"])
 
     walk, flicker = fits["N+K"].model.effects[1], fits["N+B"].model.effects[1]
     whole = fits["N+B"].solution.log_likelihood - fits["N"].solution.log_likelihood
@@ -293,12 +293,12 @@ def test_a_fleet_adds_the_lines_of_one_check():
     assert [effect.short for effect in study.fit.model] == ["N", "SIN", "SIN"]
     assert study.adequate
     # A later check finds the second line; its kind is known.
-    search = _SearchOfKinds([Rung(al.fit_model(log, "N+SIN(f=1.3)"))], 8, None, np.inf)
-    check = search._check_of_last_fit()
-    assert check.significant == ()
+    search = SearchOfKinds([Rung(al.fit_model(log, "N+SIN(f=1.3)"))], 8, None, np.inf)
+    stop = search.run()
     assert [s.effect.short for s in search.check.significant] == ["SIN"]
-    assert search._stop_reason(check) is None
-    assert not search.study(search.run()).adequate
+    assert len(search.ladder) == 1
+    assert stop == "nothing helps"
+    assert not search.study(stop).adequate
 
 
 def test_the_spread_of_records_is_not_that_of_units():

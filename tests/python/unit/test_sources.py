@@ -10,8 +10,7 @@ import yaml
 import allanite as al
 from allanite.cli import main
 from allanite.effects.strings import parse_with_units
-from allanite.exports import TARGETS, export
-from allanite.exports._axis import axes_of
+from allanite.exports import TARGETS, axes_of, export
 from allanite.sources import documents_of
 
 DEGREE = math.pi / 180

@@ -109,7 +109,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     band = first * half, (first + size) * half
     if any(bands_overlap(band, e.band) for e in solution.model.modifiers if e.band is not None):
         return None  # this band has a change of level already
-    if _largest_delta_logl(steady) > MAX_EXPLAINED_REMAINDER * gain:
+    if largest_delta_logl(steady) > MAX_EXPLAINED_REMAINDER * gain:
         return None
     effect = kinds[0].from_values(
         low=band[0],
@@ -151,7 +151,7 @@ def _interval(power: Array) -> tuple[float, float, float]:
     return start / size, end / size, log_p
 
 
-def _largest_delta_logl(power: Array) -> float:
+def largest_delta_logl(power: Array) -> float:
     """ΔlogL, over the overdispersion, of the interval with the most significant other level of `power` over time.
 
     0 for fewer than 16 values.

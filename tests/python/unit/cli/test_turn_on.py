@@ -9,8 +9,7 @@ import pytest
 import allanite as al
 from allanite.axes.turn_on import turn_on_biases
 from allanite.effects.files import model_to_dict, parse_model
-from allanite.exports import export
-from allanite.exports._axis import axes_of
+from allanite.exports import axes_of, export
 from allanite.scale.logs import rows_of
 from command_line import strict
 

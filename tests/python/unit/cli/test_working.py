@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.exports import export
-from allanite.exports._axis import axes_of
+from allanite.exports import axes_of, export
 from command_line import refused
 
 RATE, FINE = 100, 8

@@ -281,7 +281,7 @@ def changed_documents(tree):
 
 
 def test_a_fit_with_one_value_replaced_is_exported_or_one_line(tmp_path):
-    from allanite.exports._axis import axes_of
+    from allanite.exports import axes_of
 
     path = tmp_path / "x.json"
     x = np.random.default_rng(1).standard_normal(200)

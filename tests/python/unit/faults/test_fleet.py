@@ -17,8 +17,8 @@ import allanite as al
 from allanite.scale import run_fleet
 from allanite.scale.journal import JOURNAL, Journal, read_journal
 from allanite.scale.log_process import journal_key
-from allanite.scale.logs import _child_setup, _logs_without_table, logs_of, write_table
-from allanite.scale.population import _read_table
+from allanite.scale.logs import child_setup, logs_of, logs_without_table, write_table
+from allanite.scale.population import read_table
 from command_line import spent, started, until
 
 #: Samples of a log: a ladder of so short a record takes 0.15 s of processor time.
@@ -139,7 +139,7 @@ def test_logs_that_fail_leave_the_others_alone(good, reasons, faults, tmp_path):
 
 def test_whatever_changes_a_result_changes_the_key(tmp_path):
     def key(model="N", rate=1.0, unit="deg/s", log="a.csv", anyway=False):
-        settings = _child_setup(model, rate, unit, anyway, 1.0, 1, {}).settings
+        settings = child_setup(model, rate, unit, anyway, 1.0, 1, {}).settings
         return journal_key(settings, log, "content")
 
     model, keys = tmp_path / "model.json", [key()]
@@ -198,7 +198,7 @@ def test_an_extension_that_changes_changes_the_key(tmp_path, monkeypatch, what):
                 patch.setattr("allanite.readers.FORMATS", [*FORMATS, module.FORMAT], raising=True)
             else:
                 al.register(module.Breathing)
-            keys.append(_child_setup("N", 1.0, None, False, 1.0, 1, {}).settings)
+            keys.append(child_setup("N", 1.0, None, False, 1.0, 1, {}).settings)
             if what == "effect":
                 al.CATALOGUE.remove(module.Breathing)
     sys.modules.pop("breathing_module")
@@ -230,7 +230,7 @@ def test_the_table_is_no_log(source, tmp_path):
     (tmp_path / "logs.txt").write_text(f"{folder / 'unit0.csv'}\n{out}\n")
     (folder / ".table-1-abc.csv").write_text("a draft of a run that was killed")
     for _ in range(2):
-        assert _logs_without_table(logs_of(named), out) == [folder / "unit0.csv"]
+        assert logs_without_table(logs_of(named), out) == [folder / "unit0.csv"]
         # As the first run leaves them.
         out.touch()
         out.with_name(out.name + JOURNAL).touch()
@@ -310,7 +310,7 @@ def test_texts_that_are_formulas_are_quoted_in_the_table(tmp_path):
     with out.open(newline="") as file:
         cells = [row["column"] for row in csv.DictReader(file)]
     assert cells == ["'=1+2", "'+1", "'-x", "'@a", "''=1", "'''+", "'plain", "a=b"]
-    assert [(row["column"], row["n"]) for row in _read_table(out)] == [
+    assert [(row["column"], row["n"]) for row in read_table(out)] == [
         (text, "-3") for text in texts
     ]
 

@@ -6,6 +6,7 @@ import pickle
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -67,6 +68,7 @@ def test_frequencies_and_times_are_numbers(value):
 def test_an_interrupt_while_the_command_is_imported_is_one_line():
     code = """
 import sys
+from types import SimpleNamespace
 class Finder:
     def find_spec(self, name, path=None, target=None):
         if name == "allanite.cli":
@@ -181,14 +183,15 @@ def test_values_of_other_types_are_no_parameters(value):
 
 @pytest.mark.parametrize("value", ["text", "1e5", [1.0], {}, {"value": 1}])
 def test_a_study_file_with_values_of_other_types_is_one_line(value):
-    from allanite.page.studies import _axis_of_document
+    from allanite.page.studies import SCHEMA, open_study
 
     effect = {"kind": "angle_random_walk", "parameters": {"N": {"value": value}}}
     axis = {"column": "x", "at": 0, "ladder": [{"label": "", "effects": [effect]}]}
+    tab = SimpleNamespace(work=SimpleNamespace(recording=al.Recording(X, 10.0, columns=("x",))))
     with pytest.raises(
         al.InputError, match=r"is not a number|do not have the format of a model, fit or check file"
     ):
-        _axis_of_document(axis, ("x",))
+        open_study(tab, {"schema": SCHEMA, "axes": [axis]})
 
 
 def test_a_panic_of_the_core_is_an_error_with_a_report(monkeypatch, capfd, tmp_path):

@@ -215,11 +215,11 @@ def test_a_pipe_that_cannot_be_copied_names_itself(run, monkeypatch):
 
 def test_a_loop_of_links_is_a_log_that_cannot_be_read_and_a_name_that_can_be_written(log, tmp_path):
     from allanite.common.files import whole_file
-    from allanite.scale.logs import _logs_without_table, logs_of
+    from allanite.scale.logs import logs_of, logs_without_table
 
     loop = tmp_path / "loop.csv"
     loop.symlink_to("loop.csv")
-    assert _logs_without_table(logs_of(tmp_path), tmp_path / "table.csv") == [loop, log]
+    assert logs_without_table(logs_of(tmp_path), tmp_path / "table.csv") == [loop, log]
     with whole_file(loop) as draft:
         draft.write_text("1")
     assert loop.read_text() == "1"
