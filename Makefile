@@ -6,6 +6,8 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 # The extras that pyproject.toml collects in `all`; maturin would look for the package itself in an index.
 EXTRAS := $(shell sed -n 's/^all = \["allanite\[\(.*\)\]"\]$$/\1/p' pyproject.toml)
+# Toolchain of miri, sanitizers and fuzz targets; the workflows set a dated one.
+NIGHTLY ?= nightly
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
 .PHONY: help demo screenshots test test-all test-nightly test-rust test-python test-slow test-claims test-long floors lint bench bars miri sanitize clean gallery notebooks docs fuzz fuzz-core release
@@ -89,7 +91,7 @@ fuzz: $(VENV)/.developed ## ten minutes of damaged files, strings and requests, 
 fuzz-core: ## fuzz the text reader of the core with libFuzzer, one minute for each target (needs nightly and cargo-fuzz)
 	for target in text dialect pipes; do \
 	  mkdir -p target/fuzz/$$target; \
-	  cargo +nightly fuzz run $$target target/fuzz/$$target fuzz/corpus/$$target -- \
+	  cargo +$(NIGHTLY) fuzz run $$target target/fuzz/$$target fuzz/corpus/$$target -- \
 	    -max_total_time=$(or $(SECONDS_EACH),60) -rss_limit_mb=2000 -timeout=10 || exit 1; \
 	done
 
@@ -122,11 +124,11 @@ bars: $(VENV)/.developed ## compare each promised ratio with its measurement (qu
 	$(BIN)/python benches/python/bars.py
 
 miri: ## test loops with unsafe code for undefined behavior (needs nightly with miri)
-	cargo +nightly miri test --quiet --test unsafe_code
-	RUSTFLAGS='-C target-feature=+avx2,+fma' cargo +nightly miri test --quiet --test unsafe_code
+	cargo +$(NIGHTLY) miri test --quiet --test unsafe_code
+	RUSTFLAGS='-C target-feature=+avx2,+fma' cargo +$(NIGHTLY) miri test --quiet --test unsafe_code
 
 sanitize: ## run tests of unsafe code, readers and kernels under AddressSanitizer (needs nightly)
-	RUSTFLAGS=-Zsanitizer=address CARGO_TARGET_DIR=target/sanitize cargo +nightly test --quiet --locked \
+	RUSTFLAGS=-Zsanitizer=address CARGO_TARGET_DIR=target/sanitize cargo +$(NIGHTLY) test --quiet --locked \
 	  --target $$(rustc -vV | sed -n 's/host: //p') --test unsafe_code --test kernels --test text --test accumulator
 
 clean: ## remove all built files
