@@ -65,7 +65,10 @@ class CrossBand:
     significant: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: low_hz, high_hz, coherence, chance, phase_rad, correlation, interval, p_value and significant."""
+        """Dict for JSON: low_hz, high_hz, coherence, chance, phase_rad, correlation, interval, p_value and significant.
+
+        ``chance`` is the 95 % quantile of the squared coherence of independent axes, ``interval`` that of the correlation.
+        """
         return fields_dict(self, low="low_hz", high="high_hz", phase="phase_rad")
 
 

@@ -69,7 +69,7 @@ class CommonEvent:
     kinds: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: time_s, std_error_s, columns and kinds."""
+        """Dict for JSON: time_s, std_error_s, columns (names) and kinds (of effect, one per column)."""
         return fields_dict(self, time="time_s", std_error="std_error_s")
 
     def __str__(self) -> str:

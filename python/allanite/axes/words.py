@@ -66,7 +66,7 @@ def shared_effect_sentences(common: Common) -> list[str]:
 
 
 def _clause_on_single_axes(form: Form) -> str:
-    """Clause on the effects of single axes: ``; acc_x also has SIN``; empty without any."""
+    """Clause such as ``; acc_x also has SIN`` on effects that not all axes have; empty without any."""
     own = [f"{name} also has {'+'.join(shorts)}" for name, shorts in form.besides.items() if shorts]
     return f"; {', '.join(own)}" if own else ""
 

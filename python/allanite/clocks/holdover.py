@@ -46,7 +46,7 @@ class Holdover:
     high: float
 
     def shifted(self, phase: float) -> Holdover:
-        """`Holdover` whose expected phase and interval are larger by the known phase, s."""
+        """Copy (`Holdover`) with a known `phase`, s, added to the expected phase and to both ends of its interval."""
         return Holdover(
             self.after, self.expected + phase, self.std, self.low + phase, self.high + phase
         )
@@ -93,7 +93,7 @@ class PhaseModels:
     drifts: bool = False
 
     def spreads(self, fit: FittedNoise) -> Array:
-        """Array of standard deviations of the drift's prior in a ratio of `SPREAD_RATIO`; empty without a drift."""
+        """Array of the standard deviations tried for the prior of the drift, a geometric series; empty without a drift."""
         if not self.drifts:
             return np.zeros(0)
         error = float(np.sqrt(fit.regressed.covariance[-1, -1]))

@@ -46,7 +46,7 @@ class Correlation:
     def at(self, f: Array) -> Array:
         """Array of the correlation at the frequencies f, Hz, shape of `f`.
 
-        Outside of all octaves that of the nearest octave.
+        Outside of all octaves, it is the correlation of the nearest octave.
         """
         place = np.searchsorted(self.edges, f, side="right") - 1
         return self.values[np.clip(place, 0, self.values.size - 1)]

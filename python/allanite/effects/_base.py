@@ -581,9 +581,9 @@ class Stochastic(Effect):
 
     @classmethod
     def like(cls, other: Effect, **values: Any) -> Self | None:
-        """Effect of this kind that can replace `other`, with further `values` by JSON name; by default None.
+        """Effect of this kind with the shape of the effect `other` and further `values` by JSON name; by default None.
 
-        None if this kind has no form of `other` with these values.
+        None also if this kind cannot take over the shape of `other`, or does not have these values.
         """
         return None
 

@@ -141,7 +141,7 @@ class Filter(Modifier):
 
     @property
     def whole(self) -> Filter:
-        """Filter itself, because it acts on all random processes."""
+        """The effect itself: this filter acts on all random processes, not on white noise alone."""
         return self
 
     def response(self, rate: float) -> Response:

@@ -124,7 +124,7 @@ class Modifier(Effect):
 
     @property
     def whole(self) -> Modifier | None:
-        """Filter that acts on all random processes; by default None: only the white noise is changed."""
+        """The filter, if this effect filters all random processes; None if it only changes the white noise (default)."""
         return None
 
     @property

@@ -90,7 +90,10 @@ class DriftingResonance(Moving):
 
     @classmethod
     def like(cls, other: Effect, **values: Any) -> Self | None:
-        """Drifting form of the resonance `other` with the frequencies `course`, Hz; None for another effect or values."""
+        """Drifting resonance with damping and rms of the resonance `other` and the frequencies `course`, Hz.
+
+        None if `other` is no `Resonance`, or if `values` are not just ``course``.
+        """
         if type(other) is not Resonance or values.keys() != {"course"}:
             return None
         return cls(damping=other.damping, rms=other.rms, **values)

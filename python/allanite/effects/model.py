@@ -154,7 +154,7 @@ class Model(AsModel):
 
     @cached_property
     def white(self) -> Stochastic | None:
-        """White-noise process of the model, the level of which modifiers change; None if the model has none."""
+        """White-noise process of the model; None if the model has none."""
         return next((e for e in self.stochastic if e.white), None)
 
     @property

@@ -81,9 +81,10 @@ class ModulatedVibration(Resonance):
 
     @classmethod
     def like(cls, other: Effect, **values: Any) -> Self | None:
-        """Modulated form of the resonance `other`, with the same power of the carrier; None for other effects.
+        """Modulated vibration with frequency, damping and power of the carrier of the resonance `other`, or None.
 
-        `values` are the modulation and the depth. Held names and limits stay. None as well if `other` is modulated already.
+        `values` must be the modulation (Hz) and the depth. Held names and limits are those of `other`. None for other
+        values, for another effect, and if `other` is modulated already.
         """
         if not isinstance(other, Resonance) or isinstance(other, cls):
             return None

@@ -238,7 +238,10 @@ class Axis:
     def _sum_largest_curves(
         self, curve: Callable[[Model], NDArray[np.float64]], total: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """The array `total` plus, for each random process, the pointwise largest `curve` of its models in `corners`."""
+        """Array `total` plus, for each random process, the pointwise maximum of `curve` over its models in `self.corners`.
+
+        These models have the parameters of the process at the ends of their intervals, at the loudest time of the record.
+        """
         for forms in self.corners:
             total = total + np.maximum.reduce(
                 [curve(_at_loudest_level(form, self.span)) for form in forms]

@@ -105,9 +105,10 @@ def _allan_variance(axis: Axis, part: Model, tau: NDArray[np.float64]) -> NDArra
 
 
 def smallest_covering_walk(axis: Axis, rest: Model) -> float:
-    """Smallest K (SI) with which the random walk K plus the model `rest` has 98 % of an Allan deviation at all τ.
+    """Smallest coefficient K (SI) of a random walk that, added to the model `rest`, covers the noise of the axis.
 
-    The Allan deviation is that of the white and slow noise of the axis. 0 if `rest` alone is sufficient.
+    Covered means at least 98 % of the Allan deviation of the white and slow noise of the axis at every τ. The result is
+    0 if `rest` alone is sufficient.
     """
     tau = axis.taus
     slow = (1.0 - SLACK) ** 2 * _allan_variance(axis, axis.slow_model, tau)

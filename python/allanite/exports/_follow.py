@@ -188,7 +188,7 @@ class _FollowedModel:
         return found
 
     def candidates_on_grid(self, times: Sequence[float]) -> Candidates:
-        """`Candidates` for all pairs of a ratio K/N in `ratios` and a correlation time (s), grouped by time."""
+        """`Candidates` for all combinations of the ratios K/N in `ratios` and correlation `times` (s), ordered by time."""
         ratios = self.ratios
         every_time = np.repeat(np.asarray(times, float), ratios.size)
         return self.candidates_of(np.tile(ratios, len(times)), every_time)
@@ -446,6 +446,6 @@ def _quality(target: _FollowedModel, choice: Choice) -> Quality:
 
 
 def _count_short_times(target: _FollowedModel) -> int:
-    """Number of coasting times, at which errors are compared, that are below a tenth of the horizon."""
+    """Number of the compared coasting times of `target` that are shorter than a tenth of its horizon."""
     times = mission_of(target.horizon, target.rate).times
     return int(np.count_nonzero(times < target.horizon / IGNORABLE_FRACTION))

@@ -65,7 +65,7 @@ def _source_text(axis: Axis) -> str:
 
 
 def verdict_comment(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
-    """Text of the third comment: whether to use the file, reasons against it, and how its numbers fit the model.
+    """Text of a comment that says whether to use the file, gives reasons against it, and states its largest error.
 
     "Use: no" if a fit is not adequate, or the NEES of a filter exceeds 1.2. The text is ASCII, because some programs
     refuse other characters in a comment.

@@ -108,9 +108,10 @@ class _Limits:
 
 
 def _band_frequencies(axis: Axis) -> Iterator[NDArray[np.float64]]:
-    """Yields an array of up to 65 frequencies (Hz) for each form of each band-limited process in `axis.corners`.
+    """Yield an array of up to 65 frequencies (Hz), evenly spaced over the band, for each band-limited process.
 
-    They are evenly spaced over its band, without those at 0 or from half the rate on.
+    One array is yielded for each model of the process in `axis.corners` (parameters at the ends of their intervals).
+    Frequencies at 0, or at half the sampling rate or above, are left out.
     """
     for forms in axis.corners:
         for form in forms:

@@ -55,7 +55,7 @@ class ProcessNoise:
 def process_noise(axes: Sequence[Axis], *, overbound: bool) -> ProcessNoise:
     """`ProcessNoise` of angles (gyroscopes) and velocities (accelerometers): K²·horizon²/3 per second, K as white noise.
 
-    Each of x, y and z has its own number. N enters only the pairs for the head. A sensor without axes has no variances.
+    Each of x, y and z has its own number. N is only stated in the head. A sensor without axes has no variances.
     """
     variances: dict[str, float] = {}
     pairs, remarks = [], []

@@ -26,7 +26,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _axis_document(axis: Axis, rate: float | None, *, overbound: bool) -> dict[str, object]:
-    """Dict for JSON of one axis: names, units, coefficients, effects; with `overbound`, also covering N and K."""
+    """Dict for JSON of one axis: name, units, coefficients, effects; with `overbound`, also a covering N and K."""
     out: dict[str, object] = {
         "name": axis.name,
         "kind": axis.kind,

@@ -74,7 +74,8 @@ def solve(
     like : Solution, optional
         Another fit of the same data, whose residual ordinates are reused.
     polish : bool
-        False keeps shapes at their start or grid values, except for a narrow band in last place and bands that overlap it.
+        False keeps shapes at their start or grid values. Exceptions are a narrow band that is the last effect of the
+        model, and the bands that overlap it.
     settled : int
         Deterministic effects and narrow bands among the first `settled` effects keep their shapes. This is used if an
         additional effect is only tried. Narrow bands that overlap a later effect are optimized nevertheless.

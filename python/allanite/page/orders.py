@@ -201,7 +201,7 @@ def _improve(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _hold_parameter(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that fits with a parameter held at a value in the displayed unit, or free without a value."""
+    """Start a job that fits with a parameter held at a value (in the displayed unit), or free if there is no value."""
     place, name = _integer_of(order, "place"), _text_of(order, "name") or ""
     value = _number_of(order, "value")
     tab.hold(place, name, None if value is None else value * _factor_to_own_unit(tab, place, name))

@@ -366,8 +366,8 @@ class TabState:
     def switch_to_part(self, job: Job, part: Part, found: Recording) -> None:
         """Make `found`, a part of the log, the analyzed recording.
 
-        Undo returns to the former part, but no further back. The models of the columns become the start models, except
-        effects at a time if the start moved.
+        Undo returns to the former part, but no further back. The models of the columns become the start models. If the
+        part starts at another time, effects at a fixed time are dropped from them.
         """
         before, place = self.work, self.source_index
         assert place is not None
@@ -404,7 +404,7 @@ class TabState:
     def _checked_first_step(self, job: Job, column: int) -> Step:
         """Current `Step` of a column, checked; fits the first model if the column has no step.
 
-        Another column that the user chooses comes first.
+        Any action of the user cancels `job`, for example if the user chooses another column.
         """
         job.gives_way = True
         step = self.fitted_step(job, column)

@@ -291,9 +291,10 @@ class Detection:
 
     @property
     def probability(self) -> float:
-        """Probability that `check` finds the effect: that the tested ΔlogL exceeds `needed`, and ΔlogL exceeds `paying`.
+        """Probability that `check` finds the effect: the smaller of two probabilities.
 
-        Both ΔlogL rise and fall together, so that the smaller of the two probabilities decides.
+        These are that the tested ΔlogL exceeds its limit `needed`, and that ΔlogL exceeds its limit `paying`. Both ΔlogL
+        rise and fall together, so that the smaller probability is that of both.
         """
         significant = self.tested.exceedance_probability(self.needed)
         return min(significant, self.law.exceedance_probability(max(self.paying, 0.0)))

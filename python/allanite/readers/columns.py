@@ -804,10 +804,10 @@ def _unit_contradiction(name: str, own: str, given: str) -> InputError:
 
 
 def _given_unit(name: str, own: str | None, request: Request) -> str | None:
-    """Unit that the caller gave for a column, or None without one.
+    """Unit that the caller gave for the column `name`, or None without one.
 
-    If several units are given, the kind of sensor selects one; None if the log states a unit of no sensor. Raises
-    `InputError` if the kind is unknown. `own` is the unit that the log states for the column `name`.
+    `own` is the unit that the log states. If the caller gave one unit per kind of sensor, `own` or else `name` tells the
+    kind. The result is None if `own` is not the unit of a sensor. Raises `InputError` if the kind has no given unit.
     """
     if len(request.kinds) < 2:
         return request.unit

@@ -289,7 +289,7 @@ def _table_of_numbers(path: Any, request: Request) -> tuple[Table, Layout | Role
     """Tuple (table of all numeric columns, `Layout` or `Roles`, dict from damaged column to its error message).
 
     If the log cannot be read as a whole, each column is read alone. Damaged columns are then left out of the table.
-    Raises `InputError` if all columns, or none alone, fail.
+    Raises `InputError` if all columns are damaged, or if none is but the whole log cannot be read.
     """
     from allanite.readers import read_table
 

@@ -145,9 +145,10 @@ def _times_of_chunks(chunks: Iterable[NDArray[Any]], parts: TimeParts) -> Iterat
 
 
 def _differences_of_chunks(chunks: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
-    """Yield the differences of consecutive rows of each chunk, also to the last row of the chunk before.
+    """Yield one array per chunk: the differences of consecutive rows, as if the chunks were one array.
 
-    Integers are subtracted as int64; the first chunk yields one row less.
+    The first difference of a chunk is that to the last row of the previous chunk; the first chunk yields one row less.
+    Integers are subtracted as int64.
     """
     last: NDArray[Any] | None = None
     for chunk in chunks:

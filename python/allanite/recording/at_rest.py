@@ -447,7 +447,8 @@ def quiet_segment(recording: Recording) -> Recording:
 def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> list[Finding]:
     """List with one `Finding` of kind ``motion`` if the recording moves; else empty.
 
-    It moves if more than a share `least` of its windows do, if it turns at least 3 times, or if it tilts by over 10°.
+    It moves if more than the fraction `least` of its windows shows motion, if it turns at least 3 times, or if it tilts
+    by over 10°.
     """
     motion = recording.motion
     if motion is None or not (motion.moves or motion.share > least):
@@ -482,8 +483,8 @@ def motion_error(recording: Recording) -> InputError | None:
 def _motion_text(motion: Motion, least: float) -> str:
     """Text of the signs of motion, joined by ", and ": ``3 turns of up to 90°``, changes, sway and tilt.
 
-    Changes and sway are stated if they concern more than a share `least` of the record. Without a sign, only the share
-    of the record.
+    Changes and sway are stated if they occur in more than the fraction `least` of the record. If there is no sign to
+    state, the text is the moving fraction of the record.
     """
     why = []
     if motion.turns >= MIN_TURNS:

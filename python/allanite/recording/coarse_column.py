@@ -131,9 +131,9 @@ def _curve_on_grid(values: Array, grid: Array, code: Array, step: float) -> Arra
 
 
 def _relaxation_curve(place: Array, values: Array, count: int) -> Array:
-    """Least-squares curve (constant, ramp, exponential relaxation) through `values` at the positions `place`.
+    """Array, shape (count,): least-squares curve of constant, ramp and exponential relaxation at positions 0 … count − 1.
 
-    Its values at 0 … count − 1, shape (count,). The time constant is searched from the best of `RELAXATIONS`.
+    It is fitted to `values` at the positions `place`. The time constant is optimized from the best of `RELAXATIONS`.
     """
     from scipy.optimize import minimize_scalar
 

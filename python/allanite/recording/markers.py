@@ -110,9 +110,9 @@ def _marker_at(values: NDArray[np.floating | np.integer], edge: float) -> Marker
 
 
 def _type_end(rest: NDArray[np.floating | np.integer], edge: float) -> str:
-    """Text such as ``"the smallest 16-bit integer"`` if `edge`, in steps of the other samples `rest`, is such a limit.
+    """Text such as ``"the smallest 16-bit integer"`` if `edge`, divided by the step of the samples, is such a limit.
 
-    An empty text for another value, or if the samples have no step.
+    `rest` are the other samples, which determine the step. The text is empty for another value, or without a step.
     """
     some = rest[:STEP_SAMPLES].astype(np.float64)
     single = bool(np.array_equal(some.astype(np.float32), some))

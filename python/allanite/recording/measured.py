@@ -48,7 +48,7 @@ def _without_markers(recording: Recording) -> Recording:
 def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
     """`Finding` (warning) that a column has a no-data marker, with the value (in `unit`) and number of samples.
 
-    The text names the end of the type if the marker is one.
+    The text says so if the marker is the smallest or largest value of an integer type.
     """
     several = marker.count > 1
     what = f", {marker.type_end}" if marker.type_end else ", far from all other samples"

@@ -27,8 +27,8 @@ def averages_for_sway(x: Array, rate: float) -> Array:
 def sway_of(rates: Array, force: Array, rate: float) -> Array | None:
     """Standard deviation of the tilt in each window of 20 s, degrees, shape (windows,); None without sway.
 
-    None also for fewer than 10 windows. The integrated rates of a turning platform are the change of the direction of
-    gravity: df/dt = −ω × f. The covariance of both is the variance of the tilt, whatever the noise of the two sensors.
+    None also for fewer than 10 windows. If a platform turns, the integrated rates equal the change of the direction of
+    gravity: df/dt = −ω × f. The covariance of the two is the variance of the tilt, and independent of sensor noise.
 
     Parameters
     ----------

@@ -464,7 +464,7 @@ def serve_parquet_rows(path: str) -> list[dict[str, Any]]:
 def _check_row(row: dict[str, Any]) -> None:
     """Raise `TypeError`, `KeyError` or `ValueError` unless a row has the entries and types of `allanite fleet`.
 
-    Only finished rows with numbers are checked beyond their texts.
+    File, column and status must be texts in every row. Further entries are only checked in finished rows with numbers.
     """
     for name in ("file", "column", "status"):
         if not isinstance(row[name], str):

@@ -290,8 +290,8 @@ def datasheet_of(parsed: object, name: str) -> DataSheet:
 def _quoted_figure(name: str, given: object) -> Quoted:
     """`Quoted` from the name and the value of a figure: a text such as "18 deg/h", or a mapping with value and unit.
 
-    The unit of a noise density that states no side gets "one-sided". Raises `InputError` for an unknown name, a value
-    that is not positive, or a missing or unknown unit.
+    "one-sided" is appended to the unit of a noise density, unless it says one-sided or two-sided. Raises `InputError`
+    for an unknown name, a value that is not positive, or a missing or unknown unit.
     """
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     key = _names_by_spelling().get(key, key)

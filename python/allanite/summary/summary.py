@@ -250,7 +250,7 @@ class Summary(Record):
         return _deviation_of_stream([one.curves[0] for one in self.stretches])
 
     def lines(self) -> list[Line]:
-        """List of spectral lines (`Line`) of the only column, in the octaves of which no samples are kept.
+        """List of the spectral lines (`Line`) of the only column that lie in octaves without kept samples.
 
         Fits exclude these lines.
         """

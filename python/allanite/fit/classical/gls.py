@@ -100,12 +100,10 @@ def fit_gls(
     n: int,
     unit_terms: Sequence[Sequence[Term]],
 ) -> GlsFit:
-    """`GlsFit`: non-negative squared coefficients fitted to an Allan curve by GLS.
+    """`GlsFit`: non-negative squared coefficients fitted to an Allan curve by generalized least squares.
 
-    With the covariance that the fit implies.
-
-    The expected variance is linear in the squares. Covariance and squares are computed in turn until they converge;
-    this is Fisher scoring of a Gaussian model of the curve.
+    The expected variance is linear in the squares. The covariance of the curve follows from the fitted squares; both are
+    computed in turn until they converge. This is Fisher scoring of a Gaussian model of the curve.
 
     Parameters
     ----------

@@ -172,7 +172,7 @@ def _cholesky(correlation: Array) -> Array:
 def _gamma_probability(z: float, skewness: float) -> float:
     """P(Z ≤ z) of a standardized gamma variable of this skewness, mirrored for a negative skewness.
 
-    Normal for a skewness below 1e-4. Beyond the end of the law it is 0 or 1.
+    The normal probability is used for a skewness below 1e-4. Outside the support of the distribution it is 0 or 1.
     """
     from scipy.special import gammainc, gammaincc, ndtr
 

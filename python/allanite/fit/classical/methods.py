@@ -166,7 +166,7 @@ def compare_methods(fit: Fit) -> MethodTable:
     """`MethodTable` of the coefficients of a fit by the Whittle likelihood, GLS and straight lines.
 
     See `Fit.compare_methods`. GLS is omitted if it cannot be used, e.g. with held values. Effects without a coefficient
-    have no row. Last come lines on the curve for which the model has no effect.
+    have no row. The last rows are straight lines found on the Allan curve for which the model has no effect.
     """
     from allanite.fit import fit_model
 

@@ -57,8 +57,8 @@ def remove_motion(
     """Divide the changes caused by a band of moving frequency out of the whitened ordinates `white`, in place.
 
     The ordinates near the band are treated in cells of frequency, each as a time series that is divided by the root of
-    its expected relative power. Cells in which the band has at most 1 % of the power stay. Without a frequency nothing
-    changes.
+    its expected relative power. Cells in which the band has at most 1 % of the power are not changed. Nothing is changed
+    if the band has no frequency.
     """
     if moving.occupies is None:
         return

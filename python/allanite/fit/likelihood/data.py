@@ -222,7 +222,7 @@ class Data(ABC):
         """Number of equal time sections in which a band (low, high), Hz, can be followed, or 0.
 
         It is `max_number`, or half, a quarter, … of it. Bandwidth times duration of a section (or of a stored segment) must
-        reach `resolved`.
+        be at least `min_product`.
         """
 
     @abstractmethod

@@ -68,8 +68,8 @@ def _likelihood_of_bytes(count: bytes, cells: bool) -> _kernels.Likelihood:
 def likelihood(count: Array, *, cells: bool = False) -> _kernels.Likelihood:
     """`_kernels.Likelihood`: marginal likelihood of bins with the degrees of freedom `count`; its tables are cached.
 
-    By default a group of neighboring bins (a cell) shares one error ε of the model. With `cells`, each value of `count`
-    belongs to such a group.
+    By default the bins of a cell (a group of neighboring bins) share one error ε of the model. With `cells`, each value
+    of `count` is that of a whole cell, and has its own ε.
     """
     stop_if_unwanted()  # every fit passes here often enough to react to an interrupt
     return _likelihood_of_bytes(count.tobytes(), cells)

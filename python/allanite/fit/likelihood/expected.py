@@ -202,7 +202,7 @@ def _evaluator(n: int) -> _kernels.Ordinates:
 def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> NDArray[np.float64]:
     """Array of the expected squares of given cosine ordinates of n samples, U² per sample, shape of `ordinates`.
 
-    Above 0.
+    All values are at least 1e-300.
     """
     stop_if_unwanted()
     found = _kernels.Ordinates(ordinates, n).variance([term.at_ordinates(n) for term in terms])

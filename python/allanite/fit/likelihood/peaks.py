@@ -75,7 +75,7 @@ def is_fitted_to_ordinates(effect: Effect, data: Data) -> bool:
 def bins_near(effect: Effect, bins: Bins, rate: float) -> Ordinates:
     """Ascending array of the indices of the bins with a peak of the effect, and of three bins on either side.
 
-    A peak beyond the spectrum has its bins at the end.
+    For a peak outside the spectrum, these are the bins at the nearer end.
     """
     found: set[int] = set()
     for band in effect.peaks:

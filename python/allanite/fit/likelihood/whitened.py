@@ -172,8 +172,8 @@ def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
 def _without_outliers(whitened: Whitened) -> Whitened:
     """`Whitened` in which each outlier is reduced to the robust standard deviation of its cell of 32 samples; signs stay.
 
-    An outlier is 1.7 times the size that normal samples exceed in 1 % of records. `whitened` itself is returned without
-    outliers, for a summary, and for coarsely rounded samples.
+    An outlier is larger than 1.7 times the limit that the largest of n normal samples exceeds in 1 % of records.
+    `whitened` itself is returned without outliers, for a summary, and for coarsely rounded samples.
     """
     from scipy.special import ndtri_exp
 

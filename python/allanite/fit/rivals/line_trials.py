@@ -77,9 +77,10 @@ def expected_line_gain(cycles: float, n: int, rate: float) -> float:
 def _shares_of_false_alarms(
     cycles: NDArray[np.float64], n: int, rate: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Tuple (share of all frequencies and of the octave, share of known frequencies, number of equal parts).
+    """Tuple (general, known, parts): two shares of the false alarms for each line, and the number 2 or 3 of equal parts.
 
-    The shares are relative to that of the search of all frequencies; the last is 0 beside known frequencies.
+    `general` is the share of the search of all frequencies (1, the unit of all shares) plus that of the octave of the
+    line. `known` is the share of frequencies known beforehand, 0 for a line at no such frequency.
     """
     whole = line_trials(n)
     octaves = max(1.0, np.log2(n / 2.0))

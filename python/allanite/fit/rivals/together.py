@@ -264,9 +264,9 @@ class _PairSearch:
         return slow_scans(base, self.data, self._may_be_paired)
 
     def _may_be_paired(self, blank: Deterministic) -> bool:
-        """True if a slow function may be part of a pair.
+        """True if the slow function `blank` may be one of the two effects that replace the removed effect.
 
-        It must have another kind than the removed effect, and must not be a form with additional parameters.
+        Its kind must differ from that of the removed effect, and must not be a refinement of a simpler kind.
         """
         # Refined forms are considered only as extensions of the plain form.
         return blank.kind != self.out.kind and not blank.refined

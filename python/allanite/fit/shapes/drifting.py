@@ -125,9 +125,9 @@ class Band:
         return max(MIN_SECTIONS, 1 << (self.series.size // MAX_SECTION_VALUES - 1).bit_length())
 
     def _courses(self) -> list[tuple[int, float]]:
-        """List of (mid-record frequency minus `first`, drift over the record) of the eight best linear frequency courses.
+        """List of (mid-record frequency minus `first`, change of frequency over the record) of the 8 best drifting lines.
 
-        Both are in cycles per record. The best comes first. For wide bands.
+        Both are in cycles per record; the best line comes first. The search is coarse and meant for wide bands.
         """
         number = self._sections
         # With this step a course deviates by at most a quarter of a section's frequency resolution at either end.
@@ -171,10 +171,10 @@ class Band:
         return float(abs(turn @ self.series) ** 2)
 
     def relative_noise(self, frequency: float, drift: float) -> float:
-        """Noise power along the course of a line, without the line, over the expected noise power; at least 1.
+        """Noise power around a drifting line, without the line, divided by the expected noise power; at least 1.
 
-        The course has a mid-record frequency and a drift, in cycles per record. A random band that moves with the line
-        counts as noise there. It is weaker in the mean spectrum, which does not move.
+        The line has a mid-record `frequency` and a `drift` over the record, in cycles per record. A ratio above 1 shows
+        a random band that moves with the line; in the mean spectrum such a band is spread and looks weaker.
         """
         u = np.arange(self.series.size) / self.series.size
         turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))

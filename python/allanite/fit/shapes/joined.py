@@ -20,9 +20,9 @@ MAX_TRIED_REMOVALS = 4
 
 
 def indices_of_unbuilt(model: Model, part: RandomPart) -> list[int]:
-    """List of the indices of the effects of free form that are not yet built.
+    """List of the indices of the effects of the model whose simple processes have not yet been chosen.
 
-    Such an effect is built from simple processes (`Stochastic.pieces`), and has no value for its choices before.
+    Such effects are sums of simple processes (`Stochastic.pieces`); before the choice their parameters are None.
     """
     return [
         place

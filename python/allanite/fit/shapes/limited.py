@@ -48,9 +48,10 @@ def within_limits(model: Model, fit: Callable[[Model], Solution]) -> Solution:
 def _hold_until_inside(
     model: Model, held: Held, found: Solution, fit: Callable[[Model], Solution]
 ) -> tuple[Held, Solution]:
-    """Pair: held parameters, and the solution with them, after holding more until no other is beyond its limits.
+    """Pair: parameters held at their limits, and the solution with them, in which no other parameter violates a limit.
 
-    Parameters that a fit has found at the end of their range are held without a new fit, which would find the same.
+    Parameters beyond their limits are added to `held`, and the model is fitted again, until none is beyond. A parameter
+    that was fitted exactly at the end of its range is held without a new fit.
     """
     while beyond := _beyond_limits(found.model, held):
         held = {**held, **beyond}
@@ -84,7 +85,7 @@ def _with_released(
 
 
 def _has_reached(effect: Effect, name: str, limit: float) -> bool:
-    """True if a shape is at the end of its declared range, not beyond; False for limits of the user."""
+    """True if the shape parameter `name` equals `limit`, an end of its declared range; False for limits of the user."""
     at_end = isclose(effect.values[name], limit, rel_tol=10.0 * LIMIT_TOLERANCE)
     return at_end and name not in effect.limits
 

@@ -175,9 +175,9 @@ def _smooth(excess: NDArray[np.float64], count: NDArray[np.float64]) -> NDArray[
 def polished_designs(
     scanned: list[tuple[Maximum, Model]], place: int, part: RandomPart
 ) -> list[tuple[Model, Maximum]]:
-    """List of (model, maximum) of the most promising scanned points.
+    """List of (model, `Maximum`) of the most promising `scanned` points, after a rough optimization of the shapes.
 
-    With roughly optimized shapes of the effect at `place`.
+    Only the shapes of the effect at index `place` are optimized.
     """
     return [
         polish(model, free_shape_parameters(model, place), found, part, roughly=True)

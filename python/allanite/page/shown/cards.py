@@ -84,8 +84,8 @@ def chips(
 def failures(study: Study) -> list[dict[str, Any]]:
     """List of dicts (text, view, place) of the reasons why a model is not adequate; empty for an adequate study.
 
-    These are the failures of the check, or, if the check is adequate and the study is not, the doubts of the study.
-    View and place are None if no view shows the failure.
+    They are the failures of the check or, if the check is adequate, the doubts of the study. ``text`` is a sentence,
+    ``view`` the name of the view that shows the failure, and ``place`` where in the view; None if no view shows it.
     """
     if study.adequate:
         return []

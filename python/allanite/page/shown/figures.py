@@ -170,10 +170,10 @@ def _close_up(check: Check) -> Panel | None:
 def _zoomed_panels(
     fit: Fit, panels: tuple[Panel, ...], options: Mapping[str, str]
 ) -> tuple[Panel, ...]:
-    """Copies of the two panels of the spectrum with the single ordinates between ``from`` and ``to`` Hz of the options.
+    """Pair of copies of the spectrum panel and its residual panel, to which single ordinates are added.
 
-    At most 1500 values; earlier single ordinates are replaced. The residuals of the ordinates are below, because a
-    narrow range has few bins.
+    The ordinates lie between the frequencies ``from`` and ``to`` (Hz) of the `options`; at most 1500 values are drawn.
+    Single ordinates that the spectrum panel already has are replaced.
     """
     low, high = _positive_option(options, "from", 1.0), _positive_option(options, "to", 1.0)
     spectrum, strip = panels

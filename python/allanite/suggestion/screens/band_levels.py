@@ -138,9 +138,9 @@ def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
 
 
 def _interval(power: Array) -> tuple[float, float, float]:
-    """Tuple (start, end, ln p) of the interval with the most significant other level of `power`.
+    """Tuple (start, end, ln p-value) of the interval whose mean `power` differs most significantly from the rest.
 
-    Fractions of the record.
+    `power` is a series over time; start and end are fractions of the record.
     """
     size = power.size
     freedom = 1.0 / overdispersion(power)

@@ -160,7 +160,7 @@ def _odds_above(
     gaussian = -0.5 * float(np.sum(np.log(2.0 * np.pi * expected) + z**2 / expected))
 
     def loss(shift: Array) -> float:
-        """Negative log-likelihood of the two-state chain for changes of (ln level, ln dwell time, ln noise power, mean)."""
+        """Negative logL of the two-state chain if (ln level, ln dwell time, ln noise power, mean) change by `shift`."""
         level = block.sigma * np.exp(shift[0])
         stay = float(np.exp(-block.dwells * np.exp(-shift[1])))
         variance = noise * float(np.exp(shift[2]))

@@ -76,7 +76,10 @@ def screen_drifting_bands(
 
 
 def _may_move(own: Process, data: Data) -> bool:
-    """True if the band has power, the catalog has a moving form of it, and at least 8 sections of the record resolve it."""
+    """True if the center frequency of the band `own` can be followed over time, in at least 8 sections of the record.
+
+    The band must have power, and the catalog an effect like it with a moving frequency; none of its parameters is held.
+    """
     return (
         own.theta > 0.0
         and _is_movable(own.effect)
@@ -85,7 +88,7 @@ def _may_move(own: Process, data: Data) -> bool:
 
 
 def _is_movable(effect: Stochastic) -> bool:
-    """True if the catalog has a moving form of this band, and no parameter of the band is held."""
+    """True if `effect` is a band, the catalog has one like it with a moving frequency, and no parameter is held."""
     if effect.occupies is None or effect.held:
         return False
     return _moving_band(effect, (1.0, 1.1)) is not None
@@ -200,12 +203,11 @@ class _Sections:
     def course(
         self, widths: list[float], theta: float, replaced: tuple[Effect, ...]
     ) -> _Course | None:
-        """Most likely `_Course` among the half-widths `widths`, which are relative to the middle frequency.
+        """Most likely course of the center frequency of the band over time (`_Course`); None if no course raises logL.
 
-        None without a gain.
-
-        `theta` is the squared coefficient of the band, `replaced` the effects that leave the model. None as well if all
-        frequencies are within a half-width of each other.
+        `widths` are the half-widths tried, relative to the middle frequency, widest first. `theta` is the squared
+        coefficient of the band, `replaced` the effects that it replaces. None as well if all frequencies of the course are
+        within a half-width of each other.
         """
         low, high = self.own.effect.occupies or (0.0, 0.0)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -238,12 +240,13 @@ class _Sections:
         within: tuple[float, float],
         replaced: tuple[Effect, ...],
     ) -> _Course | None:
-        """Most likely `_Course` within a range of frequencies, Hz, for one width of the band; or None.
+        """Most likely course of the center frequency of a band over time (`_Course`), for one width of the band; or None.
 
-        Its half-width is `relative_width` times its frequency. The band replaces the effects `replaced`; `theta` is its
-        squared coefficient. The frequency is constant in each of several sections of the record, or follows straight
-        lines between corners. The number of sections or lines is the one with the largest ΔlogL less the cost of the
-        course. None if the range has at most four places, or if the effect has no band at one of them.
+        The frequency stays `within` (low, high), Hz. The half-width of the band is `relative_width` times its frequency;
+        `theta` is its squared coefficient. The band replaces the effects `replaced`. The frequency is constant in each of
+        several sections of the record, or piecewise linear in time. The number of sections or linear parts maximizes
+        ΔlogL minus the cost of the course. None if the frequency grid has at most four values, or if the effect has no
+        band at one of them.
         """
         step = relative_width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)

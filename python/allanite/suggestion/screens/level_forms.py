@@ -108,12 +108,10 @@ def series_of(
 
 
 def screen_several(series: Series, model: Model) -> list[Candidate]:
-    """List with one `Candidate` (not refitted) of several levels of the white noise, if it gains more than it costs.
+    """List with one `Candidate` (not refitted): several changes of the white-noise level; empty if ΔlogL is too small.
 
-    Or empty.
-
-    Each interval has its own level, or two levels alternate. Each parameter costs ½ ln n of logL. The p-value is e to
-    the minus gain beyond that. Empty as well if one interval explains more.
+    Each interval has its own level, or two levels alternate. ΔlogL must exceed the cost, ½ ln n per parameter; the
+    p-value is e^−(ΔlogL − cost). The list is also empty if a change in a single interval explains more.
     """
     kinds = [type(blank) for blank in _level_effects(model, {})]
     freedom = series.freedom

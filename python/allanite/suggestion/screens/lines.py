@@ -225,11 +225,10 @@ def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
 
 
 def _remove_line(ratio: NDArray[np.float64], place: int, reach: int) -> None:
-    """Set a line of the periodogram `ratio` to zero, in place, from `place` − `reach` to `place` + `reach`.
+    """Set a line of the periodogram `ratio` and its side lobes to zero, in place.
 
-    With side lobes.
-
-    A side lobe d half cycles from the line has sin²(πd/2)/(πd/2)² of its power.
+    The line covers the indices from `place` − `reach` to `place` + `reach`. A side lobe d half cycles from the line has
+    sin²(πd/2)/(πd/2)² of its power.
     """
     first = max(0, place - reach)
     height = float(ratio[first : place + reach + 1].max(initial=0.0))
