@@ -72,8 +72,9 @@ def main() -> None:
             if end != "+".join(sorted(name.split("+"))):
                 continue
             for number, value in values.items():
-                low, high = fit[number].interval
-                inside[number] += low <= value <= high
+                interval = fit[number].interval
+                assert interval is not None
+                inside[number] += interval[0] <= value <= interval[1]
         right = ends["+".join(sorted(name.split("+")))]
         print(
             f"{name}: {right} of {asked.records} searches end with it; all final models {dict(ends)}"

@@ -51,7 +51,9 @@ def main(records: int) -> None:
             for method in ("whittle", "gls"):
                 fit = al.fit_model(recording, name, method=method)
                 for key, value in truth.items():
-                    low, high = fit[key].interval
+                    interval = fit[key].interval
+                    assert interval is not None
+                    low, high = interval
                     tally[key, method] += [
                         low <= value <= high,
                         value < low,

@@ -45,8 +45,9 @@ def holds(fit: al.Fit, truth: float) -> bool:
     found = [e for e in fit.model if e.kind == "bias_instability"]
     if not found:
         return False
-    low, high = fit["B"].interval
-    return bool(low <= truth <= high)
+    interval = fit["B"].interval
+    assert interval is not None
+    return interval[0] <= truth <= interval[1]
 
 
 def main() -> None:

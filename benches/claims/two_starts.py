@@ -35,8 +35,9 @@ def main() -> None:
         alike += kinds[0] == kinds[1]
         for study in studies:
             over = {} if study.undecided is None else study.undecided.intervals[0]
-            low, high = over.get("N") or study.fit["N"].interval
-            covered += low < N < high
+            interval = over.get("N") or study.fit["N"].interval
+            assert interval is not None
+            covered += interval[0] < N < interval[1]
         print(seed, *(study.fit.model.name for study in studies), flush=True)
     print(f"{alike} of {seeds} end alike; N is inside its interval in {covered} of {2 * seeds}")
 

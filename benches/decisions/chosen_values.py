@@ -63,6 +63,7 @@ def gates():
             white = N * np.sqrt(rate) * np.random.default_rng([seed, 3]).standard_normal(n)
             x = white * np.where((t / 37.3 + 0.21) % 1 < 0.37, 1.5, 1.0)
             own = al.improve(al.Recording(x, rate=rate, unit="deg/s"), "N").fit["N"]
+            assert own.interval is not None
             covered += own.interval[0] <= N <= own.interval[1]
             bias.append(own.value / N - 1.0)
         LEVELS.FINE_PHASES = kept

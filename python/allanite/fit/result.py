@@ -72,6 +72,8 @@ class Fit:
     'a slope of −½; a flat density'
     >>> better["K"].unit, better.display_name(better.model.effects[1])
     ('deg/s/s^½', 'rate random walk')
+    >>> list(better.estimates_of("K"))
+    ['K']
     >>> better.alternatives(0), better.together(0), better.simulate_check(n=3, seed=1).simulated_chi2.shape
     ((), (), (3,))
     >>> print(better.text_of(better.model.effects[0], "looks_like"))
@@ -205,33 +207,51 @@ class Fit:
         audit = getattr(self.recording, "audit", ())
         return any(f.kind == "quantisation" and f.severity == "warning" for f in audit)
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> Estimate:
         """Estimate by parameter name (``N``), or by effect and parameter (``GM.q_c``, ``SIN2.frequency``).
 
-        The name of an effect (``GM``) returns the dict of its estimates. The first match is returned; a missing name
-        raises `KeyError`.
+        The first match is returned; a missing name raises `KeyError`. The name of an effect (``GM``) returns the dict of
+        its values; type checkers know only `estimates_of`. A parameter that is a text or a tuple is returned as such.
         """
         key, _, parameter = name.partition(".")
+        found: list[Any] = []
+        for labels, values in self._labeled_values():
+            if parameter and key in labels and parameter in values:
+                found.append(values[parameter])
+            elif not parameter and key in values:
+                found.append(values[key])
+            elif not parameter and key in labels:
+                found.append(values)
+        if not found:
+            raise KeyError(f"{name!r} is not in the fit (it has: {self._known_names()})")
+        return found[0]
+
+    def estimates_of(self, effect: str) -> dict[str, Estimate]:
+        """Dict from parameter name to `Estimate` of the effect named ``GM``, ``SIN2`` or by its kind.
+
+        Parameters that are no numbers are omitted. `KeyError` for an effect that is not in the model.
+        """
+        for labels, values in self._labeled_values():
+            if effect in labels:
+                return {name: v for name, v in values.items() if isinstance(v, Estimate)}
+        raise KeyError(f"{effect!r} is not in the fit (it has: {self._known_names()})")
+
+    def _labeled_values(self) -> Iterator[tuple[set[str], dict[str, Any]]]:
+        """Iterator over (names by which the effect is found, its values by parameter name) of each effect."""
         seen: dict[str, int] = {}
-        found = []
         for effect, values in zip(self.model.effects, self.estimates, strict=True):
             seen[effect.short] = seen.get(effect.short, 0) + 1
             number = seen[effect.short]
             labels = {f"{effect.short}{number}", f"{effect.kind}{number}"}
             if number == 1:
                 labels |= {effect.short, effect.kind}
-            if parameter and key in labels and parameter in values:
-                return values[parameter]
-            if not parameter and key in values:
-                found.append(values[key])
-            elif not parameter and key in labels:
-                found.append(values)
-        if not found:
-            known = " ".join(
-                f"{e.short}.{p}" for e, v in zip(self.model, self.estimates, strict=True) for p in v
-            )
-            raise KeyError(f"{name!r} is not in the fit (it has: {known})")
-        return found[0]
+            yield labels, values
+
+    def _known_names(self) -> str:
+        """Text of all names of effect and parameter: ``N.N GM.q_c GM.correlation_time``."""
+        return " ".join(
+            f"{e.short}.{p}" for e, v in zip(self.model, self.estimates, strict=True) for p in v
+        )
 
     def display_name(self, effect: Effect) -> str:
         """Name of an effect for this kind of sensor, e.g. "velocity random walk" for N of an accelerometer."""
