@@ -1,7 +1,8 @@
 //! What a deviation must define: reach, block, scale and terms, and its definition as a reference for tests.
 //!
-//! A new deviation is a file with one implementation, its entry in [`super::STATISTICS`], and a row in the Python table
-//! of estimators. The tests in `tests/kernels.rs` cover every entry.
+//! A new deviation is a file in this folder that implements [`Statistic`], a line of `statistics!` in `mod.rs`, and a row
+//! of `deviation/estimators.py`; `docs/make_lists.py` adds its names. The tests in `tests/kernels.rs` cover every entry of
+//! [`super::STATISTICS`].
 
 use std::sync::atomic::AtomicBool;
 
