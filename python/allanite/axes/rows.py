@@ -122,8 +122,8 @@ def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fi
 def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True) -> str:
     """Text of a cell: value and 95 % interval, ``< limit`` if not detected, or a dash for None.
 
-    Without `interval`, only the value with four digits. If the value has no interval, the reason why it was kept
-    follows in brackets. A value that was not detected and has no limit is a dash.
+    Without `interval`, only the value with four digits. If the value has no interval because it was not fitted, the
+    reason follows in brackets. A value that was not detected and has no limit is a dash.
     """
     if cell is None:
         return ABSENT

@@ -168,7 +168,10 @@ class _Part:
         return self._series.predicted(noise, self._times, self._design, self._spreads)
 
     def _relative(self, likelihoods: Array) -> Array:
-        """Likelihood times prior of each prior of the drift, over the likelihood with a flat prior; shape as given."""
+        """Array of relative weights of the tried priors of the drift, last axis, shape of `likelihoods` (ln likelihoods).
+
+        A weight is the likelihood with this prior times its own prior probability, divided by the first likelihood.
+        """
         return np.asarray(self._prior * np.exp(likelihoods - likelihoods[..., :1]))
 
     def points(self, top: float) -> tuple[Array, Array, Array]:

@@ -50,7 +50,7 @@ class DeviatingUnit:
     p_value: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON with the five attributes."""
+        """Dict for JSON: unit (name), low_hz, high_hz, factor and p_value."""
         return fields_dict(self)
 
 

@@ -357,9 +357,10 @@ def _set_limits(order: dict[str, Any]) -> None:
 
 
 def limit_memory(most: float | None) -> None:
-    """Limit the memory of this process, bytes, in addition to what it has taken; it writes no core files.
+    """Limit the memory that this process may take beyond its present memory to `most` bytes, and turn off core files.
 
-    None sets no limit. Only Linux knows what a process has taken; on Windows nothing happens.
+    None sets no memory limit. The limit works on Linux only, where the present memory is known; nothing happens on
+    Windows.
     """
     with suppress(ModuleNotFoundError):
         import resource

@@ -72,7 +72,8 @@ def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
 def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, summed: bool) -> float:
     """Equivalent degrees of freedom b T/τ − c of a total variance, with the published constants b and c.
 
-    At least 1, and at most those of an Allan variance of `points` − 2 differences; of a modified one if `summed`.
+    The result is at least 1. It is at most the number of an Allan variance (if `summed`, a modified Allan variance) of
+    `points` − 2 differences.
     """
     # The published line is for long τ; at short τ, reflection adds no terms.
     most = degrees_of_freedom(alpha, m, points - 2, summed=summed)

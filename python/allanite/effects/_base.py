@@ -589,18 +589,17 @@ class Stochastic(Effect):
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """Tuple of narrow components whose sum can describe any spectrum, for an effect of free form; by default empty.
+        """Tuple of narrow-band effects of this kind whose sum can describe any spectrum; by default empty.
 
-        A fit chooses among them for n samples at `rate` Hz, and `joined` builds one effect from the
-        chosen ones.
+        A fit of n samples at `rate` Hz chooses some of them, and `joined` builds one effect from these.
         """
         return ()
 
     @classmethod
     def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
-        """One effect built from several components (`pieces`), each with its squared coefficient in `variances`.
+        """One effect whose spectrum is the sum of `pieces`, each with its squared coefficient in `variances`.
 
-        Only effects of free form define it.
+        Only kinds that define `Stochastic.pieces` (narrow-band effects) define it.
         """
         raise NotImplementedError
 

@@ -215,7 +215,7 @@ def _sum_of_lags(one: Array, other: Array) -> Array:
 def _filtered_term(term: Term, response: Response) -> tuple[Term, ...]:
     """Tuple of the terms of one process after a filter. Cached.
 
-    Power laws with other exponents than −2 are approximated (`_sum_of_low_passes`), exactly scaled at frequency zero.
+    Power laws other than random walks are approximated (`_sum_of_low_passes`); the gain at frequency zero is exact.
     """
     if isinstance(term, Blue):
         term = Lags((2.0 * term.variance, -term.variance))

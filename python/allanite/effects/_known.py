@@ -189,7 +189,7 @@ class Deterministic(Effect):
         root : ndarray, shape (ordinates,)
             Whitening factors of the ordinates.
         basis : ndarray, shape (ordinates, k)
-            Orthonormal whitened directions that other effects span.
+            Orthonormal basis (columns) of the whitened ordinates of other effects.
         n : int
             Number of samples.
         rate : float
@@ -198,8 +198,8 @@ class Deterministic(Effect):
         Returns
         -------
         tuple of (Deterministic, float)
-            Effect, and the angle (rad) by which its whitened direction turns as one edge moves over all times. The angle
-            measures the number of independent trials.
+            Effect, and the angle (rad) by which the vector of its whitened ordinates turns as one edge moves over all
+            times. The angle measures the number of independent trials.
         """
         return ()
 

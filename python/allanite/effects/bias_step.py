@@ -111,7 +111,7 @@ class BiasStep(Event):
 def best_excursion(
     residual: Array, root: Array, basis: Array, n: int, rate: float
 ) -> tuple[Event, float]:
-    """Pair: the excursion with the largest ½z² − ln(length), and the angle by which its direction turns as one edge moves.
+    """Pair: excursion with the largest ½z² − ln(length), and an angle (rad) that measures the number of trials.
 
     For the angle, see `Deterministic.best_spans`. Start and end are taken from as many times as
     there are ordinates. Every octave of lengths has the same prior probability, so that the shorter

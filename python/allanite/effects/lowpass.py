@@ -100,7 +100,7 @@ def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
 
 
 def generators(design: str, order: int, cutoff: float, white: float) -> Generators:
-    """List of (name, parameters): the core's generators of low-pass filtered noise of variance `white` before it.
+    """List of (name, parameters) of the core's generators whose sum is white noise of variance `white`, low-pass filtered.
 
     Their outputs are added. A moving average of fractional length and finite filters need several.
     """

@@ -181,7 +181,10 @@ class Blue(_Sized):
         return replace(self, ends=False)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair (name, parameters) for variances of ordinates; without ends those of a power law with the same spectrum."""
+        """Pair (name, parameters) of the kernel that computes the variances of ordinates.
+
+        If `ends` is False, the kernel is that of a power law with the same spectrum, which has no leakage of the ends.
+        """
         return self.kernel if self.ends else ("power_law", [2.0, self.variance, 1.0])
 
     @property

@@ -577,8 +577,8 @@ def _models_at_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...]
 def warning_of(document: Mapping[str, Any]) -> str:
     """Text with the reason not to trust a fit, without its name; empty if the fit is adequate or was not tested.
 
-    The reason is two codes of the samples, or else the largest ratio of the Allan deviations. The text is ASCII,
-    because some programs refuse other characters in comments.
+    The reason is that quantization distorts the coefficients, or else the largest ratio of modeled and measured Allan
+    deviation. The text is ASCII, because some programs refuse other characters in comments.
     """
     if document.get("adequate") is not False:
         return ""

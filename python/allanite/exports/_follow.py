@@ -241,7 +241,11 @@ def follow_walk(axis: Axis, *, simulator: bool = False) -> Choice:
 
 
 def follow_lag(axis: Axis, time: float | None = None, *, simulator: bool = False) -> Choice:
-    """`Choice` with N and a Gauss-Markov process that follow the model up to its horizon; `time` (s) fixes its time."""
+    """`Choice` with N and the Gauss-Markov process closest to the whole model up to the horizon of the axis.
+
+    A given `time` (s) fixes the correlation time. For a filter, N and the process are not overconfident; for a simulator,
+    they only approximate the Allan deviation.
+    """
     return _choose_gauss_markov(_followed_model(axis, simulator), time)
 
 
@@ -421,10 +425,10 @@ def _ratio_text(target: _FollowedModel, name: str, ratio: float) -> str:
 
 @lru_cache(maxsize=256)
 def _quality(target: _FollowedModel, choice: Choice) -> Quality:
-    """`Quality` of the numbers of `choice` against the whole model: the ratio of Allan deviations that is farthest from 1.
+    """`Quality` of the numbers of `choice`, compared with the whole model: ratio of Allan deviations, and NEES. Cached.
 
-    Also the largest NEES, without the short coasting times that `_count_short_times` ignores, and the NEES at the
-    horizon. Cached.
+    The ratio is the one farthest from 1. The NEES is the largest one over the coasting times, without the short times of
+    `_count_short_times`. The largest NEES at short times and the NEES at the horizon are separate entries.
     """
     tau, fs = target.tau, target.rate
     written = choice.model.allan_variance(tau, fs)

@@ -244,7 +244,7 @@ def _covered_text(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
 
 
 def _labeled_effects(axis: Axis) -> Iterator[tuple[str, Effect]]:
-    """Yields pairs (label, effect) of the model of an axis."""
+    """Iterator over pairs (label in the model, `Effect`) of all effects of the model of an axis."""
     return zip(axis.model.labels, axis.model.effects, strict=True)
 
 

@@ -80,7 +80,7 @@ class _Limits:
             )
 
     def _curves(self, effect: Effect) -> NDArray[np.float64]:
-        """Array of the Allan variance of an effect at all `tau`, then of its density at all `f` and `in_bands`."""
+        """Array: Allan variance of an effect at all `self.tau`, then its density at all `self.f` and `self.in_bands`."""
         fs = self.axis.sampling
         f = np.concatenate([self.f, self.in_bands])
         return np.concatenate([effect.allan_variance(self.tau, fs), effect.psd(f, fs)])

@@ -136,10 +136,10 @@ def _groups_sharing_ordinates(
 def _errors_of_known_functions(
     effects: list[tuple[str, Deterministic]], data: Data, grid: Data, noise: Model
 ) -> dict[str, float]:
-    """Dict from the name of each parameter of known functions that share ordinates to its standard error.
+    """Dict from parameter name to standard error, for known functions of time that act on the same ordinates.
 
-    Held, absent and optional parameters of value 0 are left out, except angles of 0; empty without any. The error of a
-    change point is that of the effect's own law.
+    Left out are held parameters, parameters without a value, and optional parameters that are 0 (except angles). The
+    error of a change point is that of `shape_error` of the effect.
     """
     j = ordinates_of(effects[0][1], data, grid)
     root = 1.0 / np.sqrt(density(data.terms(noise), j, data.n))

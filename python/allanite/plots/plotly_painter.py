@@ -153,7 +153,7 @@ def _plotly_axis(
 ) -> dict[str, Any]:
     """Dict: plotly layout of one axis; `anchor` is the name of the crossing axis.
 
-    Without `show`, neither ticks' texts nor label.
+    Without `show`, the ticks have no texts and the axis has no label.
     """
     ends = [math.log10(axis.low), math.log10(axis.high)] if axis.log else [axis.low, axis.high]
     return {

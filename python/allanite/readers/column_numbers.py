@@ -72,8 +72,8 @@ def kind_of_numbers(values: NDArray[Any]) -> str | None:
 def falls_often(values: NDArray[Any]) -> bool:
     """True if the values fall more often than once per 20 rises.
 
-    A time that restarts now and then does not. Only the first 20 000 rows count. False if the values never rise or
-    never fall.
+    The result is False for a time column that restarts now and then, and if the values never rise or never fall. Only
+    the first 20 000 rows count.
     """
     steps = np.diff(np.asarray(values[:ROWS], dtype=np.float64))
     rising, falling = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)

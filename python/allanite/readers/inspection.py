@@ -174,8 +174,8 @@ class Inspection:
 def _texts_of_values(column: Column) -> tuple[str, str]:
     """Pair of texts: first values and range of a column.
 
-    Time stamps have as many digits as tell the first ones apart; those in ns since 1970 are written as dates. Without a
-    finite value, the range is empty.
+    Time stamps have enough digits to distinguish the first values; stamps in ns since 1970 are written as dates. The range
+    is empty if there is no finite value.
     """
     if column.role != "time" or not column.first:
         ends = (

@@ -307,8 +307,8 @@ def _activity_per_window(moves: Array, m: int, length: int, windows: int, order:
     """Standard deviation of averages of m samples in each window, from their median absolute change, shape (windows,).
 
     `moves` are the absolute differences of the averages, of this `order` (`_absolute_changes`). Each median is over
-    `length` samples. Fewer than half as many medians as windows are repeated, others interpolated. Zeros for too few
-    samples.
+    `length` samples. If there are fewer than half as many medians as windows, medians are repeated; otherwise they are
+    interpolated to the windows. Zeros for too few samples.
     """
     per = _change_count(m, length)
     if not moves.size:

@@ -273,7 +273,7 @@ def _stuck_findings(c: _Column) -> Iterator[Finding]:
 def _clipping_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` for each end of the range that is over three times as frequent as the value next to it.
 
-    Needs at least 10 samples at the end, at most half of all, and 5 different values.
+    At least 10 and at most half of the samples must have the extreme value, and at least 5 different values must occur.
     """
     for edge, name in ((c.low, "lowest"), (c.high, "highest")):
         at_edge = sum(int(np.count_nonzero(piece == edge)) for _, piece in c.pieces())

@@ -262,8 +262,8 @@ class Steps:
     def _set_gaps_of_single_stamps(self) -> None:
         """Set `usual`, `lost`, `gaps`, `counts` and `times`, for stamps that each belong to one sample.
 
-        Steps over 1.5 intervals are gaps. If too many are late, `lost` is set, and only steps over 20 intervals are
-        gaps.
+        Steps over 1.5 intervals are gaps. If more than 5 % of the steps are that long, and not by whole samples, `lost` is
+        set, and only steps over 20 intervals are gaps.
         """
         steps = self.clean
         for _ in range(3):

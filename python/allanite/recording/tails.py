@@ -171,9 +171,9 @@ def outlier_limit(magnitudes: Array, probability: float, step: float = 0.0) -> f
 def _power_law_limits(rising: Array, probability: float) -> list[float]:
     """List of outlier limits from power laws that are fitted to the largest values; `rising` are ascending magnitudes.
 
-    Each power law is extrapolated to the magnitude that one value exceeds with the given probability. The exponent is
-    that of Hill (1975) without the very largest values. No tail is assumed to be heavier than a power law. A second
-    limit excludes values that are far more numerous than the power law predicts. Empty for fewer than 2000 values.
+    A limit is the magnitude that a single value exceeds with the given `probability`, by extrapolation of the power law.
+    The exponent is that of Hill (1975) without the very largest values. A second limit is added if the largest values are
+    far more numerous than the power law predicts; these values lie above it. Empty for fewer than 2000 values.
     """
     from scipy.special import pdtrc
 

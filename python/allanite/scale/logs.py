@@ -311,7 +311,7 @@ def run_fleet(
 
 
 def logs_without_table(logs: list[Path], target: Path) -> list[Path]:
-    """Copy of the list of logs without the table `target` and its journal, under any name.
+    """Copy of the list of logs without the table `target` and its journal, which are recognized under any name (links).
 
     Raises `InputError` if the table would replace a log, or if no log is left.
     """

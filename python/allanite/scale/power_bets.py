@@ -64,8 +64,8 @@ class ClippedPower:
     def update(self, white: Array) -> None:
         """Add whitened samples to the counts and sums, in place; squares are limited to `MAX_SQUARE`.
 
-        The excess of each square over `LOW_CLIP` enters the sums, once in full and once limited to that of `HIGH_CLIP`.
-        Squares from `HIGH_CLIP` on are also counted as beyond.
+        The excess of each square over `LOW_CLIP` enters two sums: in full, and limited to `HIGH_CLIP` − `LOW_CLIP`. Squares
+        of at least `HIGH_CLIP` are also counted in `beyond`.
         """
         square = np.minimum(np.abs(white), math.sqrt(MAX_SQUARE)) ** 2
         square = square[square > LOW_CLIP]

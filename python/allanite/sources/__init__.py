@@ -28,7 +28,7 @@ class Documented(Protocol):
     """Protocol of results with `to_dict`: a fit, a study, a characterization."""
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON with the result."""
+        """Dict (JSON form) of the result, such as a document of schema ``allanite/fit/1``."""
         ...
 
 

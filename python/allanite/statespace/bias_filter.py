@@ -212,8 +212,8 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
     """True variance of each filter's error due to the noise of a model, shape (c, t), in U² s², for exact fixes.
 
     Lines count with a random phase and a ramp with its square. Steps, warm-ups and effects of a column do not count,
-    because a filter must subtract them. A filter that forgets its bias falls back to the mean of the model. If the model
-    has no mean, the filter falls back to the mean over a segment before aiding.
+    because a filter must subtract them. The bias of a Gauss-Markov filter decays to the mean of the model. If the model
+    has no mean, it decays to the mean over a segment before aiding.
 
     Parameters
     ----------

@@ -130,7 +130,7 @@ def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) 
 
 
 def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
-    """Pair (`Rung`, suggestions): a last step after an adequate check, and what it adds; None if nothing helps.
+    """Pair (`Rung`, suggestions that it adds): last step of a model that is already adequate; None if nothing helps.
 
     The step never adds more effects than it removes. For example, a moving band replaces a band, one effect replaces
     all excursions, a free shape replaces several effects, or an alternative with a higher score replaces an effect.

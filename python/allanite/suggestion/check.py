@@ -63,9 +63,9 @@ class Check:
 
     @property
     def adequate(self) -> bool:
-        """True if the fit is adequate, no view fails and no effect is significantly missing.
+        """True if the fit is adequate, no view (by τ, frequency or time) fails, and no effect is significantly missing.
 
-        False alarms are at most 1 % in all.
+        The probability that an adequate model fails is at most 1 % in all.
         """
         return self.fit.adequate and not self.where.fails and not self.significant
 

@@ -45,7 +45,8 @@ class Family:
 def log_p_value(family: Family, x: float) -> float:
     """Ln of the probability that any candidate of a family raises logL by x or more if its effect is absent.
 
-    At most 0; 0 for x ≤ 0. A family with `width` uses Baluev's formula for lines, others use `arcs` and `sides`.
+    At most 0; 0 for x ≤ 0. A family with a `width` (number of independent frequencies) uses Baluev's formula for lines.
+    Others use Davies' formula with `arcs`, the angles that their whitened shapes cover, and `sides` (1 or 2).
     """
     from scipy.special import log_ndtr
 

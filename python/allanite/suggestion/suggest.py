@@ -126,7 +126,7 @@ class Suggestion:
 
     @cached_property
     def score(self) -> float:
-        """Rise of the log evidence plus the prior of the effect, nats; suggestions are ranked by it.
+        """Rise of the log evidence plus the log prior of the effect, nats; suggestions are ranked by it.
 
         The ΔlogL of a moving band already contains the cost of its course.
         """
@@ -326,7 +326,7 @@ class _Found:
     loudness: float
 
     def scatter_of(self, candidate: Candidate) -> float:
-        """Factor by which a missing change of level raises the ΔlogL of a candidate by chance."""
+        """Factor by which changes of the noise level that the model lacks inflate the ΔlogL of a candidate by chance."""
         return self.loudness if candidate.family in self.slow else self.overdispersion
 
 

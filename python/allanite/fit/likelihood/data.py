@@ -116,9 +116,9 @@ class Data(ABC):
 
     @property
     def mixing(self) -> NDArray[np.float64] | None:
-        """Matrix of the observed power of each bin (rows) per true power of each bin (columns), or None.
+        """Matrix, shape (bins, bins): contribution of the true power of each bin (column) to the observed power (row).
 
-        Missing samples cause it. None if none is missing, or if the effect is negligible.
+        Missing samples mix the bins. None if no sample is missing, or if the mixing is negligible.
         """
         return None
 

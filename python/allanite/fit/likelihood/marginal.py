@@ -185,7 +185,7 @@ def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) 
 
 
 def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tuple[Array, ...]:
-    """Tuple (means, covariances, weights) of the slow amplitudes for 400 draws of the noise coefficients.
+    """Tuple (means, covariances, weights) of the amplitudes of slow functions, for 400 draws of the noise coefficients.
 
     Importance sampling with a fixed seed; coefficients that are not `free` stay. The first proposal is a wide
     multivariate t around the fit. The next two are the smoothed previous draws (Population Monte Carlo, Cappé et al.
@@ -241,8 +241,8 @@ def _cholesky(covariance: Array, solution: Solution) -> Array:
 def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
     """Array: Cholesky factor of the first proposal covariance of the coefficients, 1.5 times the standard errors.
 
-    A coefficient near zero gets a width from the information of its square alone. A coefficient that is not `free` has
-    nearly no variance.
+    The variance of a coefficient near zero follows from the Fisher information of its square, without correlations. A
+    coefficient that is not `free` has nearly no variance.
     """
     theta = solution.theta
     slopes = solution.columns / solution.spectrum[:, None]

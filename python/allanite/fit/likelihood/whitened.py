@@ -271,8 +271,9 @@ def _samples_and_bands(
 ) -> Whitened:
     """`Whitened`: samples and octave bands (power over time) of the white ordinates `white`.
 
-    `bands` are given bands of higher octaves. The end samples are set to 0, the end values of an octave to the mean of
-    their neighbors. Octaves with fewer than 256 ordinates or mostly empty ones are omitted.
+    `bands` are given bands of higher octaves. The first and last samples are set to 0. The first and last values
+    of an octave are set to the mean of their neighbors. Octaves with fewer than 256 ordinates or mostly empty ones are
+    omitted.
     """
     from scipy.fft import next_fast_len
 

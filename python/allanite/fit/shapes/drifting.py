@@ -82,10 +82,10 @@ class Band:
         return 2 * int(0.8 * self.series.size / DRIFT_STEP) + 1
 
     def search(self) -> tuple[float, float, float]:
-        """Tuple (frequency, drift, ΔlogL) of the best drifting line on a grid.
+        """Tuple (frequency at mid-record, drift over the record, ΔlogL) of the best drifting line on a grid.
 
-        The frequency at mid-record and the drift over the record are in cycles per record. Bands above 4096 values are
-        searched only near likely courses.
+        Frequency and drift are in cycles per record. In bands above 4096 values, only lines near the eight best lines of
+        a coarse search are tried.
         """
         if self.series.size > MAX_EXHAUSTIVE_FREQUENCIES:
             found = [self._best_near_course(*course) for course in self._courses()]

@@ -34,7 +34,7 @@ def indices_of_unbuilt(model: Model, part: RandomPart) -> list[int]:
 
 
 def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
-    """Copy of the model in which the effect of free form at index `place` is built from up to six simple processes.
+    """Copy of the model in which the effect at index `place` becomes the sum of up to six chosen simple processes.
 
     All simple processes (`pieces`) are first fitted at once to the power that other effects leave. The least useful one
     is removed repeatedly, as long as there are more than six or the loss of logL stays below a price. The price is 2

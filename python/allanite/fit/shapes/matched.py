@@ -135,7 +135,7 @@ def matched_gains(
     data: Data,
     together_with: Sequence[Deterministic] = (),
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pair of arrays: ΔlogL (½z²) of each point, and its normalized whitened direction, shape (points, ordinates).
+    """Pair: ΔlogL (½z²) of each point, shape (points,), and unit vectors of whitened ordinates, (points, ordinates).
 
     A point is a slow function of time with shape values. `residual` are residual ordinates, shape (n,). The amplitudes
     of the slow functions `together_with` are fitted together with each point, so that only the orthogonal part of a point
@@ -176,8 +176,8 @@ def best_spans(
 ) -> list[tuple[Deterministic, float]]:
     """List of (effect, angle) for the best effects of class `cls` between two times, e.g. an excursion.
 
-    The angle, rad, is the one by which the whitened direction turns as one edge moves over all times; it measures the
-    number of independent trials. Empty for classes without two times.
+    The angle, rad, is that by which the vector of whitened ordinates turns as one edge moves over all times. It measures
+    the number of independent trials. Empty for classes without two times.
     """
     j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))

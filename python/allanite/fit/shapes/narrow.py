@@ -120,9 +120,10 @@ class Window:
         return made.with_values(**{made.coefficient: float(np.exp(0.5 * x[0]))}, **shapes)
 
     def start(self) -> Array:
-        """Array of the coordinates at the model's present values: ln power, center, ln half-width, 0, further shapes.
+        """Array of the coordinates of the band at its present values, for `effect`, `log_likelihood` and `optimized`.
 
-        Center and half-width are in ordinates.
+        They are ln power, center and ln half-width in ordinates, 0 (ln of the factor on the other effects), and ln of
+        each shape in `companion_shapes`.
         """
         own = self.own
         assert own.occupies is not None
@@ -317,9 +318,10 @@ def ordinates_delta_logl(model: Model, data: Data, ordinates: Array, count: Arra
 
 
 def _ordinates_weight(effect: Stochastic, data: Data) -> float:
-    """Weight, 0 … 1, of single ordinates for a band: 1 if it is narrow, falling to 0 at four times that width.
+    """Weight, 0 … 1, of the single ordinates in the fit of a band: 1 for a narrow band, less for a wider one.
 
-    0 for other effects, and where the record keeps no single ordinates. The gradual fall avoids a jump of logL.
+    The weight falls to 0 at four times the maximum width of narrow bands; without this gradual fall, logL would jump. It
+    is 0 for effects that are no bands, and where the record keeps no single ordinates.
     """
     if is_fitted_to_ordinates(effect, data):
         return 1.0

@@ -29,12 +29,11 @@ if TYPE_CHECKING:
 def with_addition(
     before: State, addition: Effect | Suggestion, lines: Sequence[Effect] = ()
 ) -> State | None:
-    """`State` with one more effect, which may replace an effect at the same place; None if that place is taken by the user.
+    """`State` of the model with one more effect, or with the effect in place of one that describes the same feature.
 
-    An effect at the same feature of the spectrum, such as a band at the frequency of a line, is replaced if the score
-    rises by more than 3 nats; otherwise None is returned. Several of the suggested `lines` may replace one band
-    together. If the new effect excludes a segment, added effects that lie mostly inside are removed. Whether the new
-    effect helps is not tested otherwise.
+    For example, a line may replace a band at its frequency, also together with further `lines`. The replaced effect must
+    have been added by the search, and the score must rise by more than 3 nats; otherwise None is returned. If the new
+    effect excludes a segment, added effects that lie mostly inside are removed. A mere addition is not tested.
     """
     fit = before.fit
     effect = addition if isinstance(addition, Effect) else addition.effect

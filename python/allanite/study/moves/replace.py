@@ -22,7 +22,7 @@ def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], 
 
     The gain is that of the score, nats; the indices are those of the replaced effects. A declared alternative replaces
     one effect; two slow processes may be replaced together. Only detected effects are replaced. The new effects are the
-    last of the model. A lead of more than 3 nats of evidence suffices whatever the priors are.
+    last of the model.
     """
     for lead, places, solution in fit.instead_of_two:
         yield _expected_gain(fit, lead, solution.model), places, solution.model

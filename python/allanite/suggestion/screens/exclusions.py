@@ -175,10 +175,11 @@ def screen_outliers(
 
 
 def _outlier_limit(distance: NDArray[np.float64], n: int, step: float) -> float:
-    """Standardized distance above the median from which a sample is an outlier, at least that of normal noise.
+    """Limit of the standardized distance above the median: samples beyond it are outliers.
 
-    `step` is the rounding step in the same unit. For samples below the median, call it with −`distance`: with a limit
-    for each side, the long tail of a skewed distribution is no outlier.
+    The limit comes from the tail of the samples, and is at least the limit of normal noise. `distance` holds the
+    standardized distances of n samples, `step` the rounding step in the same unit. For samples below the median, call it
+    with −`distance`: each side has its own limit, so that the long tail of a skewed distribution is no outlier.
     """
     from scipy.special import ndtri_exp
 

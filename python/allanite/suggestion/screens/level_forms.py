@@ -84,9 +84,9 @@ class Series:
         return float((time - self.start) / (self.end - self.start) * self.power.size)
 
     def white_ratio(self, ratio: float) -> float:
-        """Ratio of white-noise powers at two times from the `ratio` of total powers, which other noise dilutes.
+        """Ratio (at least 10⁻⁶) of the white-noise powers at two times, from the `ratio` of the total powers.
 
-        At least 10⁻⁶.
+        Other noise, which does not change, dilutes the ratio of the total powers.
         """
         return max(1e-6, 1.0 + (ratio - 1.0) / self.share)
 

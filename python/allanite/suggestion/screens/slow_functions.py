@@ -282,12 +282,12 @@ def _refitted_candidate(
     whitened: Callable[[], Whitened],
     over: tuple[float, Family] | None = None,
 ) -> Candidate | None:
-    """Refitted `Candidate` of a slow function; None if it is refuted.
+    """Refitted `Candidate` that adds the slow function `effect` to the solution `base`; None if the refit refutes it.
 
-    It is refuted if it gains nothing, if it contradicts its column at one of two time scales, or if an event rests on a
-    few samples. With `over`, a ΔlogL and a family, its gain above that ΔlogL must be significant (1 %) and the time of
-    the event known. `gain` is the ΔlogL beyond the model. `judged_gain`, for the p-value, is at most that beyond the
-    solution `rival` with the best slowly drifting random process.
+    It is refuted if logL does not rise, if it contradicts its column at one of two time scales, or if an event rests on
+    a few samples. With `over` (ΔlogL, family), the rise above this ΔlogL must be significant (1 %), and the time of the
+    event must be known. The candidate's `gain` is the ΔlogL over `base`. Its `judged_gain`, used for the p-value, is at
+    most the ΔlogL over `rival`, the solution with the best slowly drifting random process.
     """
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood

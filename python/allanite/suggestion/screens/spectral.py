@@ -130,8 +130,9 @@ def directions(
 ) -> Iterator[tuple[type[Effect], list[Effect], NDArray[np.float64]]]:
     """Iterator over (kind, grid points, unit vectors) for the `kinds` that the model may lack.
 
-    A unit vector, shape (bins,), is the change of bin power by a grid point in units of its scatter, after projecting
-    out the directions of the model's own effects. Points that change nothing else are omitted.
+    A unit vector, shape (bins,), is the change of bin power by a grid point (an effect with shape values), divided by the
+    scatter of each bin and normalized. The part that the model's own effects can fit is projected out first. Grid points
+    of which nothing remains are omitted.
     """
     root = np.sqrt(0.5 * solution.count)
     # Directions of the model's own effects: the refit moves along them anyway.
@@ -254,7 +255,7 @@ def _residual_maxima(
 ) -> list[Effect]:
     """List, in grid order, of up to 60 grid points at which the residual is larger than at both neighbors.
 
-    The residual is projected on the direction of each point (`unit`); the largest are kept. For narrow effects only,
+    The residual is projected on the unit vector of each point (`unit`); the largest are kept. For narrow effects only,
     since effects elsewhere in the model cannot have absorbed them.
     """
     residual = (solution.power / solution.spectrum - 1.0) * np.sqrt(0.5 * solution.count)
@@ -294,7 +295,7 @@ def _with_richer_form(
 def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
     """Pair (model, maximum) with optimized shapes, and with other filter designs if the model has a discrepancy.
 
-    A design with fewer parameters may lose `MAX_SIMPLER_LOSS` of logL for each parameter less. Reason: the present
+    A simpler design is preferred if logL falls by at most `MAX_SIMPLER_LOSS` for each omitted parameter. The present
     shapes and designs were fitted without the last effect, and may imitate it.
     """
     found = polish(model, free_shape_parameters(model), best, part, roughly=True)
