@@ -80,7 +80,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 def _fitted_numbers(axis: Axis) -> Choice:
     """`Choice` with the fitted N, B and K, or their upper limits if not detected; K also covers other slow processes.
 
-    As fitted, K covers nothing else.
+    If the axis is exported as fitted (`as_fitted`), K is the fitted one alone.
     """
     first = choose(axis, simulator=True) if axis.as_fitted else _white_numbers(axis)
     values = {"B": 0.0, "K": 0.0}

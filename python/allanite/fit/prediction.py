@@ -81,7 +81,7 @@ def compare(before: Prediction, after: Prediction) -> tuple[float, float]:
     difference : float
         Negative if `after` predicts better.
     std_error : float
-        From the scatter of the differences between units.
+        From the scatter of the differences of the single losses (folds of bins, and blocks of time).
     """
     difference = after.losses - before.losses
     return float(difference.sum()), _std_error(difference)

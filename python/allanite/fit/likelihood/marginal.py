@@ -119,7 +119,7 @@ class _Record:
     count: Array
 
     def posterior(self, coefficients: Array) -> tuple[Array, Array, Array]:
-        """Tuple (means, covariances, logL) of the slow amplitudes for each row of noise coefficients.
+        """Tuple (means, covariances, logL) of the amplitudes of slow functions for each row of noise coefficients.
 
         Shapes (rows, p), (rows, p, p) and (rows,). logL is the restricted log-likelihood of the coefficients.
         """
@@ -222,9 +222,9 @@ def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tup
 def _importance_weights(
     record: _Record, drawn: Array, proposed: Array
 ) -> tuple[Array, Array, Array]:
-    """Tuple (means, covariances, weights) of the slow amplitudes for each drawn row of coefficients; weights sum to 1.
+    """Tuple (means, covariances, weights) of the amplitudes of slow functions for each drawn row of coefficients.
 
-    `proposed` are the logarithms of the proposal density at the draws.
+    The weights sum to 1. `proposed` are the logarithms of the proposal density at the draws.
     """
     means, covariances, value = record.posterior(drawn)
     value -= proposed

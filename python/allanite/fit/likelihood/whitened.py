@@ -352,7 +352,7 @@ def log_density_at_nodes(
 
 
 def _without_gaps(known: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array of the ln densities `known` at ln frequencies `at`, with narrow notches filled up to 7 (ln) below their sides.
+    """Array of the ln densities `known` at ln frequencies `at`; narrow notches become at most 7 (in ln) deep.
 
     The power at the center of a notch is leakage from the ends of the record. Full whitening would make the first and
     last seconds of every filtered record loud.

@@ -187,8 +187,8 @@ class Band:
     def polished(self, frequency: float, drift: float) -> tuple[float, float, float]:
         """Tuple (frequency, drift, ΔlogL) of the local maximum of the gain near a line, by the simplex method.
 
-        Frequency and drift are in cycles per record. Bands above 4096 values are optimized along the course of the line
-        only.
+        Frequency and drift are in cycles per record. In bands above 4096 values, only a narrow band around the given line
+        is used.
         """
         from scipy.optimize import minimize
 
@@ -199,7 +199,7 @@ class Band:
         first = [(frequency, more), (frequency + 0.2, more), (frequency, more + 0.7)]
 
         def loss(x: NDArray[np.float64], *_: Any, **__: Any) -> float:
-            """Negative ΔlogL of a line with the frequency x[0] and the drift x[1] beyond the course."""
+            """Negative ΔlogL of a line with the frequency x[0] and the drift `course` + x[1], in cycles per record."""
             return -near.gain(float(x[0]), float(x[1]))
 
         options: Any = {

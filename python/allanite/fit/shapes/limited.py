@@ -70,9 +70,9 @@ def _with_released(
     found: Solution,
     fit: Callable[[Model], Solution],
 ) -> tuple[Held, Solution] | None:
-    """Pair (held parameters, solution) after the parameter `key` is fitted freely again, or None if that does not help.
+    """Pair (held parameters, solution) after the parameter `key` (effect index, name) is fitted freely; or None.
 
-    It does not help if the solution violates a limit, or if logL rises by less than 1e-3.
+    None if the solution violates a limit, or if logL rises by less than 1e-3.
     """
     remaining = {k: value for k, value in held.items() if k != key}
     tried = fit(_with_held(model, found.model, remaining))

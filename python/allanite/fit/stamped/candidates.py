@@ -101,7 +101,7 @@ class FittedNoise:
 
     @property
     def coefficients(self) -> Array:
-        """Array of the fitted coefficients, each relative to the one with which its effect has a final variance of 1."""
+        """Array of the fitted coefficients; an effect with the coefficient 1 has variance 1 at the end of the record."""
         return np.asarray(np.exp(0.5 * self._parameters[: len(self.candidate.effects)]))
 
     def noise_of(self, coefficients: Array) -> StampedNoise:

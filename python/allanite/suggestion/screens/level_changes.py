@@ -121,7 +121,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
 def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series | None:
     """`Series`: power of the white noise over time; or None.
 
-    None with fewer than 64 values, or if the samples rarely change code, so that the level depends on the bias.
+    None with fewer than 64 values, or if the samples are so coarsely rounded that the level depends on the bias.
     """
     calm = whitened.without_outliers
     power, share, freedom = white_power(solution, data, calm)

@@ -346,9 +346,9 @@ def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> b
 def _share_with_normal_tails(
     event: Deterministic, data: Data, whitened: Callable[[], Whitened]
 ) -> float:
-    """Fraction, at most 1, of a short event's evidence that remains if the samples become normal scores.
+    """Fraction, at most 1, of the ΔlogL of a short event that remains if the samples are replaced by normal scores.
 
-    It is 1 for long events. The mean of a few samples with heavy tails, or of a coarse step, is not normal.
+    It is 1 for long events. The mean of a few samples is not normal if they have heavy tails or are coarsely rounded.
     """
     assert event.when is not None
     first, last = (round((t - data.start) * data.rate) for t in event.when)
