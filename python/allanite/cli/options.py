@@ -346,7 +346,7 @@ def read_columns(
     """
     columns = list(read_recording(path, options, for_fit=for_fit, copy=copy))
     for column in columns:
-        if not _rate_varies(column):
+        if not rate_varies(column):
             raise _constant_column_error(path, column)
     return _without_locked(path, columns) if for_fit else columns
 
@@ -458,7 +458,7 @@ def _prepared_recording(
             f"{path}: {recording.n} samples are too few: at least {MIN_SAMPLES} are needed, and a fit needs some"
             " thousands"
         )
-    if not any(_rate_varies(column) for column in recording):
+    if not any(rate_varies(column) for column in recording):
         raise _constant_column_error(path, recording.column(0))
     return recording
 
@@ -483,7 +483,7 @@ def _show_early_findings(recording: Recording, options: LogOptions) -> None:
             click.echo(f"{mark} {finding.worded(words_of(options.trim))}", err=True)
 
 
-def _rate_varies(column: Recording) -> bool:
+def rate_varies(column: Recording) -> bool:
     """True if at least two samples of the rate differ. The rate of a phase with a constant slope is constant."""
     import numpy as np
 

@@ -114,7 +114,7 @@ def estimates(
         elif isinstance(own, Regressed):
             values = _deterministic_values(solution, own, data, unit, column_units)
             if own in slow:
-                values |= _with_noise_uncertainty(own.effect, values, slow[own])
+                values |= with_noise_uncertainty(own.effect, values, slow[own])
             out.append(values)
         else:
             out.append(_modifier_values(own.effect, errors, data, unit, column_units))
@@ -124,7 +124,7 @@ def estimates(
     )
 
 
-def _with_noise_uncertainty(
+def with_noise_uncertainty(
     effect: Deterministic, values: Mapping[str, Any], law: Mixture
 ) -> dict[str, Estimate]:
     """Dict of the amplitudes of a slow effect whose errors and intervals include the uncertainty of the noise coefficients.
@@ -382,7 +382,7 @@ def _deterministic_values(
         if parameter.role == "shape":
             error = effect.shape_error(parameter.name, float(covariance[0, 0]), data.duration)
             if error is None:
-                error = _deterministic_shape_error(effect, parameter.name, solution, data)
+                error = deterministic_shape_error(effect, parameter.name, solution, data)
         else:
             # An error of 0 means that the value does not depend on amplitudes, e.g. a count.
             error = _amplitude_error(effect, parameter.name, amplitudes, covariance) or None
@@ -410,7 +410,7 @@ def _phase_by_frequency(
         return 0.0
     error = effect.shape_error("frequency", float(own.covariance[0, 0]), data.duration)
     if error is None:
-        error = _deterministic_shape_error(effect, "frequency", solution, data)
+        error = deterministic_shape_error(effect, "frequency", solution, data)
     return 0.0 if error is None else 2.0 * np.pi * abs(sum(data.span) / 2.0) * error
 
 
@@ -442,7 +442,7 @@ def _amplitude_error(
     return float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
 
 
-def _deterministic_shape_error(
+def deterministic_shape_error(
     effect: Deterministic, name: str, solution: Solution, data: Data
 ) -> float | None:
     """Standard error of a shape fitted together with the amplitudes; None if the record has no information on the shape.

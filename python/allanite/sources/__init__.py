@@ -159,7 +159,7 @@ def _documents_of_record(tree: object) -> list[dict[str, Any]]:
     with invalid_as_input_error("not a model as allanite writes it"):
         for one in documents:
             _check_recording(one)
-        return [_with_extras(_document_of_last_step(one), tree) for one in documents]
+        return [_with_extras(document_of_last_step(one), tree) for one in documents]
 
 
 def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
@@ -186,7 +186,7 @@ def _check_recording(document: Mapping[str, Any]) -> None:
         )
 
 
-def _document_of_last_step(document: Mapping[str, Any]) -> Mapping[str, Any]:
+def document_of_last_step(document: Mapping[str, Any]) -> Mapping[str, Any]:
     """Document (mapping) of the last model of a stepwise model building, with the recording of the whole document.
 
     Documents without steps are returned unchanged.

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.cli.options import _rate_varies
+from allanite.cli.options import rate_varies
 from allanite.common.errors import AllaniteError
 from allanite.readers import FORMATS
 from fuzz.logs import SAMPLES_OF
@@ -95,8 +95,8 @@ def test_numbers_near_the_edge_are_judged_without_warnings():
 
 
 def test_whether_samples_near_the_ends_of_doubles_vary_is_told_without_a_warning():
-    assert _rate_varies(al.Recording([-1.7e308, 1.7e308] * 9, rate=1.0))
-    assert not _rate_varies(al.Recording([1.7e308] * 9, rate=1.0))
+    assert rate_varies(al.Recording([-1.7e308, 1.7e308] * 9, rate=1.0))
+    assert not rate_varies(al.Recording([1.7e308] * 9, rate=1.0))
 
 
 def test_a_message_of_no_length_is_read_once():

@@ -13,7 +13,7 @@ from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
 from allanite.exports import TARGETS, axes_of, export
 from allanite.exports._text import verdict_in
-from allanite.sources import _document_of_last_step, documents_of
+from allanite.sources import document_of_last_step, documents_of
 
 N, B, K = 0.01, 1e-3, 1e-4  # deg/s·s^½, deg/s, deg/s/s^½
 RAD = math.pi / 180
@@ -386,4 +386,4 @@ def test_a_fit_that_is_not_adequate_is_a_warning_in_every_file(target):
     # The same of the last step of a ladder.
     rung = {"effects": good["effects"], "adequate": False, "error": error}
     path_less = {"ladder": [rung], "recording": good["recording"]}
-    assert _document_of_last_step(path_less)["error"] == error
+    assert document_of_last_step(path_less)["error"] == error

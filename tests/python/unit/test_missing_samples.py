@@ -11,7 +11,7 @@ from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.whittle import normal_scores
 from allanite.fit.missing.completion import _ConditionalMean, complete
-from allanite.fit.missing.mixing import _squared_correlations, known_ordinates, mixing_of
+from allanite.fit.missing.mixing import known_ordinates, mixing_of, squared_correlations
 from allanite.spectrum import bins_of
 
 RATE = 100.0
@@ -77,7 +77,7 @@ def test_correlations_by_holes_are_those_of_every_other_ordinate(kind):
     both = w[np.abs(a[:, None] - a)] ** 2 + w[a[:, None] + a] ** 2
     cells = [slice(*pair) for pair in itertools.pairwise(edges)]
     slow = [[both[rows, columns].sum() for columns in cells] for rows in cells]
-    np.testing.assert_allclose(_squared_correlations(mask, edges), slow, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(squared_correlations(mask, edges), slow, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("kind", ["random", "alternate", 300, "tenth"])

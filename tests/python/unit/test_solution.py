@@ -12,7 +12,7 @@ import generators as g
 from allanite.common.parameters import Estimate
 from allanite.fit import engine
 from allanite.fit.engine import solve
-from allanite.fit.estimates import _with_noise_uncertainty
+from allanite.fit.estimates import with_noise_uncertainty
 from allanite.fit.likelihood.marginal import Mixture
 from allanite.fit.solution import Process, Regressed
 
@@ -93,7 +93,7 @@ def test_an_interval_over_the_noise_holds_its_value(away):
     step = al.effects.BiasStep(time=10.0, height=1.0)
     value = Estimate(1.0, 0.1, (0.8, 1.2), "deg/s", True, "height")
     law = Mixture(np.array([[1.0 + 0.1 * away]]), np.array([[[0.01]]]), np.ones(1))
-    found = _with_noise_uncertainty(step, {"height": value}, law)["height"]
+    found = with_noise_uncertainty(step, {"height": value}, law)["height"]
     low, high = found.interval
     assert low <= 1.0 <= high
     assert low <= law.interval(0)[0]

@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.engine import solve
-from allanite.fit.estimates import _deterministic_shape_error
+from allanite.fit.estimates import deterministic_shape_error
 from allanite.fit.likelihood.data import prepare
 
 RATE, LENGTH = 50.0, 60_000
@@ -62,7 +62,7 @@ def test_a_burst_that_begins_with_the_record_has_errors():
     solution = solve(data, al.parse_model("N+B+K+TONE(frequency=6,start=0.1,end=350)"))
     burst = solution.model.effects[-1].with_values(start=0.115)
     for name in ("frequency", "start", "end"):
-        error = _deterministic_shape_error(burst, name, solution, data)
+        error = deterministic_shape_error(burst, name, solution, data)
         assert 0.0 < error < 100.0
 
 

@@ -34,15 +34,15 @@ def _coupling(missing: Mask) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _squared_correlations_cached(packed: bytes, n: int, edges: bytes) -> Array:
-    """Array as of `_squared_correlations`, for a mask of n samples packed into bytes.
+    """Array as of `squared_correlations`, for a mask of n samples packed into bytes.
 
     Cached, since models do not change it.
     """
     missing = np.unpackbits(np.frombuffer(packed, dtype=np.uint8), count=n).astype(bool)
-    return _squared_correlations(missing, np.frombuffer(edges, dtype=np.int64))
+    return squared_correlations(missing, np.frombuffer(edges, dtype=np.int64))
 
 
-def _squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
+def squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
     """Array of the sum of squared correlations, caused by gaps, over all ordinate pairs of two bins, shape (bins, bins)."""
     squared = _coupling(missing)
     n = missing.size
