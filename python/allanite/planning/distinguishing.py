@@ -60,9 +60,9 @@ def log_odds(truth: Model, other: Model, data: Data, grid: Data) -> float:
     truth, other : Model
         See `models_to_distinguish`.
     data : Data
-        Length and rate of the record (`expected.blank`).
+        Length and rate of the record (`expected.blank_data`).
     grid : Data
-        The same record at a lower rate, with the expected course of each column (`expected.coarse`).
+        The same record at a lower rate, with the expected course of each column (`expected.coarse_data`).
     """
     power = _expected.expected_power(truth, data)
     for effect in truth.deterministic:

@@ -42,7 +42,7 @@ def standard_errors(model: Model, data: Data, grid: Data) -> dict[str, float]:
     model : Model
         The true model.
     data, grid : Data
-        The planned record, and its coarse grid (`expected.blank`, `expected.coarse`).
+        The planned record, and its coarse grid (`expected.blank_data`, `expected.coarse_data`).
 
     Returns
     -------

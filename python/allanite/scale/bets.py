@@ -269,7 +269,7 @@ def _rank_quantiles(n: int) -> Array:
 
 
 def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
-    """Array: power ratios within a factor `contrast` of each other that are nearest to the alternative `ratios`.
+    """Array like `ratios`: the nearest ratios whose maximum is at most `contrast` times their minimum.
 
     The distance is the Kullback-Leibler divergence after the best common scaling. `count` is the number of ordinates of
     each ratio.

@@ -116,9 +116,9 @@ class Data(ABC):
 
     @property
     def mixing(self) -> NDArray[np.float64] | None:
-        """Matrix, shape (bins, bins): contribution of the true power of each bin (column) to the observed power (row).
+        """Matrix, shape (bins, bins), by which missing samples mix the power of bins; or None.
 
-        Missing samples mix the bins. None if no sample is missing, or if the mixing is negligible.
+        An element is the relative change of the observed power (row) per relative change of the true power (column). None if no sample is missing, or if the mixing is negligible.
         """
         return None
 

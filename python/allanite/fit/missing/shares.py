@@ -126,9 +126,10 @@ def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, floa
 
 
 def _noise_variance(unseen: Array, spectrum: Array) -> Array:
-    """Array of the variance v of noise on every sample that acts like gaps: v/(v + S), averaged over S, equals `unseen`.
+    """Array of the noise variance v, for each fraction in `unseen`, whose effect is like that of gaps.
 
-    S is the `spectrum`, `unseen` the fractions of missing samples. 0 where `unseen` is 0.
+    White noise of variance v on every sample hides the fraction v/(v + S) of the power at each ordinate. Its mean over
+    the `spectrum` S equals `unseen`, the fraction of missing samples. v is 0 where `unseen` is 0.
     """
     part = spectrum[1 :: max(1, spectrum.size // 4096)]
     v = np.geomspace(part.min() * 1e-6, part.max() * 1e6, 240)
