@@ -137,7 +137,7 @@ def test_work_ends_when_the_page_is_left_and_is_taken_up_again(client, sessions)
 def test_what_is_left_is_forgotten(client, sessions, monkeypatch):
     tab, _ = opened(client, checked=False)
     client.post(f"tabs/{tab}/leave")
-    sessions.tabs[tab].heard -= MAX_SILENCE_S
+    sessions.tabs[tab].last_request -= MAX_SILENCE_S
     sessions.delete_silent_tabs()
     assert sessions.tabs == {}
 

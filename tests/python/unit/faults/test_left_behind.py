@@ -14,7 +14,7 @@ UPLOADS = """
 import sys
 from allanite.page.source import Uploads
 uploads = Uploads()
-path = uploads.place("log.csv")
+path = uploads.new_path("log.csv")
 path.write_text("1")
 print(path, flush=True)
 sys.stdin.read()
