@@ -118,7 +118,8 @@ class Data(ABC):
     def mixing(self) -> NDArray[np.float64] | None:
         """Matrix, shape (bins, bins), by which missing samples mix the power of bins; or None.
 
-        An element is the relative change of the observed power (row) per relative change of the true power (column). None if no sample is missing, or if the mixing is negligible.
+        An element is the relative change of the observed power (row) per relative change of the true power (column).
+        None if no sample is missing, or if the mixing is negligible.
         """
         return None
 
