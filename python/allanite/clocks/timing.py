@@ -20,7 +20,7 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import duration_text, number
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
-from allanite.common.several import Several, results_by_column, warn_of_several_columns
+from allanite.common.several import Several, results_by_column, results_with_warning
 from allanite.common.units import FREQUENCY, is_frequency, parse_unit
 from allanite.common.validation import positive, require_recording
 from allanite.effects.sheet_units import sheet_unit
@@ -297,11 +297,13 @@ def timing(
     chosen = [mask if isinstance(mask, Mask) else mask_named(mask) for mask in masks]
     times = [positive(t, "after", "s", "give times after the last sample") for t in after]
     if len(recording.columns) > 1:
-        warn_of_several_columns(recording.columns, "al.timing_columns(recording)")
-        several: Any = timing_columns(
-            recording, masks=chosen, after=times, steering=steering, progress=progress
+        return results_with_warning(
+            recording.columns,
+            "al.timing_columns(recording)",
+            lambda: timing_columns(
+                recording, masks=chosen, after=times, steering=steering, progress=progress
+            ),
         )
-        return several
 
     def report(done: int) -> None:
         """Call `progress` with the column's name and the number of noise models fitted."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sized
 from types import MappingProxyType
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 from allanite.common.errors import InputError
 
@@ -80,16 +80,18 @@ class Several(Mapping[str, T], Generic[T]):
         )
 
 
-def warn_of_several_columns(columns: Sized, instead: str) -> None:
-    """Warn (`DeprecationWarning`) that a function for one column got several `columns`; `instead` is the call to use.
+def results_with_warning(columns: Sized, instead: str, compute: Callable[[], Several[T]]) -> T:
+    """Results of several `columns` from a function for one column, after a `DeprecationWarning`.
 
-    The caller has tested that there are several.
+    `instead` is the call to use. The results are the mapping `compute()`. Their type is that of one result, which is all
+    that the signature of the function promises. The caller has tested that there are several columns.
     """
     warnings.warn(
         f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",
         DeprecationWarning,
         stacklevel=3,
     )
+    return cast("T", compute())
 
 
 def results_by_column(recording: Any, compute: Callable[[Any], T]) -> dict[str, T]:

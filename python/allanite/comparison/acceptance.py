@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from allanite.fit import Fit
     from allanite.plots.spec import Figure
     from allanite.recording import Recording
     from allanite.sources.datasheet import DataSheet, Quoted
@@ -296,7 +297,7 @@ def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptanc
     return Acceptance(own, margin, tuple(tested), study, tuple(remarks))
 
 
-def _verdict_on_coefficient(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
+def _verdict_on_coefficient(figure: Quoted, fit: Fit, margin: float) -> FigureVerdict:
     """`FigureVerdict` on a figure that states a coefficient, from the coefficient's 95 % interval in the fit.
 
     Undecided, with a remark, if the model has no such coefficient or no interval of it. An undetected one has no value
@@ -369,7 +370,7 @@ def _too_close_remark(verdict: str, needs: float | None) -> str:
     return "too close to the limit: even a record of 30 days would not be enough for a decision"
 
 
-def _verdict_on_minimum(figure: Quoted, fit: Any, margin: float) -> FigureVerdict:
+def _verdict_on_minimum(figure: Quoted, fit: Fit, margin: float) -> FigureVerdict:
     """`FigureVerdict` on a figure that states the minimum of the Allan deviation.
 
     The upper end of its interval comes from the measured curve, the lower end from the slow noise that was detected. A

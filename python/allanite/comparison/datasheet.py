@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,10 @@ from allanite.common.units import parse_unit
 from allanite.effects import Model, Stochastic, find
 from allanite.sources.datasheet import MINIMUM, DataSheet, Quoted
 from allanite.sources.slips import mistake_text
+
+if TYPE_CHECKING:
+    from allanite.fit import Fit
+    from allanite.recording import Recording
 
 #: Points of the Allan curve with fewer degrees of freedom are not used as its minimum. At 40 degrees of freedom, the
 #: upper end of the 95 % interval is 1.23 times the deviation (chi-squared).
@@ -110,7 +114,7 @@ def _ratio_text(ratio: Estimate) -> str:
     return f"{ratio.value:.3g} ({ratio.interval[0]:.3g} … {ratio.interval[1]:.3g})"
 
 
-def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
+def compare_datasheet(fit: Fit, sheet: DataSheet) -> Comparison:
     r"""`Comparison` of a fit with a data sheet, with remarks on ratios that are typical of a mistake with units.
 
     Parameters
@@ -194,7 +198,7 @@ def _scaled_interval(
     return None if interval is None else (interval[0] * factor, interval[1] * factor)
 
 
-def allan_minimum(fit: Any) -> Estimate:
+def allan_minimum(fit: Fit) -> Estimate:
     """`Estimate` of the minimum of the Allan deviation over τ with its 95 % interval, in the unit of the recording.
 
     The value is the measured point at which the fitted model is lowest, among points with at least `EDF_OF_MINIMUM`
@@ -227,7 +231,7 @@ def allan_minimum(fit: Any) -> Estimate:
     )
 
 
-def _lowest_deviation(fit: Any) -> float:
+def _lowest_deviation(fit: Fit) -> float:
     """Minimum of the Allan deviation of the detected random effects, with coefficients at their positive lower limits.
 
     τ reaches 1000 lengths of the record. 0 if there is no such effect, or if the deviation still falls at the end.
@@ -267,7 +271,7 @@ def _log_ratio_tolerance(ratio: Estimate) -> float:
 
 
 def _remark_on_skipped_samples(
-    figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Any
+    figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Recording
 ) -> str:
     """Text of a remark that samples seem to have been skipped, if skipping explains the ratio of N; else empty.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from allanite import _kernels
-from allanite.common.several import warn_of_several_columns
+from allanite.common.several import results_with_warning
 from allanite.deviation import bias
 from allanite.deviation.averaging import Taus, samples_of
 from allanite.deviation.columns import deviations_by_column, has_columns
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from allanite.deviation.result import Deviation
+    from allanite.recording import Recording
 
 #: Docstring of the functions.
 TEXT = """{title}: {source}.
@@ -76,7 +77,7 @@ class Deviate(Protocol):
 
     def __call__(
         self,
-        x: object,
+        x: ArrayLike | Recording,
         rate: float = 1.0,
         taus: Taus = "octave",
         factors: ArrayLike | None = None,
@@ -92,7 +93,7 @@ class Correctable(Protocol):
 
     def __call__(
         self,
-        x: object,
+        x: ArrayLike | Recording,
         rate: float = 1.0,
         taus: Taus = "octave",
         factors: ArrayLike | None = None,
@@ -142,7 +143,7 @@ def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
     row = _register_estimator(**what)
 
     def deviation(
-        x: object,
+        x: ArrayLike | Recording,
         rate: float = 1.0,
         taus: Taus = "octave",
         factors: ArrayLike | None = None,
@@ -150,11 +151,14 @@ def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
     ) -> Deviation:
         """`Deviation` of a record by this estimator; several columns give `Deviations` and a `DeprecationWarning`."""
         if has_columns(x):
-            warn_of_several_columns(x.columns, f"al.deviations(recording, {row.name!r})")
-            several: Any = deviations_by_column(
-                x, lambda column: deviation(column, taus=taus, factors=factors)
+            log = x
+            return results_with_warning(
+                log.columns,
+                f"al.deviations(recording, {row.name!r})",
+                lambda: deviations_by_column(
+                    log, lambda column: deviation(column, taus=taus, factors=factors)
+                ),
             )
-            return several
         return estimate(row, samples_of(x, rate, quantity), taus, factors)
 
     function: Deviate = _with_docstring(deviation, row, more, nbs14)
@@ -170,7 +174,7 @@ def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
     row = _register_estimator(**what)
 
     def deviation(
-        x: object,
+        x: ArrayLike | Recording,
         rate: float = 1.0,
         taus: Taus = "octave",
         factors: ArrayLike | None = None,
@@ -179,11 +183,15 @@ def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
     ) -> Deviation:
         """`Deviation` of a record by this estimator; several columns give `Deviations` and a `DeprecationWarning`."""
         if has_columns(x):
-            warn_of_several_columns(x.columns, f"al.deviations(recording, {row.name!r})")
-            several: Any = deviations_by_column(
-                x, lambda column: deviation(column, taus=taus, factors=factors, unbiased=unbiased)
+            log = x
+            return results_with_warning(
+                log.columns,
+                f"al.deviations(recording, {row.name!r})",
+                lambda: deviations_by_column(
+                    log,
+                    lambda column: deviation(column, taus=taus, factors=factors, unbiased=unbiased),
+                ),
             )
-            return several
         return estimate(row, samples_of(x, rate, quantity), taus, factors, unbiased)
 
     function: Correctable = _with_docstring(deviation, row, more, nbs14)

@@ -6,10 +6,10 @@ Input: a recording (or a summary, or several recordings) and a model. Output: a 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from allanite.common.errors import InputError
-from allanite.common.several import results_by_column, warn_of_several_columns
+from allanite.common.several import results_by_column, results_with_warning
 from allanite.common.validation import require_recording
 from allanite.effects import Modifier, as_model
 from allanite.fit.engine import solve
@@ -100,9 +100,12 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
     if isinstance(recording, Recording):
         recording = recording.measured
     if isinstance(recording, Recording) and len(recording.columns) > 1:
-        warn_of_several_columns(recording.columns, "al.fit_columns(recording, model)")
-        several: Any = fit_columns(recording, model, method)
-        return several
+        log = recording
+        return results_with_warning(
+            log.columns,
+            "al.fit_columns(recording, model)",
+            lambda: fit_columns(log, model, method),
+        )
     if isinstance(recording, Recording) and (error := locked_error(recording)) is not None:
         raise error
     model = _with_followed_column(model, list(recording.covariates))

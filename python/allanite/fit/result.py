@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.simulate import SimulationOptions
     from allanite.statespace import StateSpace
-    from allanite.suggestion import Check
+    from allanite.suggestion import Check, Suggestion
 
 
 @dataclass(frozen=True, eq=False)
@@ -357,15 +357,19 @@ class Fit:
         """Drop the cached `last_check` to free the memory of its suggested models; without effect if there is none."""
         self.__dict__.pop("last_check", None)
 
-    def add(self, addition: Any) -> Fit:
+    def add(self, addition: Effect | Suggestion) -> Fit:
         """Fit of the model plus an `addition`: an effect, or a suggestion of a check.
 
         Values of an effect are start values. For a suggestion of this fit, the fit starts from the suggested model,
         which may lack effects that it replaces. This fit is not changed.
         """
-        if getattr(addition, "before", None) is self:
+        import allanite as al
+
+        if not isinstance(addition, al.suggestion.Suggestion):
+            return self._fit_again(self.model + addition)
+        if addition.before is self:
             return self._fit_again(addition.found.model)
-        return self._fit_again(self.model + getattr(addition, "effect", addition))
+        return self._fit_again(self.model + addition.effect)
 
     def remove(self, place: int) -> Fit:
         """Fit of the model without the effect at index `place`."""

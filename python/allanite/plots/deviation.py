@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.deviation.result import Deviation
-    from allanite.recording import Recording
+    from allanite.recording.record import Record
 
 #: (Slope of σ(τ) on logarithmic axes, label) of common clock noise.
 SLOPES = ((-1.0, "τ⁻¹"), (-0.5, "τ⁻¹ᐟ²"), (0.5, "τ¹ᐟ²"))
@@ -45,7 +45,7 @@ def plot_deviation(
     deviation: Deviation,
     path: str | Path | None = None,
     theme: str = "light",
-    recording: Recording | None = None,
+    recording: Record | None = None,
 ) -> Figure:
     """`Figure`: a deviation over averaging time, with its interval if known, on logarithmic axes.
 
@@ -99,7 +99,7 @@ def plot_stability(
     deviations: Sequence[Deviation],
     path: str | Path | None = None,
     theme: str = "light",
-    recording: Recording | None = None,
+    recording: Record | None = None,
 ) -> Figure:
     """`Figure`: several deviations of one record with intervals, guide lines for noise slopes, and a table of the values.
 

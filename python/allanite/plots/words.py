@@ -11,6 +11,8 @@ from allanite.effects.sheet_units import in_sheet_unit
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
+    from allanite.fit import Fit
+    from allanite.recording.record import Record
 
 #: Translation of minus and digits to superscripts.
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -83,13 +85,13 @@ def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int
     return ", ".join(found)
 
 
-def effect_text(fit: Any, effect: Any) -> str:
+def effect_text(fit: Fit, effect: Effect) -> str:
     """Text of the name of an effect for this kind of sensor, followed by the logged column that it follows, if any."""
-    name = str(fit.display_name(effect))
+    name = fit.display_name(effect)
     return f"{name} {effect.follows}" if effect.follows else name
 
 
-def recording_text(recording: Any) -> str:
+def recording_text(recording: Record) -> str:
     """Text of log, column, duration and rate of a recording: ``imu.csv gx · 2 h at 100 Hz``.
 
     Several columns are not named. "recording" without a log and a column.

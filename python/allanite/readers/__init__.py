@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from allanite.readers.frame import Log
     from allanite.recording.log_column import LogColumn
     from allanite.recording.timebase import Stamps
 
@@ -71,7 +72,7 @@ NO_TOPICS = (
 
 
 def read(
-    path: Any,
+    path: Log,
     rate: float | str | None = None,
     unit: str | None = None,
     quantity: str | None = None,
@@ -181,7 +182,7 @@ def request_of(
     )
 
 
-def read_sensors(path: Any, **options: Unpack[ReadOptions]) -> list[Recording]:
+def read_sensors(path: Log, **options: Unpack[ReadOptions]) -> list[Recording]:
     """List of one or two recordings of a log: the one `read` returns, then the other sensor of the device.
 
     Some devices log gyroscope and accelerometer as two topics with different rates; only such a log gives two

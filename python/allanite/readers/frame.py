@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from os import PathLike
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,17 @@ from allanite.common.memory import require_memory
 from allanite.readers._table import Table, split_unit
 from allanite.readers.sensor_names import role_of
 from allanite.recording.samples import stamps_of_index
+
+
+class Frame(Protocol):
+    """Object of pandas, polars, xarray or Arrow. Their classes have only the conversion to an array in common."""
+
+    def __array__(self, *args: Any, **options: Any) -> Any:
+        """Array of the values."""
+
+
+#: A log: path of a file, or a data frame.
+Log: TypeAlias = str | PathLike[str] | Frame
 
 
 def is_frame(log: object) -> bool:

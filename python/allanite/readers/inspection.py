@@ -24,7 +24,7 @@ from allanite.readers.columns import (
     roles_of,
 )
 from allanite.readers.deviation_table import refuse_deviation_table
-from allanite.readers.frame import is_frame, table_of
+from allanite.readers.frame import Log, is_frame, table_of
 from allanite.readers.plausibility import assumed_units, unit_doubts
 from allanite.readers.text import all_numbers
 from allanite.readers.unit_names import unit_remedy
@@ -200,7 +200,7 @@ def _texts_of_values(column: Column) -> tuple[str, str]:
     )
 
 
-def inspect(path: Any, **options: Unpack[ReadOptions]) -> Inspection:
+def inspect(path: Log, **options: Unpack[ReadOptions]) -> Inspection:
     r"""`Inspection` of a log: role, unit, rate and first values of every column, and problems.
 
     Parameters

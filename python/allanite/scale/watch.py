@@ -28,6 +28,8 @@ from allanite.summary import Summary
 from allanite.summary.stream_segment import StreamSegment
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from allanite.effects import Effect, Model
 
 #: Number of samples of a short segment, and number of short segments in a long one.
@@ -195,7 +197,7 @@ class Watch:
         """List of two floats: capital on short segments and on long segments, each times its initial share."""
         return [part * bets.capital for part, bets in zip(CAPITAL_SHARES, self._bets, strict=True)]
 
-    def update(self, chunk: Any) -> Alarm | None:
+    def update(self, chunk: ArrayLike) -> Alarm | None:
         """Add the next samples; returns the alarm if these samples raise it, else None (also after an earlier alarm).
 
         The alarm is raised once, when the evidence reaches 100. Only complete segments of 1024 samples are tested.

@@ -9,10 +9,10 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from allanite import _kernels
 from allanite.common.aligned import align_when_unpickled
@@ -20,6 +20,9 @@ from allanite.common.arrays import runs_of
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.validation import check_size, positive_rate
+
+if TYPE_CHECKING:
+    from allanite.recording import Recording
 
 #: Cells per decade of frequency, each 10 % wide: a corner or peak of a physical effect covers several cells.
 CELLS_PER_DECADE = 24
@@ -280,7 +283,7 @@ class Spectrum:
         }
 
 
-def psd(x: Any, rate: float | None = None) -> Spectrum:
+def psd(x: ArrayLike | Recording, rate: float | None = None) -> Spectrum:
     """`Spectrum`: two-sided power spectral density of a record in log-spaced bins.
 
     Parameters

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from allanite.common.several import Several, results_by_column, warn_of_several_columns
+from allanite.common.several import Several, results_by_column, results_with_warning
 from allanite.common.threads import columns_at_work, results_or_raise, side_by_side
 from allanite.common.validation import positive, require_recording
 from allanite.effects import Model, Modifier, as_model
@@ -80,9 +80,11 @@ def improve(
             tolerance, "tolerance", "%", "give per cent of the deviation, such as 5"
         )
     if len(recording.columns) > 1:
-        warn_of_several_columns(recording.columns, "al.improve_columns(recording, model)")
-        several: Any = improve_columns(recording, model, on_progress, limit, tolerance, seconds)
-        return several
+        return results_with_warning(
+            recording.columns,
+            "al.improve_columns(recording, model)",
+            lambda: improve_columns(recording, model, on_progress, limit, tolerance, seconds),
+        )
     if seconds is None:
         clock = time.process_time
         allowed = columns_at_work() * (DEFAULT_SECONDS + DEFAULT_SECONDS_PER_SAMPLE * recording.n)

@@ -19,7 +19,7 @@ from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import YEAR, duration_text, with_readable_numbers
 from allanite.common.parameters import Estimate
-from allanite.common.several import Several, results_by_column, warn_of_several_columns
+from allanite.common.several import Several, results_by_column, results_with_warning
 from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import require_recording
 from allanite.effects import Model, parse_model
@@ -324,18 +324,20 @@ def trend(
     if per not in PER:
         raise InputError(f"unknown unit of time per = {per!r}; choose one of {', '.join(PER)}")
     if len(recording.columns) > 1:
-        warn_of_several_columns(recording.columns, "al.trend_columns(recording)")
-        several: Any = trend_columns(
-            recording,
-            unit=unit,
-            per=per,
-            steps=steps,
-            find_steps=find_steps,
-            periods=periods,
-            model=model,
-            progress=progress,
+        return results_with_warning(
+            recording.columns,
+            "al.trend_columns(recording)",
+            lambda: trend_columns(
+                recording,
+                unit=unit,
+                per=per,
+                steps=steps,
+                find_steps=find_steps,
+                periods=periods,
+                model=model,
+                progress=progress,
+            ),
         )
-        return several
 
     def report(done: int, total: int) -> None:
         """Call `progress`, if given, with the column's name, the number of fits done, and the number of all fits."""

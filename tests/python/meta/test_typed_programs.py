@@ -12,7 +12,12 @@ ROOT = Path(__file__).parents[3]
 #: A program with one wrong option in each call; an error that mypy does not report makes its comment unused, which is an
 #: error of its own.
 WRONG = """
+from pathlib import Path
 from typing import assert_type
+
+import numpy as np
+import polars as pl
+import xarray as xr
 
 import allanite as al
 from allanite.plots import Figure
@@ -29,6 +34,25 @@ fit.simulate(seed="1")  # type: ignore[arg-type]
 next(fit.simulate_chunks(size=100, n=1000))
 fit.simulate_chunks(size="100")  # type: ignore[arg-type]
 fit.state_space(states="4")  # type: ignore[arg-type]
+fit.add(al.RateRandomWalk()).add(fit.check().suggestions[0])
+fit.add(3)  # type: ignore[arg-type]
+assert_type(al.oadev([1.0, 2.0, 4.0]), al.Deviation)
+al.oadev(recording, taus=[1.0])
+al.oadev(fit)  # type: ignore[arg-type]
+al.totdev(fit)  # type: ignore[arg-type]
+al.psd(np.ones(100), rate=10.0)
+al.psd(recording)
+al.psd(fit)  # type: ignore[arg-type]
+al.compare_datasheet(fit, al.read_datasheet("sheet.toml"))
+al.compare_datasheet(recording, al.read_datasheet("sheet.toml"))  # type: ignore[arg-type]
+al.Watch(fit.model, rate=10.0).update([0.1, 0.2])
+al.Watch(fit.model, rate=10.0).update(fit)  # type: ignore[arg-type]
+al.read(Path("gyro.csv"))
+al.read(xr.DataArray([1.0, 2.0]), rate=100.0)
+al.read(pl.DataFrame({"gx": [1.0, 2.0]}), rate=100.0)
+al.read(3)  # type: ignore[arg-type]
+read_sensors(3)  # type: ignore[arg-type]
+al.inspect(3)  # type: ignore[arg-type]
 al.inspect("gyro.csv", rate=100.0, column=["gx", 1])
 al.inspect("gyro.csv", rat=100.0)  # type: ignore[call-arg]
 read_sensors("gyro.csv", unit=3)  # type: ignore[arg-type]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     from allanite.deviation import Deviation
     from allanite.plots.spec import Figure
-    from allanite.recording import Recording
     from allanite.recording.record import Record
 
 #: Values of --taus that are names.
@@ -135,11 +134,7 @@ def _plot_kinds(results: list[_Measured], kinds: int, path: str) -> None:
 
     columns = [results[i : i + kinds] for i in range(0, len(results), kinds)]
     figures = [
-        _Drawing(
-            plot_stability(
-                [r.deviation for r in own], recording=cast("Recording", own[0].recording)
-            )
-        )
+        _Drawing(plot_stability([r.deviation for r in own], recording=own[0].recording))
         for own in columns
     ]
     output.save_plots(figures, [own[0].recording.columns[0] for own in columns], path)
@@ -236,7 +231,6 @@ class _Measured:
         """
         from allanite.plots import plot_deviation, plot_stability
 
-        recording = cast("Recording", self.recording)
         if self.deviation.unit == "1":
-            return plot_stability([self.deviation], recording=recording)
-        return plot_deviation(self.deviation, recording=recording)
+            return plot_stability([self.deviation], recording=self.recording)
+        return plot_deviation(self.deviation, recording=self.recording)
