@@ -173,11 +173,8 @@ def left(study: al.Study) -> str:
     """What is left unexplained, in words."""
     if study.adequate:
         return "Nothing significant is left."
-    sentences = study.check.left
-    text = f"Left unexplained ({study.ending})"
-    if not sentences:
-        return f"{text}: the model is improbable as a whole, yet no single range stands out."
-    return f"{text}:\n\n{bullets([with_readable_numbers(s) for s in sentences])}"
+    sentences = bullets([with_readable_numbers(s) for s in study.left])
+    return f"The search ended: {study.ending}. Left unexplained:\n\n{sentences}"
 
 
 def bullets(items: list[str]) -> str:
