@@ -7,6 +7,7 @@ import io
 import json
 import re
 from dataclasses import dataclass
+from itertools import chain, count
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
@@ -247,13 +248,15 @@ def _c_header(found: ThermalCalibration) -> str:
 def _identifiers(found: ThermalCalibration) -> list[str]:
     """List of texts: one valid C identifier for each axis; all differ.
 
-    Other characters become underscores, and repeated names get a number.
+    Other characters become underscores, a name that begins with a digit gets the prefix ``axis_``, and a repeated name
+    the first free number.
     """
     names: list[str] = []
     for axis in found:
         name = re.sub(r"\W+", "_", axis.name, flags=re.ASCII).strip("_") or "axis"
         name = f"axis_{name}" if name[0].isdigit() else name
-        names.append(name if name not in names else f"{name}_{len(names)}")
+        numbered = (f"{name}_{number}" for number in count(1))
+        names.append(next(one for one in chain([name], numbered) if one not in names))
     return names
 
 

@@ -34,10 +34,11 @@ PREDICTED_ORDINATES = 512
 
 
 def function_costs(data: Data, solution: Solution) -> Array:
-    """Array of the predictive cost of a fit's functions of time in each block of the record, nats, shape (BLOCKS,).
+    """Array of the loss of logL in each block if the functions of time are fitted to the other blocks, nats.
 
-    The total is at least 1 nat for each fitted parameter, the expected overfitting (Akaike 1973). One-time events cost
-    exactly this, since no other block contains information about them. Functions with held amplitudes cost nothing.
+    Its shape is (BLOCKS,). The sum over the blocks is at least 1 nat for each fitted parameter, the expected overfitting
+    (Akaike 1973). One-time events cost exactly this, because no other block contains information about them. Functions
+    with held amplitudes cost nothing.
     """
     total = np.zeros(BLOCKS)
     if not solution.functions:

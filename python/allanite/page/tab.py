@@ -203,10 +203,10 @@ class Tab(TabState):
         self.start_job("Improving", work, follows=True)
 
     def _improve_column(self, job: Job, column: int, before: str) -> bool:
-        """Add steps until none helps; each is checked first, and an adequate model is then simplified.
+        """Add steps to the column until none helps; True if the last model is adequate, within tolerance, or at the limit.
 
-        True if the last model is adequate, within the tolerance, or has the largest number of steps. The text `before`
-        precedes the progress of the job.
+        The present model is checked before each step. If it is adequate or at the limit of steps, only replacements are
+        tried. The text `before` precedes the progress of the job.
         """
         begun = self.board.columns[column].at
         while True:

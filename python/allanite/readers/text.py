@@ -292,7 +292,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _lines_of_cells(path: Path, count: int) -> Iterator[list[str]]:
-    """Yield the stripped cells of each of the first 60 lines (within 16 kB) that has exactly `count` cells.
+    """Yield the stripped cells of the lines with exactly `count` cells; only 60 lines, within 16 kB, are read.
 
     Cells end at a tab, semicolon or comma.
     """

@@ -45,8 +45,8 @@ def seconds_in(unit: str) -> float:
 def kind_of_unit(unit: str | None) -> str | None:
     """Kind of a unit: ``"rate"``, ``"integral"``, ``"phase"``, ``"time"`` or ``"foreign"``; None if the unit is None.
 
-    ``"phase"`` is s to ps, ``"time"`` a longer or unusual unit of time. ``"foreign"`` is a unit of no sensor, or a bare
-    number other than 1.
+    ``"rate"`` is what a sensor measures (deg/s, m/s², 1), ``"integral"`` its integral over time (deg, m/s), ``"phase"``
+    s to ps, ``"time"`` any other unit of time, and ``"foreign"`` none of these, or a bare number other than 1.
     """
     if unit is None:
         return None

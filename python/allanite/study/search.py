@@ -119,9 +119,9 @@ class Search:
         return self.tolerance is not None and fit.discrepancy.percent < self.tolerance
 
     def study(self, stop: str) -> Study:
-        """`Study` of the checked steps; `stop` is the reason why the search ended, as in `Study.stopped_because`.
+        """`Study` of the checked steps. `stop`, the reason why the search ended, becomes its `stopped_because`.
 
-        If an adequate study has doubts, its reason becomes "nothing helps".
+        If the study has doubts, "nothing helps" replaces "adequate".
         """
         assert self.check is not None
         self.check.fit.forget_check()

@@ -201,13 +201,18 @@ def _without_undetected(before: State, after: State) -> State | None:
 def further_steps(
     ladder: Sequence[Rung], check: Check, added: Sequence[Suggestion]
 ) -> Iterator[Rung]:
-    """Iterator over further steps (`Rung`) from the suggestions of the same check, as long as a new check would not differ.
+    """Iterator over further steps (`Rung`) that add more suggestions of the same check, without a new check.
 
-    A suggestion is added if 90 % of its ΔlogL in the check remains after the effects added before, and if all effects
-    of the user's model stay. For an effect whose evidence is not in the mean spectrum, and for an event with p > 1e-4,
-    the spectrum must not have changed. A suggestion waits for the next check if it explains the same misfit as one of
-    those `added`, or as one with a higher score. The suggestions ranked above the first of `added` were refused and are
-    not tried again. The arguments are not changed.
+    `added` are the suggestions of the last step. A suggestion is skipped
+
+    * if less than 90 % of its ΔlogL in the check remains beside the effects added before,
+    * if it would remove an effect of the user's model,
+    * if it explains the same misfit as one of those `added`, or as one with a higher score,
+    * if it ranks above the first of `added`: it was refused,
+    * if the spectrum has changed, and its evidence is not in the mean spectrum or it is an event with p > 1e-4.
+
+    The first condition does not apply to evidence that is not in the mean spectrum. The steps end after one that removes
+    effects.
     """
     ladder, added, candidates = list(ladder), list(added), _candidates(check)
     unchanged = leaves_others_unchanged(check.fit, ladder[-1])

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import shutil
 import subprocess
 
@@ -159,6 +160,21 @@ def test_the_c_header_compiles_and_gives_the_law(found, tmp_path):
     subprocess.run([compiler, *options], cwd=tmp_path, check=True)
     out = subprocess.run(["./law"], cwd=tmp_path, check=True, capture_output=True, text=True).stdout
     assert np.array(out.split(), dtype=float) == pytest.approx(axis.bias(at(axis)), rel=1e-12)
+
+
+def test_each_axis_has_a_c_function_of_its_own():
+    """The names "x 2", "x" and "x-" must not give the same C identifier twice."""
+    temperature = 20.0 + 5.0 * np.sin(np.linspace(0.0, 6.0, 2000))
+    noise = 0.01 * np.random.default_rng(5).standard_normal((2000, 4))
+    log = al.Recording(
+        noise + 0.1 * temperature[:, None],
+        rate=1.0,
+        unit="deg/s",
+        columns=["x 2", "x", "x-", "2"],
+        covariates={"temperature": temperature},
+    )
+    functions = re.findall(r"^static .*?(\w+)_bias\(", al.thermal(log).export("c"), re.MULTILINE)
+    assert functions == ["x_2", "x", "x_1", "axis_2"]
 
 
 def test_several_logs_have_one_law_and_an_offset_each():

@@ -74,10 +74,10 @@ class GlsFit:
         return np.sqrt(np.diag(self.covariance))
 
     def intervals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Tuple (low, high, p) of arrays, shape (p,): two-sided 95 % intervals of the coefficients, and p-values.
+        """Tuple (low, high, p) of arrays with one element for each coefficient: 95 % interval and p-value.
 
         A p-value is the probability of an estimate at least as large if the coefficient is 0. Where it is at least
-        0.025, low is 0 and high is an upper limit. With a single coefficient, p is 0.
+        0.025, low is 0 and high is an upper limit. The p-value of a single coefficient is 0.
         """
         found = [
             interval(self.mixtures, self.target, self.squares, k) for k in range(self.squares.size)

@@ -253,9 +253,9 @@ def _with_side_bands(state: State, place: int) -> State:
 
 
 def _excess_variance(fit: Fit, first: int, last: int, mean: float) -> float:
-    """Variance, U², in the samples that the model does not explain at the ordinates `first` … `last`; at least 0.
+    """Variance of the samples, U², in excess of the model at the ordinates `first` … `last` (inclusive); at least 0.
 
-    The power there is `mean` times the expected one.
+    `mean` is the mean ratio of measured to expected power there.
     """
     power = float(np.sum(fit.solution.ordinates[first : last + 1] ** 2))
     return power * max(1.0 - 1.0 / mean, 0.0) / fit.data.n

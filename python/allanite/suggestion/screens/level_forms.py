@@ -462,9 +462,9 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
 
 
 def log_slope(power: Array, values: Array, freedom: float) -> tuple[float, float]:
-    """Pair: slope b of ln E(power) = a + b·values by Newton's method, and its ΔlogL over b = 0.
+    """Pair (b, ΔlogL over b = 0): slope b of ln E(power) = a + b·values, by Newton's method.
 
-    At most 30 steps of up to 0.5.
+    The `values` must have mean 0. `freedom` is the degrees of freedom of each power.
     """
 
     def loss(b: float) -> float:
