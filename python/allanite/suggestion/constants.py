@@ -2,9 +2,10 @@
 
 Each comment gives the unit, what is compared with the constant, and the basis of its value. "Judgment" means chosen by
 judgment; not measured. "Ablation: no change" means that 21 searches end with equal models with half and with twice the
-value (docs/ablation.md). Grids of shapes and sizes of arrays are defined where they are used. Two limits are defined in
-`allanite.fit`: `MAX_RIVAL_LOG_EVIDENCE`, the score within which two models cannot be distinguished, and
-`MAX_POLISH_DELTA_LOGL`, the most that the optimization of shapes adds to logL.
+value (docs/ablation.md). Grids of shapes and sizes of arrays are defined where they are used. Three limits are defined in
+`allanite.fit`: `MAX_RIVAL_LOG_EVIDENCE`, the score within which two models cannot be distinguished,
+`MAX_POLISH_DELTA_LOGL`, the most that the optimization of shapes adds to logL, and `MAINS_TOLERANCE`, the largest
+relative error of a mains frequency.
 """
 
 from __future__ import annotations
