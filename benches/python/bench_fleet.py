@@ -1,4 +1,4 @@
-"""Processor time of a fleet of ten axes of two minutes, three of which have dozens of lines.
+"""Processor time of `allanite fleet` for ten axes. Each axis is two minutes long; three axes have dozens of lines.
 
     python benches/python/bench_fleet.py
 

@@ -59,7 +59,7 @@ def time_scale(span: float) -> tuple[float, str]:
 def duration_text(seconds: float) -> str:
     """Text of a duration with three digits: ``40 s``, ``90 min``, ``2 h``, ``3 d``, ``2 years``.
 
-    The unit is the largest one of which the duration has at least two, or exactly one: ``1 h``.
+    The unit is the largest one that gives at least 2, or exactly 1: ``1 h``.
     """
     for size, name in ((YEAR, "years"), (86400.0, "d"), (3600.0, "h"), (60.0, "min")):
         if seconds >= 2.0 * size or seconds == size:

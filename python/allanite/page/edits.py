@@ -110,7 +110,7 @@ def with_limits(
 
 
 def with_values_held(effect: Any) -> Any:
-    """Copy of an effect in which all known values are held fixed and limits are removed: a fit changes none of them."""
+    """Copy of an effect that a fit does not change: all coefficients and shapes with a value are held, without limits."""
     names = [p.name for p in effect.parameters if p.role in ("coefficient", "shape")]
     held = tuple(n for n in names if effect.values[n] is not None)
     return effect.with_values(hold=held, limits={}, at_limit=())

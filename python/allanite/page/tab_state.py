@@ -249,7 +249,7 @@ class TabState:
         return step.study.check
 
     def check_until_interrupted(self, job: Job, step: Step) -> None:
-        """Check a step in a job that gives way: any action of the user cancels it. Sets `job.gives_way`.
+        """Check a step in a job that any action of the user cancels (`job.gives_way` becomes True).
 
         A check that exists is not repeated. Returns when the audit of the samples is also finished.
         """

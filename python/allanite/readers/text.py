@@ -209,9 +209,9 @@ def first_rows(
 
 
 def swap_day_and_month_if_shorter(seconds: Array) -> Array:
-    """Date-times in s since 1970, shape (n,): with day and month exchanged if this shortens the record, else unchanged.
+    """Array of date-times, s since 1970, shape (n,), in which day and month are exchanged if the record becomes shorter.
 
-    They are also unchanged if the record is shorter than one day or a time is missing.
+    Otherwise the date-times are unchanged, also if the record is shorter than one day or a time is missing.
 
     Parameters
     ----------

@@ -227,5 +227,5 @@ def _jump_findings(stamps: Stamps) -> Iterator[Finding]:
 
 
 def _relative_text(share: float) -> str:
-    """Text of a relative change: ``20 ppm`` below 10⁻³, else ``0.25 %``."""
+    """Text of a relative change: in ppm if it is below 10⁻³ (``20 ppm``), otherwise in percent (``0.25 %``)."""
     return f"{1e6 * share:.3g} ppm" if share < 1e-3 else percent_text(share, 2)

@@ -18,7 +18,7 @@ MAX_STATED_DIFFERENCE = 0.15
 MAX_INFERRED_DIFFERENCE = 0.06
 #: Units of acceleration that loggers use.
 UNITS = ("m/s^2", "g", "mg", "mm/s^2", "ug")
-#: Maximum number of samples of which the median is computed.
+#: The median of a column is computed from at most about this number of samples.
 MEDIAN_SAMPLES = 100_000
 
 

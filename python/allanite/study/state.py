@@ -92,7 +92,7 @@ def state_of(ladder: Sequence[Rung]) -> State:
 def places_lost(before: Model, after: Model) -> tuple[int, ...]:
     """Sorted tuple of the indices of effects of the model `before` that the model `after` lacks.
 
-    Of equal kinds, those with the nearest frequencies stay.
+    If a model has several effects of one kind, effects with the nearest frequencies count as the same.
     """
     lost: list[int] = []
     for kind in dict.fromkeys(e.kind for e in before):

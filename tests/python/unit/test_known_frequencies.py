@@ -37,14 +37,24 @@ def test_a_known_line_pays_less_and_another_hardly_more():
     assert beside < 3.0 * line_trials(n)
 
 
-def test_mains_are_not_expected_where_their_error_is_as_wide_as_the_spectrum():
-    """0.2 % of 50 Hz are 0.1 Hz, five times all frequencies of samples each 25 s."""
-    assert np.ptp(known_bands(10_000, 0.04), axis=1).max() < 0.001
-    assert np.ptp(known_bands(10_000, 1.04), axis=1).max() > 0.1
+def test_a_frequency_that_may_be_anywhere_takes_no_share_of_the_others():
+    """0.2 % of 50 Hz are 0.1 Hz: wider than all frequencies of samples each 25 s, in which the day is still known."""
+    n, rate = 30_000, 0.04
+    day, beside = (expected_line_gain(f * n / rate, n, rate) for f in (1.0 / DAY, 0.0031))
+    assert day > 3.0
+    assert beside < 0.5
+
+
+def test_the_shares_of_all_frequencies_add_up_to_one():
+    """The search of W independent frequencies has W/trials of its false alarms at each: together all of them."""
+    n, rate = 200_000, 110.0
+    cycles = np.arange(1.0, 0.5 * n, 0.25)
+    total = 0.25 * np.sqrt(np.pi / 3.0) * np.sum(1.0 / trials_at(cycles, n, rate))
+    assert total == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.parametrize(("cycles", "gains"), [(17.07, True), (23.0, False)])
 def test_only_a_line_at_a_known_frequency_costs_less(cycles, gains):
-    """17 years of daily values: the year has 17.07 cycles, and 3 nats less to pay."""
+    """17 years of daily values: the year has 17.07 cycles. It is also the alias of the sidereal day: two of nine shares."""
     gain = expected_line_gain(cycles, 6236, 1.0 / DAY)
-    assert gain == pytest.approx(3.0, abs=0.1) if gains else gain == 0.0
+    assert gain == pytest.approx(3.7, abs=0.1) if gains else gain == 0.0

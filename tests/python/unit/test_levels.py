@@ -253,3 +253,23 @@ def test_a_level_leaves_with_the_segment_that_has_its_changes(quiet_start):
             low=0.1, high=0.2, start=quiet[0], end=quiet[1], factor=0.3
         )
         assert lies_mostly_within(band, EXCLUDED, base) == leaves, quiet
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_weak_level_joins_a_level_that_switches_between_two_values(seed):
+    """Ten louder intervals, a quieter one, and outliers: each check found the quieter one, and each step refused it."""
+    n, rate = 37_904, 5.0
+    rng, t = np.random.default_rng([seed, 77]), np.arange(n) / rate
+    edges = [117, 179, 484, 828, 970, 1091, 1273, 1567, 1910, 1986, 3019, 3088, 3136, 3222, 3623]
+    edges += [3760, 4136, 4478, 4922, 5041]
+    level = np.where(np.searchsorted(edges, t, side="right") % 2, 1.43, 1.0)
+    level[(t >= 5321) & (t < 7030)] = 0.88
+    x = 0.0012 * level * rng.standard_normal(n)
+    x[rng.choice(n, 16, replace=False)] += 0.02 * rng.choice([-1, 1], 16)
+    study = al.improve(al.Recording(x, rate=rate, unit="rad/s"), "N")
+    assert study.adequate
+    assert sorted(e.kind for e in study.fit.model)[1:] == ["noise_levels", "outliers"]
+    (levels,) = (e for e in study.fit.model if e.kind == "noise_levels")
+    assert np.allclose(levels.times[-2:], [5321, 7030], atol=200)
+    assert len(levels.times) == 22

@@ -35,7 +35,7 @@ def known_bands(n: int, rate: float) -> NDArray[np.float64]:
     """Array of the bands (low, high), Hz, in which n samples at `rate` Hz show known frequencies or their aliases.
 
     Its shape is (bands, 2), unsorted. A band is at least one resolution 1/T wide. Frequencies and aliases of at most 2/T
-    are omitted, and frequencies whose error exceeds half of the range from 0 to rate/2.
+    are omitted.
     """
     width = rate / n
     exact = np.array([1.0 / period for period in PERIODS])
@@ -43,8 +43,9 @@ def known_bands(n: int, rate: float) -> NDArray[np.float64]:
     half = np.concatenate([np.zeros(exact.size), MAINS_TOLERANCE * np.array(MAINS)])
     half = np.maximum(half, 0.5 * width)
     seen = np.abs(frequency - rate * np.round(frequency / rate))
-    there = (seen > 2.0 * width) & (half < 0.125 * rate)
-    return np.column_stack([seen - half, np.minimum(seen + half, 0.5 * rate)])[there]
+    there = seen > 2.0 * width
+    ends = [np.maximum(seen - half, 0.0), np.minimum(seen + half, 0.5 * rate)]
+    return np.column_stack(ends)[there]
 
 
 def line_trials(n: int) -> float:
@@ -57,8 +58,8 @@ def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.fl
 
     W is that of a search of all frequencies, divided by the share of the false alarms that this frequency gets. One
     third of the false alarms is divided equally among the octaves from one cycle to n/2, so that a slow line does not
-    pay for all fast ones. One third covers all frequencies, so that a fast line hardly pays for the octaves. One third
-    covers frequencies known beforehand, if the record has any; otherwise the shares are halves.
+    pay for all fast ones. One third covers all frequencies, so that a fast line hardly pays for the octaves. One third is
+    divided equally among the frequencies known beforehand, if the record has any; otherwise the shares are halves.
     """
     unknown, known, shares = _shares_of_false_alarms(cycles, n, rate)
     return np.asarray(shares * line_trials(n) / (unknown + known))
@@ -89,6 +90,6 @@ def _shares_of_false_alarms(
     bands = known_bands(n, rate)
     widths = np.maximum(whole * (bands[:, 1] - bands[:, 0]) / (0.5 * rate), 1.0)
     frequency = np.asarray(cycles)[..., None] * rate / n
-    known = ((bands[:, 0] <= frequency) & (frequency <= bands[:, 1])).any(axis=-1)
-    of_known = known * whole / max(float(widths.sum()), 1.0)
+    inside = (bands[:, 0] <= frequency) & (frequency <= bands[:, 1])
+    of_known = (inside / widths).sum(axis=-1) * whole / max(len(bands), 1)
     return np.asarray(1.0 + of_octave), np.asarray(of_known), 3.0 if bands.size else 2.0

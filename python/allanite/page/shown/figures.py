@@ -251,10 +251,11 @@ def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
 
 
 def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of two steps if the user compares them, else of measured, simulated and stated Allan deviations.
+    """`Figure` of the tab Compare: two steps if the user compares them, otherwise several Allan deviations.
 
-    These are the current column, other logs, a sensor simulated from the fit, and a data sheet. Other columns of the log
-    appear only if they have the same unit and no other log is compared. The subtitle names curves that are not drawn.
+    The deviations are of the current column, other logs, a sensor simulated from the fit, and a data sheet. Other columns
+    of the log appear only if they have the same unit and no other log is compared. The subtitle names curves that are not
+    drawn.
     """
     from allanite.comparison import Drawn, compare
     from allanite.plots import plot_compare

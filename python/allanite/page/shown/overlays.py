@@ -106,7 +106,7 @@ def coefficient_readings(
         if not left <= x <= right:
             continue
         inside = bottom <= y <= top
-        # Near the upper edge the label is placed beside its point; below, it would cover a falling curve.
+        # Near the upper edge there is no space above the point, and a label below it would cover a falling curve.
         high = inside and y > top - 0.08 * (top - bottom)
         color = look.color(role)
         if inside:

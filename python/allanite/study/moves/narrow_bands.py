@@ -77,8 +77,8 @@ def _has_moving_frequency(fit: Fit, band: Effect) -> bool:
 def _with_modulated_band(before: State, band: Effect) -> State | None:
     """`State` in which one band of the model becomes a modulated vibration with the new `band` as a side band; or None.
 
-    Of all bands, the one with the largest gain in score is modulated; the gain may be negative. None if no band can be
-    modulated. Other bands with side bands are modulated as well, and added bands near a side band of the modulated one
+    It is the band whose modulation raises the score most; the score may also fall. None if no band can be modulated.
+    Other bands with side bands are modulated as well, and added bands near a side band of the modulated one
     are removed.
     """
     fit = before.fit

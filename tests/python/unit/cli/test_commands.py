@@ -161,6 +161,12 @@ def test_check_strict(run, tmp_path):
     np.savez(tmp_path / "line.npz", data=white + np.sin(2 * np.pi * 7.3 * t), rate_hz=100.0)
     assert run("check", tmp_path / "white.npz", "--model", "N", "--strict")[0] == 0
     assert run("check", tmp_path / "line.npz", "--model", "N", "--strict")[0] == 1
+    # Two codes: "limited by quantization" is not adequate either, as in JSON.
+    codes = 0.01 * np.round(0.35 * white + 0.1)
+    np.savez(tmp_path / "codes.npz", data=codes, rate_hz=100.0)
+    given = ("check", tmp_path / "codes.npz", "--unit", "deg/s", "--model", "N", "--strict")
+    assert run(*given)[0] == 1
+    assert '"verdict": "limited by quantization"' in run(*given, "--json")[1]
     assert run("check", tmp_path / "line.npz", "--model", "N")[0] == 0
 
 
