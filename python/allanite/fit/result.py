@@ -12,6 +12,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.files import whole_file
+from allanite.common.former import Former
 from allanite.common.parameters import Estimate
 from allanite.effects.files import held_and_limits
 from allanite.fit import curve as _curve
@@ -74,7 +75,7 @@ class Fit:
     ('deg/s/s^½', 'rate random walk')
     >>> list(better.estimates_of("K"))
     ['K']
-    >>> better.alternatives(0), better.together(0), better.simulate_check(n=3, seed=1).simulated_chi2.shape
+    >>> better.alternatives(0), better.alternative_pairs(0), better.simulate_check(n=3, seed=1).simulated_chi2.shape
     ((), (), (3,))
     >>> print(better.text_of(better.model.effects[0], "looks_like"))
     a slope of −½; a flat density
@@ -180,8 +181,10 @@ class Fit:
         # δ refers to ln power; ln deviation has half of it.
         return Discrepancy(50.0 * self.solution.discrepancy, (50.0 * low, 50.0 * high))
 
+    excess = Former("unexplained_misfit")
+
     @property
-    def excess(self) -> float:
+    def unexplained_misfit(self) -> float:
         """Unexplained misfit, nats: logL of the saturated model minus that of this model, minus its mean for a true model.
 
         It may be negative.
@@ -274,12 +277,14 @@ class Fit:
 
         return self._cached_search(alternatives, place)
 
-    @cached_property
-    def instead_of_two(self) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
-        """Tuple of (ln evidence over this fit, indices, solution) of models in which other processes replace two slow ones.
+    instead_of_two = Former("alternatives_to_pairs")
 
-        `indices` are the two replaced effects of the model. Models 3 nats or more below the evidence of this fit are
-        omitted.
+    @cached_property
+    def alternatives_to_pairs(self) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
+        """Tuple of (ln evidence minus that of this fit, indices, solution) of models without two of its slow processes.
+
+        One or two processes of other kinds replace the two. `indices` (int, int) are the places of the replaced effects
+        in this fit's model. Models whose evidence is lower by 3 nats or more are omitted.
         """
         from allanite.fit.rivals.together import instead_of_two
 
@@ -295,8 +300,10 @@ class Fit:
 
         return undecided(self)
 
-    def together(self, place: int) -> tuple[Pair, ...]:
-        """Tuple of pairs of effects (`Pair`) that may replace the effect at index `place` of the model; cached."""
+    together = Former("alternative_pairs")
+
+    def alternative_pairs(self, place: int) -> tuple[Pair, ...]:
+        """Tuple of `Pair`, the highest evidence first: two effects that may replace the one at index `place`; cached."""
         from allanite.fit.rivals.together import together
 
         return self._cached_search(together, place)

@@ -428,7 +428,7 @@ def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
     an earlier step adds the ΔlogL of all later steps. Negative misfits count as 0. If no misfit is positive, all values
     are 100 %.
     """
-    left = [max(ladder[-1].fit.excess, 0.0)]
+    left = [max(ladder[-1].fit.unexplained_misfit, 0.0)]
     for before, rung in reversed(list(itertools.pairwise(ladder))):
         left.append(left[-1] + rung.risen_since(before))
     whole = max(left)

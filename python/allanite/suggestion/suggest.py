@@ -486,14 +486,14 @@ def _with_shares(fit: Fit, judged: list[Suggestion]) -> list[Suggestion]:
     """List of copies of the suggestions in which `removes_percent` is filled.
 
     It is the part of the unexplained misfit that an effect removes. The whole is the misfit without any addition: what
-    a suggestion leaves, plus its ΔlogL. It is the largest such sum, since the bins of `fit.excess` do not resolve a
-    line. A study counts its first step in the same way (`misfit_left`).
+    a suggestion leaves, plus its ΔlogL. It is the largest such sum, since the bins of `fit.unexplained_misfit` do not
+    resolve a line. A study counts its first step in the same way (`misfit_left`).
     """
     removed = [_removed_misfit(fit, s) for s in judged]
-    whole = max(fit.excess, 0.0)
+    whole = max(fit.unexplained_misfit, 0.0)
     for suggestion, part in zip(judged, removed, strict=True):
         if not _changes_over_time(suggestion.effect):
-            whole = max(whole, max(suggestion.found.excess, 0.0) + part)
+            whole = max(whole, max(suggestion.found.unexplained_misfit, 0.0) + part)
     return [
         replace(s, removes_percent=100.0 * min(part / whole, 1.0) if whole > 0.0 else 0.0)
         for s, part in zip(judged, removed, strict=True)
@@ -507,7 +507,8 @@ def _removed_misfit(fit: Fit, suggestion: Suggestion) -> float:
     misfit of the remaining samples.
     """
     if _changes_over_time(suggestion.effect):
-        return max(max(fit.excess, 0.0) - max(suggestion.found.excess, 0.0), 0.0)
+        found = max(suggestion.found.unexplained_misfit, 0.0)
+        return max(fit.unexplained_misfit - found, 0.0)
     return max(suggestion.delta_log_likelihood, 0.0)
 
 

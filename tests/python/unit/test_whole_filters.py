@@ -235,7 +235,7 @@ def test_no_drift_takes_the_place_of_a_process_behind_a_high_pass():
     fit = al.fit_model(recording, "N+K+HP(order=1)")
     drifts = {e.kind for e in al.CATALOGUE if e.screened == "slow"}
     assert not drifts & {a.effect.kind for a in fit.alternatives(1)}
-    assert not drifts & {kind for pair in fit.together(1) for kind in pair.kinds}
+    assert not drifts & {kind for pair in fit.alternative_pairs(1) for kind in pair.kinds}
 
 
 @pytest.mark.slow

@@ -212,9 +212,9 @@ def rivals(fit: Fit, place: int) -> Rivals:
     """`Rivals` (alternative explanations) of the effect at index `place`; empty if the effect is not detected.
 
     Lists the kinds of single effects whose ln evidence is at most 3 nats lower, and the pairs of effects that replace it
-    as well (`Fit.together`).
+    as well (`Fit.alternative_pairs`).
     """
     if not is_detected(fit, place):
         return Rivals()
     alone = [a.effect.kind for a in fit.alternatives(place) if a.evidence > -MAX_RIVAL_LOG_EVIDENCE]
-    return Rivals(tuple(alone), tuple(pair.kinds for pair in fit.together(place)))
+    return Rivals(tuple(alone), tuple(pair.kinds for pair in fit.alternative_pairs(place)))

@@ -163,14 +163,14 @@ def _other_models(fit: Fit) -> Iterator[tuple[float, Solution]]:
     The replaced effects are detected. One-time events are excluded, since their evidence does not pay for the many
     times that were tried. A model may come twice.
     """
-    yield from ((lead, solution) for lead, _, solution in fit.instead_of_two)
+    yield from ((lead, solution) for lead, _, solution in fit.alternatives_to_pairs)
     for place in range(len(fit.model)):
         if not is_detected(fit, place):
             continue
         for other in fit.alternatives(place):
             if not _is_one_time(other.effect):
                 yield other.evidence, other.solution
-        for pair in fit.together(place):
+        for pair in fit.alternative_pairs(place):
             if not any(map(_is_one_time, pair.model.effects[-2:])):
                 solution = solve(fit.data, pair.model, like=fit.solution)
                 yield evidence_gain(solution, fit.solution, fit.data), solution

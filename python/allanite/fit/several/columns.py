@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.files import whole_file
+from allanite.common.former import Former
 from allanite.common.several import Several
 from allanite.fit.result import Fit
 
@@ -24,15 +25,17 @@ class Fits(Several[Fit]):
     >>> white = np.random.default_rng(1).standard_normal((5000, 2))
     >>> log = al.Recording(white, rate=100, unit="deg/s", columns=["gyro_x", "gyro_y"])
     >>> fits = al.fit_columns(log, "N")
-    >>> round(fits["gyro_x"]["N"].value, 2), fits.together[0].agree, fits.check()["gyro_x"].adequate
+    >>> round(fits["gyro_x"]["N"].value, 2), fits.pooled[0].agree, fits.check()["gyro_x"].adequate
     (0.1, True, True)
     >>> sorted(fits.to_dict())
     ['columns', 'pooled', 'schema']
     >>> fits.save("fits.json")
     """
 
+    together = Former("pooled")
+
     @cached_property
-    def together(self) -> tuple[ManyFits, ...]:
+    def pooled(self) -> tuple[ManyFits, ...]:
         """Tuple of `ManyFits`: pooled coefficients for each group of at least two columns with the same unit and model."""
         from allanite.fit.several.many import of_fits
 
@@ -56,7 +59,7 @@ class Fits(Several[Fit]):
 
     def to_dict(self) -> dict[str, Any]:
         """Dict (JSON form) with ``columns``, and ``pooled`` with one entry for each unit and model."""
-        return {**super().to_dict(), "pooled": [many.pooled_dict() for many in self.together]}
+        return {**super().to_dict(), "pooled": [many.pooled_dict() for many in self.pooled]}
 
     def save(self, path: str | Path) -> None:
         """Write the fits, without pooled values, to `path` as JSON.
@@ -67,4 +70,4 @@ class Fits(Several[Fit]):
             draft.write_text(json.dumps(super().to_dict(), indent=1) + "\n", encoding="utf-8")
 
     def __str__(self) -> str:
-        return "\n\n".join([super().__str__(), *map(str, self.together)])
+        return "\n\n".join([super().__str__(), *map(str, self.pooled)])

@@ -24,7 +24,7 @@ def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], 
     one effect; two slow processes may be replaced together. Only detected effects are replaced. The new effects are the
     last of the model.
     """
-    for lead, places, solution in fit.instead_of_two:
+    for lead, places, solution in fit.alternatives_to_pairs:
         yield _expected_gain(fit, lead, solution.model), places, solution.model
     for place, out in enumerate(fit.model.effects):
         if is_detected(fit, place):

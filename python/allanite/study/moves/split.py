@@ -26,7 +26,7 @@ def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]
     for place, out in enumerate(fit.model.effects):
         if not is_detected(fit, place):
             continue
-        for pair in fit.together(place):
+        for pair in fit.alternative_pairs(place):
             if all(may_take_the_place(effect, out) for effect in pair.model.effects[-2:]):
                 yield pair.evidence - prior(out), (place,), pair.model
         for other in _filters_beside(fit, place):
