@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 from scipy.fft import dct
 from scipy.signal import butter
 
+import allanite as al
 from allanite import effects as fx
 from allanite import testing
-from allanite.common.errors import InputError
-from allanite.effects import CATALOGUE, find, lowpass, terms
+from allanite.effects import find, lowpass, terms
 from allanite.effects._lags import power_law_lags
-from allanite.effects.model import Model
 
 RNG = np.random.default_rng(5)
 COLUMNS = {"temperature": np.cumsum(RNG.standard_normal(testing.LENGTH))}
@@ -93,7 +92,7 @@ VALUES = [
 
 CASES = [
     *VALUES,
-    *((cls.short, None) for cls in CATALOGUE if cls.short not in {short for short, _ in VALUES}),
+    *((cls.short, None) for cls in al.CATALOGUE if cls.short not in {short for short, _ in VALUES}),
 ]
 
 
@@ -106,10 +105,10 @@ def of(short, values):
 
 
 def test_names_are_unique():
-    names = [n for e in CATALOGUE for n in (e.short, e.kind)]
+    names = [n for e in al.CATALOGUE for n in (e.short, e.kind)]
     assert len(set(names)) == len(names)
-    kinds = {e.kind for e in CATALOGUE}
-    for e in CATALOGUE:
+    kinds = {e.kind for e in al.CATALOGUE}
+    for e in al.CATALOGUE:
         assert set(e.rivals) <= kinds
 
 
@@ -162,7 +161,7 @@ def test_what_only_together_is_a_process_is_simulated_together():
 
 def test_more_of_them_need_a_generator(monkeypatch):
     monkeypatch.setattr(InRow, "parts", ((3.0, 1.0), (-3.0, 2.0), (1.0, 3.0)))
-    with pytest.raises(InputError, match="declare its `generator`"):
+    with pytest.raises(al.InputError, match="declare its `generator`"):
         InRow().simulate(n=100, rate=10.0)
 
 
@@ -229,7 +228,7 @@ def test_burst_noise_has_the_spectrum_of_a_gauss_markov():
 def test_bandwidth_of_a_high_cutoff_changes_nothing():
     white = find("N")(N=0.3)
     f = np.geomspace(0.01, 24.9, 40)
-    filtered = Model((white, find("BW")(cutoff=5e3, order=1, design="sampled"))).psd(f, 50.0)
+    filtered = al.Model((white, find("BW")(cutoff=5e3, order=1, design="sampled"))).psd(f, 50.0)
     np.testing.assert_allclose(filtered, white.psd(f, 50.0), rtol=1e-6)
 
 
@@ -239,7 +238,7 @@ def test_bandwidth_of_a_high_cutoff_changes_nothing():
 def test_bandwidth_is_down_by_half_at_its_cutoff(design, order):
     # Sampled designs fold: a cutoff of 1/100 of the rate adds little at the cutoff. A FIR is too short for that one.
     cutoff = 5.0 if design == "fir" else 0.5
-    model = Model((find("N")(N=1.0), find("BW")(cutoff=cutoff, order=order, design=design)))
+    model = al.Model((find("N")(N=1.0), find("BW")(cutoff=cutoff, order=order, design=design)))
     assert model.psd(cutoff, 50.0) == pytest.approx(0.5, rel=2e-3)
     assert model.psd(1e-6, 50.0) == pytest.approx(1.0, rel=1e-9)
 
@@ -368,7 +367,7 @@ def test_allan_variance_of_a_lag_is_one_formula(phi, m):
 def test_sum_is_flat_and_checked():
     model = find("N")(N=1.0) + find("K")(K=1.0) + find("GM")(q_c=1.0, correlation_time=2.0)
     assert [e.short for e in model] == ["N", "K", "GM"]
-    with pytest.raises(InputError, match="twice"):
+    with pytest.raises(al.InputError, match="twice"):
         model + find("N")(N=2.0)
     assert len(model + find("GM")(q_c=1.0, correlation_time=9.0)) == 4
     assert isinstance(model, fx.Model)

@@ -14,7 +14,6 @@ from click.testing import CliRunner
 import allanite as al
 from allanite import testing
 from allanite.cli import cli
-from allanite.common.errors import InputError
 from allanite.effects import Parameter, Stochastic, find
 from allanite.page.shown.cards import cards, chips
 from toy_effects.ageing import Ageing
@@ -160,21 +159,21 @@ def test_a_forgotten_declaration_is_named():
         kind = "nameless"
         short = "NL"
 
-    with pytest.raises(InputError, match="Nameless: declare title"):
+    with pytest.raises(al.InputError, match="Nameless: declare title"):
         al.register(Nameless)
 
     class Thief(DoubleLag):
         kind = "gauss_markov"
 
-    with pytest.raises(InputError, match="'gauss_markov' is already used by GaussMarkov"):
+    with pytest.raises(al.InputError, match="'gauss_markov' is already used by GaussMarkov"):
         al.register(Thief)
 
     class Elsewhere(DoubleLag):
         screened = "by hand"
 
-    with pytest.raises(InputError, match="screened = 'by hand'"):
+    with pytest.raises(al.InputError, match="screened = 'by hand'"):
         al.register(Elsewhere)
-    with pytest.raises(InputError, match="not a class"):
+    with pytest.raises(al.InputError, match="not a class"):
         al.register(DoubleLag())
     assert find("DL") is None
 

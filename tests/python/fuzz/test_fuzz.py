@@ -14,7 +14,6 @@ import pytest
 
 import allanite as al
 from allanite.cli.options import rate_varies
-from allanite.common.errors import AllaniteError
 from allanite.readers import FORMATS
 from fuzz.logs import SAMPLES_OF
 
@@ -74,7 +73,7 @@ def test_seeds_are_accepted(target, tmp_path, monkeypatch):
 
     seeds, call, _ = targets()[target]()
     for seed in seeds:
-        with suppress(AllaniteError):
+        with suppress(al.AllaniteError):
             call(seed, tmp_path)
             return
     pytest.fail("every seed is refused")
@@ -117,12 +116,12 @@ def test_a_nan_that_signals_is_missing_like_others():
 
 def test_a_model_string_is_no_name_of_a_file():
     for text in ("N" * 3000, "N+\0", "\ud800"):
-        with pytest.raises(AllaniteError):
+        with pytest.raises(al.AllaniteError):
             al.parse_model(text)
 
 
 def refused(path, words):
-    with pytest.raises(AllaniteError, match=words):
+    with pytest.raises(al.AllaniteError, match=words):
         al.read(path)
 
 
@@ -133,7 +132,7 @@ def test_stamps_that_no_clock_has(stamps):
     """An answer or one line, and no warning of NumPy."""
     try:
         assert np.isfinite(al.Recording(range(len(stamps)), time=stamps).rate)
-    except AllaniteError as error:
+    except al.AllaniteError as error:
         assert "time" in str(error) or "rate must be" in str(error)
 
 
@@ -195,14 +194,14 @@ def test_found_inputs(path):
 def test_a_model_file_with_another_shape_is_one_line(tmp_path, effects):
     path = tmp_path / "m.json"
     path.write_text(json.dumps({"schema": "allanite/model/1", "effects": effects}))
-    with pytest.raises(AllaniteError, match=r"m\.json|is not a number"):
+    with pytest.raises(al.AllaniteError, match=r"m\.json|is not a number"):
         al.parse_model(str(path))
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, '{"schema": ' + "1" * 5000 + "}"])
 def test_a_model_file_that_json_itself_gives_up_is_one_line(tmp_path, text):
     (tmp_path / "m.json").write_text(text)
-    with pytest.raises(AllaniteError, match="not a JSON file"):
+    with pytest.raises(al.AllaniteError, match="not a JSON file"):
         al.parse_model(str(tmp_path / "m.json"))
 
 
@@ -216,6 +215,6 @@ def test_single_precision_nan_that_signals_is_missing_like_others(tmp_path):
 def test_what_a_foreign_library_prints_is_not_said(name, capfd):
     """pyulog's warnings stood in front of the JSON of a command, pymavlink's beside its one line."""
     pytest.importorskip({".ulg": "pyulog", ".bin": "pymavlink"}[name[-4:]])
-    with suppress(AllaniteError):
+    with suppress(al.AllaniteError):
         al.read(HERE / "found" / name)
     assert capfd.readouterr() == ("", "")

@@ -7,9 +7,9 @@ import threading
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite import Recording
 from allanite.common.documents import jsonable
-from allanite.fit import fit_model
 from allanite.page import tab_state as bench_module
 from allanite.page.jobs import Job
 from allanite.page.sessions import Sessions
@@ -327,7 +327,7 @@ def test_no_view_grows_with_the_log(hidden):
     log = Recording(np.column_stack([samples] * 4), 20.0, unit="rad/s", columns=list("abcd"))
     tab = Tab([Source("long", recording=log)], 1)
     tab.source_index, tab.works[0] = 0, Work(log)
-    fit = fit_model(tab.log, "N+B+K")
+    fit = al.fit_model(tab.log, "N+B+K")
     tab.set_steps(ColumnSteps((Step("start", Rung(fit)),), 0))
     for name in ("allan", "psd", "samples", "compare", "error", "nis"):
         assert len(json.dumps(jsonable(view(tab, name, "light"), figures=7))) <= 300_000

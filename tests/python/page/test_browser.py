@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from allanite.page import explore
+import allanite as al
 from page_browser import READY, give, on_allan, saved
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -16,7 +16,7 @@ NEWS = re.compile(r"[?]seen=")
 
 @pytest.fixture(scope="module")
 def page(hidden):
-    page = explore(hidden, open_browser=False)
+    page = al.explore(hidden, open_browser=False)
     yield page
     page.close()
 

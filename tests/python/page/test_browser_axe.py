@@ -2,7 +2,8 @@
 
 import pytest
 
-from allanite.page import explore, open_page
+import allanite as al
+from allanite.page import open_page
 from page_browser import READY, give, serious_violations
 from six_axes import six_axes
 
@@ -14,7 +15,7 @@ VIEWS = ("allan", "psd", "map", "samples", "compare", "axes", "error", "nis", "a
 
 @pytest.fixture(scope="module")
 def server():
-    page = explore(six_axes(), open_browser=False)
+    page = al.explore(six_axes(), open_browser=False)
     yield page
     page.close()
 

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite import Recording
-from allanite.page import explore
 from generators import gauss_markov, sinusoid, walk, white
 from page_browser import READY, on_allan, saved
 
@@ -34,7 +34,7 @@ def six():
 
 @pytest.fixture(scope="module")
 def server(six):
-    page = explore(six, open_browser=False)
+    page = al.explore(six, open_browser=False)
     yield page
     page.close()
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite import Recording
-from allanite.page import explore
 from generators import white
 
 pytestmark = [pytest.mark.browser, pytest.mark.long]
@@ -33,7 +33,7 @@ CURVE = """name => {
 def server():
     """A gyroscope of 20 Hz in rad/s."""
     x = white(np.random.default_rng(1), N, 20.0, 0.01)
-    page = explore(
+    page = al.explore(
         Recording(x, 20.0, unit="rad/s", columns=["gyro"], path="slow.npz"), open_browser=False
     )
     yield page

@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite.fit.rivals.undecided import Undecided
-from allanite.page import explore, open_page
-from allanite.study import Study
+from allanite.page import open_page
 from page_browser import READY, give
 from six_axes import six_axes
 
@@ -16,7 +16,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.long]
 
 @pytest.fixture
 def tab(context):
-    page = explore(six_axes(n=4000), open_browser=False)
+    page = al.explore(six_axes(n=4000), open_browser=False)
     tab = context.new_page()
     tab.goto(page.url)
     tab.wait_for_selector(READY)
@@ -121,7 +121,7 @@ def test_all_axes_are_improved_from_the_menu_before_a_file_is_saved(tab):
 
 def test_alternatives_are_beside_the_numbers_that_they_change(tab, monkeypatch):
     monkeypatch.setattr(
-        Study,
+        al.Study,
         "undecided",
         property(
             lambda study: Undecided(

@@ -4,8 +4,8 @@ import threading
 
 import pytest
 
+import allanite as al
 import allanite.page.tab_state
-from allanite.page import explore
 from page_browser import READY
 from six_axes import six_axes
 
@@ -41,7 +41,7 @@ def held_fits(monkeypatch):
 
 
 def test_the_curve_is_seen_before_the_model_and_the_canvas_is_never_empty(context, held_fits):
-    page = explore(six_axes(n=4000), open_browser=False)
+    page = al.explore(six_axes(n=4000), open_browser=False)
     try:
         context.add_init_script(WATCH)
         tab = context.new_page()
@@ -79,7 +79,7 @@ def test_the_curve_is_seen_before_the_model_and_the_canvas_is_never_empty(contex
 
 
 def test_each_axis_says_what_is_done_with_it_while_all_are_improved(context):
-    page = explore(six_axes(n=4000), open_browser=False)
+    page = al.explore(six_axes(n=4000), open_browser=False)
     try:
         tab = context.new_page()
         tab.goto(page.url)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite import Recording
-from allanite.page import explore
 from page_browser import READY, launched
 
 NAMES = [
@@ -21,7 +21,7 @@ VIEWS = ("psd", "map", "samples", "compare", "error", "nis", "axes", "allan")
 def test_names_are_read_and_do_nothing():
     x = np.random.default_rng(1).standard_normal((4000, 3))
     recording = Recording(x, 20.0, unit="deg/s", columns=NAMES, path=PATH)
-    page, happened = explore(recording, open_browser=False), []
+    page, happened = al.explore(recording, open_browser=False), []
     try:
         with launched("chromium") as browser:
             tab = browser.new_page(viewport={"width": 1280, "height": 720})

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite import Recording
-from allanite.page import explore
 from generators import walk, white
 from page_browser import READY
 
@@ -23,7 +23,7 @@ def server():
     louder = white(rng, N, RATE, 0.01) * np.where(np.arange(N) < N // 2, 1.0, 2.0)
     columns = np.column_stack([calm, louder])
     log = Recording(columns, RATE, unit="deg/s", columns=["gyro_x", "gyro_y"], path="two.npz")
-    page = explore(log, open_browser=False)
+    page = al.explore(log, open_browser=False)
     yield page
     page.close()
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from allanite.page import explore
+import allanite as al
 from page_browser import READY, on_allan
 
 pytestmark = [pytest.mark.browser, pytest.mark.long]
@@ -23,7 +23,7 @@ OVER = """() => {
 
 @pytest.fixture(scope="module")
 def page(hidden):
-    page = explore(hidden, open_browser=False)
+    page = al.explore(hidden, open_browser=False)
     yield page
     page.close()
 

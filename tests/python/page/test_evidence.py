@@ -6,9 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite import Recording
-from allanite.effects import parse_model
-from allanite.fit import fit_model
 from allanite.fit.rivals.undecided import Undecided
 from allanite.page.edits import SHEET
 from allanite.page.sessions import Sessions
@@ -21,8 +20,8 @@ from allanite.page.work import ColumnSteps, Step, Work
 from allanite.plots.curves import residuals_between
 from allanite.plots.spec import HeatMap, Points
 from allanite.plots.time import failing_range_panel
-from allanite.study import Rung, Study
-from allanite.suggestion import Check, check_fit
+from allanite.study import Rung
+from allanite.suggestion import check_fit
 from generators import sinusoid, walk, white
 from page_sessions import act, client_of, opened
 
@@ -49,17 +48,17 @@ def white_only():
     log = Recording(x, 1.0, unit="deg/s", columns=["gyro"])
     tab = Tab([Source("white.npz", recording=log)], 1)
     tab.source_index, tab.works[0] = 0, Work(log)
-    step = Step("start", Rung(fit_model(log, "N+K")))
+    step = Step("start", Rung(al.fit_model(log, "N+K")))
     tab.set_steps(ColumnSteps((step,), 0))
     step.error = step.fit.error
-    step.study = Study(log, (step.rung,), check_fit(step.fit), "nothing helps")
+    step.study = al.Study(log, (step.rung,), check_fit(step.fit), "nothing helps")
     assert step.study.check.adequate
     return tab
 
 
 def test_a_model_is_adequate_only_if_its_study_says_so(white_only, monkeypatch):
     why = "the Allan deviation differs by 30 % rms from the model, where 5 % are expected"
-    monkeypatch.setattr(Study, "doubts", (why,))
+    monkeypatch.setattr(al.Study, "doubts", (why,))
     said = state(white_only)
     assert said["adequate"] is False
     assert said["verdict"] == "unexplained"
@@ -91,7 +90,7 @@ def test_residuals_of_single_ordinates_are_normal_if_the_model_is_true(white_onl
 
 def test_residuals_of_single_ordinates_show_a_line():
     x = white(np.random.default_rng(11), N, RATE, 0.01) + sinusoid(N, RATE, 38.0, 0.02)
-    fit = fit_model(Recording(x, RATE, unit="deg/s"), "N+K")
+    fit = al.fit_model(Recording(x, RATE, unit="deg/s"), "N+K")
     f, z = residuals_between(fit, 37.0, 39.0, most=10_000)
     assert f[np.argmax(z)] == pytest.approx(38.0, abs=0.01)
     assert z.max() > 8.0
@@ -101,7 +100,7 @@ def test_alternatives_stand_beside_the_numbers_that_they_change(white_only, monk
     own = white_only.step.fit.estimates[0]["N"]
     low, high = own.interval
     wide = {"N": (low - 2 * (high - low), high)}
-    monkeypatch.setattr(Study, "undecided", Undecided((("N+K", 0.6), ("N+B", 0.4)), (wide, {})))
+    monkeypatch.setattr(al.Study, "undecided", Undecided((("N+K", 0.6), ("N+B", 0.4)), (wide, {})))
     white_only.unit = None
     said = state(white_only)
     beside = [v["over_all"] for chip in said["chips"] for v in chip["values"]]
@@ -188,9 +187,9 @@ def test_lines_are_smooth_and_a_logged_temperature_is_seen_in_the_first_figure()
 
 def test_a_missing_effect_leads_to_its_figure_even_if_no_view_fails(white_only, monkeypatch):
     study = white_only.step.study
-    effect = parse_model("SIN(frequency=0.1)").effects[0]
-    monkeypatch.setattr(Check, "adequate", False)
-    monkeypatch.setattr(Check, "significant", (SimpleNamespace(effect=effect),))
+    effect = al.parse_model("SIN(frequency=0.1)").effects[0]
+    monkeypatch.setattr(al.Check, "adequate", False)
+    monkeypatch.setattr(al.Check, "significant", (SimpleNamespace(effect=effect),))
     (sentence,) = failures(study)
     assert sentence["view"] == "psd"
     assert sentence["text"].endswith("significantly missing: sinusoid")
@@ -201,7 +200,7 @@ def test_a_line_that_drifts_is_followed_in_the_map():
     n, rate = 36_000, 60.0
     frequency = 18.0 + 4.0 * np.arange(n) / n
     x = white(rng, n, rate, 0.01) + 0.15 * np.sin(2 * np.pi * np.cumsum(frequency) / rate)
-    check = check_fit(fit_model(Recording(x, rate, unit="deg/s"), "N"))
+    check = check_fit(al.fit_model(Recording(x, rate, unit="deg/s"), "N"))
     panel = failing_range_panel(check)
     (heat,) = panel.find(HeatMap)
     rows = np.argmax(heat.values, axis=0)
@@ -234,7 +233,7 @@ def test_the_card_of_a_drifting_line_names_the_frequencies_that_the_line_has():
     rng = np.random.default_rng(5)
     t = np.arange(N) / RATE
     x = white(rng, N, RATE, 0.01) + 0.02 * np.sin(2 * np.pi * (10.0 * t + 0.5 * 0.005 * t**2))
-    check = check_fit(fit_model(Recording(x, RATE, unit="deg/s"), "N"))
+    check = check_fit(al.fit_model(Recording(x, RATE, unit="deg/s"), "N"))
     card = next(c for c in cards(check) if c["kind"] == "drifting_line")
     # From 10 Hz to 10 Hz + 0.005 Hz/s · 400 s; the page shows 12 % more on each side.
     assert card["acts"]["frequency"] == pytest.approx([10.0 / 1.12, 12.0 * 1.12], rel=1e-3)
@@ -246,7 +245,7 @@ def test_a_card_has_the_units_of_the_model_and_the_harmonics_of_a_comb():
     t = np.arange(N) / RATE
     comb = sum(a * np.sin(2 * np.pi * m * 1.3 * t) for m, a in ((1, 0.01), (2, 0.006), (3, 0.006)))
     check = check_fit(
-        fit_model(Recording(white(rng, N, RATE, 0.01) + comb, RATE, unit="rad/s"), "N")
+        al.fit_model(Recording(white(rng, N, RATE, 0.01) + comb, RATE, unit="rad/s"), "N")
     )
     card = next(c for c in cards(check, SHEET) if c["kind"] == "sinusoid")
     amplitude = float(re.search(r"A? ?= (\S+) °/h", card["values"], re.I)[1])

@@ -8,7 +8,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import allanite as al
-from allanite.common.errors import InputError
 
 N = 240
 #: (name of the axis a, unit in brackets, unit that must come out).
@@ -123,7 +122,7 @@ def test_random_headers(tmp_path, log):
     path.write_text(log.text, encoding="utf-8", newline="")
     try:
         r = al.read(path)
-    except InputError as error:
+    except al.InputError as error:
         assert "give" in str(error) or "?" in str(error)  # noqa: PT017 - the program asks
         return
     found = {c.name: c for c in r.log_columns}

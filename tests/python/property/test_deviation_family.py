@@ -6,10 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import allanite as al
 from allanite import deviation
 from allanite._kernels import family_variance
-from allanite.deviation.dynamic import dynamic_oadev
-from allanite.deviation.theo import theo1
 
 # The Allan deviations have tests of their own, Theo1 takes other factors, and an interval error is no mean of terms.
 KINDS = [
@@ -91,8 +90,8 @@ def test_integers_equal_their_doubles(kind):
 
 def test_theo1_takes_seconds_and_even_factors():
     x = np.random.default_rng(8).normal(size=300)
-    assert theo1(x, rate=10.0, taus=[0.75, 3.0]).factors.tolist() == [10, 40]
-    curve = theo1(x, factors=[9, 10])
+    assert al.theo1(x, rate=10.0, taus=[0.75, 3.0]).factors.tolist() == [10, 40]
+    curve = al.theo1(x, factors=[9, 10])
     assert curve.factors.tolist() == [10]
     assert "odd" in curve.diagnostics[0]
 
@@ -101,7 +100,7 @@ def test_dynamic_is_the_deviation_of_its_windows():
     x = np.random.default_rng(9).normal(size=1000)
     x[500:] *= 3.0
     x[100] = np.nan
-    found = dynamic_oadev(x, 10.0, window=20.0, step=10.0, taus=[0.1, 1.0])
+    found = al.dynamic_oadev(x, 10.0, window=20.0, step=10.0, taus=[0.1, 1.0])
     assert found.deviation.shape == (9, 2)
     for time, row in zip(found.time, found.deviation, strict=True):
         start = round(time * 10) - 100

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+import allanite as al
 from allanite import _kernels
-from allanite.common.errors import InputError
 
 
 def twin(y, F, Q, H, R, P):
@@ -94,11 +94,11 @@ def test_a_settled_gain_is_that_of_every_step():
 
 def test_refusals():
     one = np.ones((1, 1))
-    with pytest.raises(InputError, match="F has 4 elements"):
+    with pytest.raises(al.InputError, match="F has 4 elements"):
         _kernels.kalman_filter(np.ones(3), np.eye(2), one, np.ones(1), 1.0, one)
-    with pytest.raises(InputError, match="Q holds NaN"):
+    with pytest.raises(al.InputError, match="Q holds NaN"):
         _kernels.kalman_smooth(np.ones(3), one, np.nan * one, np.ones(1), 1.0, one)
-    with pytest.raises(InputError, match="R is -1"):
+    with pytest.raises(al.InputError, match="R is -1"):
         _kernels.kalman_filter(np.ones(3), one, one, np.ones(1), -1.0, one)
-    with pytest.raises(InputError, match="no noise"):
+    with pytest.raises(al.InputError, match="no noise"):
         _kernels.kalman_filter(np.ones(3), one, 0 * one, np.ones(1), 0.0, 0 * one)

@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import allanite as al
-from allanite.fit import fit_model
 
 RATE, N = 10.0, 4_000
 TRUTHS = ["N(N=0.1)", "N(N=0.1)+K(K=0.01)", "N(N=0.1)+GM(q_c=0.05,T=8)", "N(N=0.1)+SIN(f=1.3,A=0.1)+R(R=1e-3)"]  # fmt: skip
@@ -41,7 +40,7 @@ def limited(draw):
 def test_no_fitted_number_nor_interval_is_outside(model, truth, seed):
     log = al.parse_model(truth).simulate(duration=N / RATE, rate=RATE, seed=seed, unit="deg/s")
     try:
-        fit = fit_model(log, model)
+        fit = al.fit_model(log, model)
     except al.InputError as error:
         if "are outside the range that this record can resolve" not in str(error):
             raise

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from allanite.common.errors import InputError
+import allanite as al
 from allanite.recording.stamp_units import TIME_UNITS
 from allanite.recording.timebase import read_stamps
 
@@ -99,7 +99,7 @@ def test_wraps(seed, bits, unit, rate, holes):
     wraps = np.flatnonzero(np.diff(true // 2**bits))
     if 20 * step > 2**bits:
         # A step back by less than twenty samples may be disorder: read as that, or refused in a line.
-        with contextlib.suppress(InputError):
+        with contextlib.suppress(al.InputError):
             read_stamps(t, unit)
         return
     found = read_stamps(t, unit)

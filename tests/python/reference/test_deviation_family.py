@@ -5,9 +5,9 @@ from functools import partial
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite import deviation
 from allanite.deviation.confidence import interval
-from allanite.deviation.theo import theo1, theoh
 
 TEN = np.array([892, 809, 823, 798, 671, 644, 883, 903, 677])
 
@@ -89,7 +89,7 @@ def test_bias_is_a_choice_and_said():
 
 
 def test_theo1():
-    curve = theo1(thousand(), factors=[10, 100, 1000])
+    curve = al.theo1(thousand(), factors=[10, 100, 1000])
     np.testing.assert_allclose(
         curve.deviation, [0.107573989, 0.0317893126, 0.00505239963], rtol=1e-8
     )
@@ -98,7 +98,7 @@ def test_theo1():
 
 
 def test_theoh_joins_both():
-    curve = theoh(thousand())
+    curve = al.theoh(thousand())
     near = deviation.oadev(thousand())
     np.testing.assert_allclose(curve.deviation[:7], near.deviation[:7], rtol=1e-14)
     assert curve.tau[-1] > 500

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.fft import irfft, rfft
 
+import allanite as al
 from allanite import _kernels
-from allanite.deviation import oadev
 from allanite.fit.bands import bands
 from allanite.fit.classical.gls import fit_gls, gls_factors
 from counts import records
@@ -172,7 +172,7 @@ def test_coverage_with_identified_noise(name):
     )
     inside = np.zeros(factors.size)
     for x in simulate(np.random.default_rng(5), name, records, n):
-        curve = oadev(x, factors=factors)
+        curve = al.oadev(x, factors=factors)
         inside += (curve.low <= np.sqrt(expected)) & (np.sqrt(expected) <= curve.high)
     share = inside / records
     # 92–98 %, known to 1.3 and 0.7 % by 400 records: two of these. (2000 records: 93.7 to 97.9 %, white noise at n/4

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.effects.files import parse_model
 from allanite.exports import axes_of
 from allanite.exports._choice import choose
-from allanite.statespace import innovations
 from counts import records
 
 pytestmark = pytest.mark.statistical
@@ -16,18 +14,20 @@ RATE, N = 20.0, 40_000
 
 
 def halves(seed):
-    recording = parse_model(TRUTH).simulate(n=2 * N, rate=RATE, seed=seed, unit="deg/s")
+    recording = al.parse_model(TRUTH).simulate(n=2 * N, rate=RATE, seed=seed, unit="deg/s")
     half = 0.5 * recording.duration
     return recording.trim(None, half), recording.trim(half, None)
 
 
 @pytest.fixture(scope="module")
 def fits():
-    return [(parse_model("N+B+K").fit(first), second) for first, second in map(halves, range(30))]
+    return [
+        (al.parse_model("N+B+K").fit(first), second) for first, second in map(halves, range(30))
+    ]
 
 
 def test_nis_covers_held_out_halves(fits):
-    found = [innovations(second, fit.model, states=8) for fit, second in fits]
+    found = [al.innovations(second, fit.model, states=8) for fit, second in fits]
     coverage = np.array([i.coverage for i in found])
     # 40 000 NIS of each record: 0.11 % of scatter, and the error of N (1/√(2·40 000) = 0.35 %) moves the share below
     # the 95 % point by 0.1 % more.
@@ -38,7 +38,7 @@ def test_nis_covers_held_out_halves(fits):
 
 
 def test_overbound_holds_at_every_tau(fits):
-    truth = parse_model(TRUTH)
+    truth = al.parse_model(TRUTH)
     holds, size = [], []
     count = records(20, 30)
     for fit, _ in fits[:count]:

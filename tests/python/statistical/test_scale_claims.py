@@ -7,7 +7,7 @@ import pytest
 
 import allanite as al
 from allanite.scale import run_fleet
-from allanite.scale.watch import DEFAULT_TOLERANCE, Watch
+from allanite.scale.watch import DEFAULT_TOLERANCE
 
 pytestmark = pytest.mark.statistical
 
@@ -31,7 +31,7 @@ def test_one_false_alarm_in_a_hundred_runs(name):
     for run in range(25):
         rng = np.random.default_rng([run, 9])
         x = DISTRIBUTIONS[name](rng, 100_000 + 100 * 1024)
-        watch = Watch(al.AngleRandomWalk(N=x[:100_000].std() / 10.0), 100.0)
+        watch = al.Watch(al.AngleRandomWalk(N=x[:100_000].std() / 10.0), 100.0)
         watch.update(x[100_000:])
         alarms += watch.alarm is not None
     assert alarms <= 2
@@ -39,7 +39,7 @@ def test_one_false_alarm_in_a_hundred_runs(name):
 
 def test_noise_within_the_tolerance_raises_no_alarm():
     rng = np.random.default_rng(4)
-    watch = Watch(al.AngleRandomWalk(N=0.1), 100.0)
+    watch = al.Watch(al.AngleRandomWalk(N=0.1), 100.0)
     watch.update((1.0 + DEFAULT_TOLERANCE) * rng.standard_normal(300 * 1024))
     assert watch.alarm is None
 
@@ -48,7 +48,7 @@ def test_no_more_false_alarms_by_samples_of_coloured_noise():
     # Ordinates of other noise than N and K are nearly independent, also from a segment to the next. 40 runs of 25 minutes.
     model, found = al.parse_model("N(N=0.01)+B(B=0.01)+GM(q_c=0.01,T=3)+K(K=0.001)"), 0
     for run in range(40):
-        watch = Watch(model, 100.0)
+        watch = al.Watch(model, 100.0)
         watch.update(model.simulate(n=150 * 1024, rate=100.0, seed=3, axis=run).samples)
         found += watch.alarm is not None
     assert found <= 3
@@ -61,7 +61,7 @@ def test_a_weak_line_is_found_by_long_segments():
     model, line = al.parse_model(usual), f"{usual}+SIN(frequency=7.3,amplitude=0.0053,phase=0.3)"
     found = []
     for run in range(10):
-        watch = Watch(model, 100.0)
+        watch = al.Watch(model, 100.0)
         watch.update(model.simulate(n=100 * 1024, rate=100.0, seed=4, axis=run).samples)
         watch.update(
             al.parse_model(line).simulate(n=160 * 1024, rate=100.0, seed=5, axis=run).samples
@@ -79,7 +79,7 @@ def test_another_level_is_found_in_a_few_segments(factor):
     # three segments on average, and seven (55 ± 11 nats) nearly always.
     for run in range(20):
         rng = np.random.default_rng([run, 2])
-        watch = Watch(al.AngleRandomWalk(N=0.1), 100.0)
+        watch = al.Watch(al.AngleRandomWalk(N=0.1), 100.0)
         assert watch.update(rng.standard_normal(100 * 1024)) is None
         alarm = watch.update(factor * rng.standard_normal(7 * 1024))
         assert alarm is not None

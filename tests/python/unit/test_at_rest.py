@@ -5,7 +5,6 @@ import pytest
 
 import allanite as al
 from allanite.cli.words import WORDS
-from allanite.common.errors import InputError, TooShortError
 from allanite.recording.at_rest import motion_error, motion_findings, motion_of, quiet_span
 
 RATE = 100
@@ -128,9 +127,9 @@ def test_a_record_turned_over():
 
 
 def test_quiet_of_what_has_none_or_no_unit():
-    with pytest.raises(TooShortError, match="no segment"):
+    with pytest.raises(al.TooShortError, match="no segment"):
         recorded(carried()).quiet()
-    with pytest.raises(InputError, match="unit="):
+    with pytest.raises(al.InputError, match="unit="):
         al.Recording(np.random.default_rng(0).standard_normal(5000), RATE).quiet()
     assert motion_of(al.Recording(np.zeros(5000), 1, unit="1")) is None
 

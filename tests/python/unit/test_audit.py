@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from allanite.readers import read
-from allanite.recording import Recording
+import allanite as al
 from allanite.recording.findings import merged
 
 
@@ -28,38 +27,38 @@ def noise(n=20_000, seed=0):
 def test_clean_noise_has_no_findings(seed):
     rng = np.random.default_rng(seed)
     x = rng.standard_normal(50_000) + 0.05 * np.cumsum(rng.standard_normal(50_000))
-    assert kinds(Recording(x, 100)) == []
-    assert kinds(Recording(x.astype(np.float32), 100)) == []
-    assert kinds(Recording(np.cumsum(x), 100, quantity="angle")) == []
+    assert kinds(al.Recording(x, 100)) == []
+    assert kinds(al.Recording(x.astype(np.float32), 100)) == []
+    assert kinds(al.Recording(np.cumsum(x), 100, quantity="angle")) == []
 
 
 def test_rate_against_the_time_column():
     t = np.round(np.arange(5000) / 9.862, 2)
-    finding = the(Recording(noise(5000), 10, time=t), "rate")
+    finding = the(al.Recording(noise(5000), 10, time=t), "rate")
     assert finding.severity == "warning"
     assert finding.message.startswith("the time column says 9.862 Hz, not 10 Hz")
     assert finding.values["measured_hz"] == pytest.approx(9.862, rel=1e-5)
-    assert kinds(Recording(noise(5000), time=t)) == []
+    assert kinds(al.Recording(noise(5000), time=t)) == []
 
 
 def test_stamps_out_of_order_duplicated_and_jittering():
     t = np.arange(5000) / 100
     t[[10, 11]] = t[[11, 10]]
     t[100] = t[99]
-    r = Recording(noise(5000), 100, time=t)
+    r = al.Recording(noise(5000), 100, time=t)
     assert "row 11" in the(r, "out_of_order").message
     assert the(r, "duplicate_stamps").values["count"] == 1
     t = (np.arange(5000) + np.random.default_rng(2).uniform(-0.4, 0.4, 5000)) / 100
-    assert the(Recording(noise(5000), time=t), "jitter").values["rms_s"] == pytest.approx(
+    assert the(al.Recording(noise(5000), time=t), "jitter").values["rms_s"] == pytest.approx(
         3.27e-3, rel=0.05
     )
 
 
 def test_coarse_stamps_and_guessed_units():
-    r = Recording(noise(5000), 5, time=np.floor(np.arange(5000) / 5))
+    r = al.Recording(noise(5000), 5, time=np.floor(np.arange(5000) / 5))
     assert "1 s" in the(r, "coarse_time").message
     assert r.gaps == 0
-    r = Recording(noise(5000), time=np.arange(5000) * 10)
+    r = al.Recording(noise(5000), time=np.arange(5000) * 10)
     assert "ms" in the(r, "time_unit").message
 
 
@@ -67,7 +66,7 @@ def test_gaps():
     keep = np.ones(5000, dtype=bool)
     keep[200:260] = False
     t = np.arange(5000)[keep] / 100
-    r = Recording(noise(5000)[keep], time=t)
+    r = al.Recording(noise(5000)[keep], time=t)
     assert the(r, "gaps").values == {"count": 1, "missing": 60, "longest": 60, "row": 199}
     assert the(r, "missing").values["count"] == 60
 
@@ -77,11 +76,11 @@ def test_gaps():
 @pytest.mark.parametrize("offset", [0.0, -1.0156])
 def test_the_step_of_the_samples(step, kind, offset):
     x = (np.round(noise() * 3) * step + offset).astype(kind)
-    assert the(Recording(x, 100), "quantisation").values["step"] == pytest.approx(step, rel=1e-4)
+    assert the(al.Recording(x, 100), "quantisation").values["step"] == pytest.approx(step, rel=1e-4)
 
 
 def test_integers_and_coarse_rounding():
-    r = Recording(np.round(noise() * 0.5).astype(np.int32) * 7, 100)
+    r = al.Recording(np.round(noise() * 0.5).astype(np.int32) * 7, 100)
     finding = the(r, "quantisation")
     assert finding.values["step"] == 7
     # Rounding contributes 1/12 of a step²; the samples have 1/4 + 1/12.
@@ -95,7 +94,7 @@ def test_what_rounding_adds_is_said_while_it_is_true(mean):
         x = np.round(mean + noise() / ratio)
         if x.std() == 0.0:
             continue
-        found = [f for f in Recording(x, 100).audit if f.kind in ("quantisation", "locked")]
+        found = [f for f in al.Recording(x, 100).audit if f.kind in ("quantisation", "locked")]
         if ratio <= 2.0:
             assert x.var() == pytest.approx(1 / ratio**2 + 1 / 12, rel=0.03 + 0.04)
             assert "adds" in found[0].message
@@ -114,7 +113,7 @@ def test_two_codes_are_a_resolution_too(mean, sigma, offset):
     x = np.round(mean + sigma * noise()) * 0.0981 + offset
     assert np.unique(x).size == 2
     few = max(x.mean() - offset, 0.0981 - x.mean() + offset) > 0.95 * 0.0981
-    finding = the(Recording(x, 50), "locked" if few else "quantisation")
+    finding = the(al.Recording(x, 50), "locked" if few else "quantisation")
     assert finding.values["step"] == pytest.approx(0.0981, rel=1e-6)
     assert finding.severity == "warning"
     assert ("hides the noise" if few else "deformed") in finding.message
@@ -126,17 +125,17 @@ def test_odd_samples_of_a_dead_column_are_no_resolution(value, rows):
     x = np.full(20_000, 0.24)
     x[list(rows)] = value
     several = value == 7.0 and len(rows) > 2  # they may be flips of a coarse sensor
-    assert ("locked" in kinds(Recording(x, 50))) == several
+    assert ("locked" in kinds(al.Recording(x, 50))) == several
 
 
 def test_a_status_is_no_resolution():
     x = np.repeat(np.random.default_rng(2).integers(0, 2, 100), 200).astype(float)
-    assert "quantisation" not in kinds(Recording(x, 50))
+    assert "quantisation" not in kinds(al.Recording(x, 50))
 
 
 def test_two_codes_of_a_real_accelerometer(data):
     log = data("logs/static.csv")
-    audit = read(log, rate=50, unit="deg/s,g").audit
+    audit = al.read(log, rate=50, unit="deg/s,g").audit
     coarse = [
         f.column for f in audit if f.kind in ("quantisation", "locked") and f.severity == "warning"
     ]
@@ -144,26 +143,28 @@ def test_two_codes_of_a_real_accelerometer(data):
 
 
 def test_clipping():
-    finding = the(Recording(np.minimum(noise(), 1.5), 100), "clipping")
+    finding = the(al.Recording(np.minimum(noise(), 1.5), 100), "clipping")
     assert finding.values["value"] == 1.5
-    assert kinds(Recording(np.clip(np.round(noise() * 20), -40, 1000), 100)).count("clipping") == 1
+    assert (
+        kinds(al.Recording(np.clip(np.round(noise() * 20), -40, 1000), 100)).count("clipping") == 1
+    )
 
 
 def test_held_and_stuck():
-    finding = the(Recording(np.repeat(noise(5000), 4), 400), "repeats")
+    finding = the(al.Recording(np.repeat(noise(5000), 4), 400), "repeats")
     assert finding.values["share"] == 0.75
     assert "100 Hz" in finding.message
     x = noise()
     x[5000:5100] = x[5000]
-    finding = the(Recording(x, 100), "stuck")
+    finding = the(al.Recording(x, 100), "stuck")
     assert (finding.values["start_s"], finding.values["count"]) == (50.0, 100)
-    assert kinds(Recording(np.ones(1000), 100)) == ["constant"]
+    assert kinds(al.Recording(np.ones(1000), 100)) == ["constant"]
 
 
 def test_outliers():
     x = noise()
     x[[77, 5000]] += [30, -25]
-    finding = the(Recording(x, 100), "outliers")
+    finding = the(al.Recording(x, 100), "outliers")
     assert finding.values["count"] == 2
     assert finding.values["time_s"] == 0.77
     assert "2 outliers" in finding.message
@@ -172,7 +173,7 @@ def test_outliers():
 def test_a_stretch_that_is_not_static():
     x = noise(100_000)
     x[30_000:33_000] *= 10
-    finding = the(Recording(x, 100), "not_static")
+    finding = the(al.Recording(x, 100), "not_static")
     assert finding.values["start_s"] == pytest.approx(300, abs=5)
     assert finding.values["end_s"] == pytest.approx(330, abs=5)
 
@@ -189,7 +190,7 @@ def test_the_remedy_for_motion_is_the_longest_stretch_without(loud, kept):
     x = noise(100_000)
     for first, last in loud:
         x[first:last] *= 100
-    recording = Recording(x, 100)
+    recording = al.Recording(x, 100)
     remedy = re.search(r"\.trim\(([\d.]+):([\d.]+)\)", the(recording, "not_static").message)
     start, end = map(float, remedy.groups())
     assert kept[0] <= start <= kept[0] + 6
@@ -203,18 +204,18 @@ def test_the_remedy_for_motion_is_the_longest_stretch_without(loud, kept):
 def test_a_remedy_that_would_be_refused_is_not_given():
     x = noise(190_000)
     x[1000:189_000] = np.nan
-    told = the(Recording(x, 100), "missing").message
+    told = the(al.Recording(x, 100), "missing").message
     assert "loses more than half of its differences" in told
     assert "decimate" not in told
 
 
 def test_it_is_found_once():
-    r = Recording(np.minimum(noise(), 1.5), 100)
+    r = al.Recording(np.minimum(noise(), 1.5), 100)
     assert r.audit[0] is r.audit[0]
 
 
 def test_findings_are_json():
-    d = the(Recording(np.minimum(noise(), 1.5), 100, columns=["wx"]), "clipping").to_dict()
+    d = the(al.Recording(np.minimum(noise(), 1.5), 100, columns=["wx"]), "clipping").to_dict()
     assert d["kind"] == "clipping"
     assert d["column"] == "wx"
     assert d["value"] == 1.5
@@ -225,25 +226,25 @@ def test_findings_are_json():
 
 @pytest.mark.data
 def test_real_time_column_of_a_10_hz_log(data):
-    assert "9.862 Hz, not 10" in the(read(data("hfi_10hz.npz")), "rate").message
+    assert "9.862 Hz, not 10" in the(al.read(data("hfi_10hz.npz")), "rate").message
 
 
 @pytest.mark.data
 def test_real_print_step_of_a_phone(data):
-    steps = [f for f in read(data("phone_gyro_b.npz")).audit if f.kind == "quantisation"]
+    steps = [f for f in al.read(data("phone_gyro_b.npz")).audit if f.kind == "quantisation"]
     assert [f.values["step"] for f in steps] == pytest.approx([0.001] * 3, rel=1e-4)
 
 
 @pytest.mark.slow
 @pytest.mark.data
 def test_real_steps_of_an_adis16405(data):
-    steps = [f for f in read(data("adis16405_imu1.npz")).audit if f.kind == "quantisation"]
+    steps = [f for f in al.read(data("adis16405_imu1.npz")).audit if f.kind == "quantisation"]
     assert [f.values["step"] for f in steps] == pytest.approx([0.05] * 3 + [0.00333] * 3, rel=1e-3)
 
 
 @pytest.mark.data
 def test_real_outliers_of_an_mtig(data):
-    finding = the(read(data("mtig_gyrox_contaminated.npz")), "outliers")
+    finding = the(al.read(data("mtig_gyrox_contaminated.npz")), "outliers")
     assert finding.severity == "warning"
     assert finding.values["count"] > 100
 
@@ -251,10 +252,12 @@ def test_real_outliers_of_an_mtig(data):
 def test_heavy_tails_are_no_outliers():
     rng = np.random.default_rng(0)
     for samples in (rng.standard_t(3, 50_000), rng.laplace(size=50_000)):
-        findings = {f.kind: f for f in Recording(samples, 100).audit}
+        findings = {f.kind: f for f in al.Recording(samples, 100).audit}
         assert "outliers" not in findings
         assert "heavy_tails" in findings
-    assert "heavy_tails" not in {f.kind for f in Recording(rng.standard_normal(50_000), 100).audit}
+    assert "heavy_tails" not in {
+        f.kind for f in al.Recording(rng.standard_normal(50_000), 100).audit
+    }
 
 
 def dropped(columns=1):
@@ -263,7 +266,7 @@ def dropped(columns=1):
     there = np.sort(rng.permutation(40_000)[:-120])
     x = rng.standard_normal((there.size, columns))
     names = [f"g{letter}" for letter in "xyz"[:columns]]
-    return Recording(x, time=there / 200.0, unit="deg/s", columns=names)
+    return al.Recording(x, time=there / 200.0, unit="deg/s", columns=names)
 
 
 def test_dropped_samples_are_one_remark_of_all_axes_with_what_to_do():
@@ -280,7 +283,7 @@ def test_dropped_samples_are_one_remark_of_all_axes_with_what_to_do():
 def test_a_gap_of_a_phase_counts_samples_not_differences():
     x = np.cumsum(np.random.default_rng(3).standard_normal(2400)) * 1e-9
     there = np.r_[:1000, 1400:2400]
-    found = Recording(x[there], time=there.astype(float), time_unit="s", quantity="angle").audit
+    found = al.Recording(x[there], time=there.astype(float), time_unit="s", quantity="angle").audit
     (gap,) = [f for f in found if f.kind == "gaps"]
     (missing,) = [f for f in found if f.kind == "missing"]
     assert "400 samples missing" in gap.message
@@ -299,7 +302,7 @@ def test_averaged_samples_have_no_doubts_of_the_rate_or_of_averaging():
 def test_one_long_gap_needs_no_averaging():
     t = np.arange(20_000) / 100.0
     t = np.concatenate([t[:9000], t[9000:] + 3.0])
-    told = Recording(noise(t.size), time=t, unit="deg/s")
+    told = al.Recording(noise(t.size), time=t, unit="deg/s")
     assert "decimate" not in str(told.oadev())
 
 
@@ -308,7 +311,7 @@ def test_remarks_on_gaps_agree(share):
     """What the audit says of the curve is what the curve says of itself."""
     rng = np.random.default_rng(int(1000 * share))
     there = np.sort(rng.permutation(20_000)[: round(20_000 * (1 - share))])
-    recording = Recording(rng.standard_normal(there.size), time=there / 100.0, unit="deg/s")
+    recording = al.Recording(rng.standard_normal(there.size), time=there / 100.0, unit="deg/s")
     message = the(recording, "missing").message
     beyond = float(message.split("differences beyond ")[1].split(" s")[0])
     curve = recording.oadev(taus="all")
@@ -324,7 +327,7 @@ def test_one_event_that_makes_most_of_the_allan_variance_is_told(at):
     rng = np.random.default_rng(1)
     x = rng.standard_normal(300_000)
     x[at] += 2000.0
-    found = the(Recording(x, 100.0, unit="deg/s"), "dominated")
+    found = the(al.Recording(x, 100.0, unit="deg/s"), "dominated")
     assert found.severity == "warning"
     # Of an event in the first or the last average one change is seen.
     assert found.values["time_s"] == pytest.approx(at / 100.0, abs=2 * found.values["tau_s"])
@@ -334,9 +337,9 @@ def test_one_event_that_makes_most_of_the_allan_variance_is_told(at):
 def test_a_step_makes_the_allan_variance_at_long_times():
     x = np.random.default_rng(1).standard_normal(50_000)
     x[23_456:] += 0.5
-    found = the(Recording(x, 100.0, unit="deg/s"), "dominated")
+    found = the(al.Recording(x, 100.0, unit="deg/s"), "dominated")
     assert found.values["tau_s"] > 1.0
-    assert "dominated" not in {f.kind for f in Recording(x[:20_000], 100.0).audit}
+    assert "dominated" not in {f.kind for f in al.Recording(x[:20_000], 100.0).audit}
 
 
 @pytest.mark.slow
@@ -344,14 +347,14 @@ def test_no_event_dominates_noise():
     for seed in range(60):
         rng = np.random.default_rng(seed)
         x = rng.standard_t(4, 5000) if seed % 3 == 0 else rng.standard_normal(5000)
-        recording = Recording(np.cumsum(x) if seed % 3 == 1 else x, 100.0)
+        recording = al.Recording(np.cumsum(x) if seed % 3 == 1 else x, 100.0)
         assert "dominated" not in {f.kind for f in recording.audit}
 
 
 @pytest.mark.parametrize("k", [2, 3, 5, 10])
 def test_values_that_were_smoothed(k):
     x = np.convolve(np.random.default_rng(k).standard_normal(20_000), np.ones(k) / k, "valid")
-    found = the(Recording(x, 100.0, unit="deg/s"), "smoothed")
+    found = the(al.Recording(x, 100.0, unit="deg/s"), "smoothed")
     assert found.severity == "info"
     assert found.values["share"] < 0.2
 
@@ -369,4 +372,4 @@ def test_values_that_were_not_smoothed():
             x = rng.standard_normal(8000)
             x = x + lfilter([0.5], [1, -1.2, 0.9], rng.standard_normal(8000))
             x = x + 3 * np.sin(np.arange(8000) * rng.uniform(0.3, 2.5))
-        assert "smoothed" not in {f.kind for f in Recording(x, 100.0).audit}, seed
+        assert "smoothed" not in {f.kind for f in al.Recording(x, 100.0).audit}, seed

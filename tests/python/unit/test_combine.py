@@ -5,7 +5,6 @@ import pytest
 
 import allanite as al
 from allanite.combination.combine import units_of
-from allanite.common.errors import InputError
 from documents import valid
 
 RATE, N, K = 20.0, 0.01, 1e-4
@@ -107,7 +106,7 @@ def test_units_are_grouped_by_names_that_differ_in_a_number():
         ["imu0_gy", "imu1_gy"],
     ]
     one_board = al.Recording(x[:, :2], rate=1, unit="deg/s", columns=["left", "right"])
-    with pytest.raises(InputError, match="no axis has two units"):
+    with pytest.raises(al.InputError, match="no axis has two units"):
         units_of([one_board])
     assert list(units_of([one_board], named=True)) == ["left"]
 
@@ -126,7 +125,7 @@ def test_units_are_grouped_by_names_that_differ_in_a_number():
 )
 def test_bad_input_is_one_line(recordings, model, said):
     x = np.random.default_rng(7).normal(size=(200, 2))
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(al.InputError, match=said):
         al.combine(recordings(x), model)
 
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import allanite as al
 from allanite import _kernels
-from allanite.common.errors import InputError, TooShortError
 from variograms import MIXTURES, summed, term_of, variogram
 
 COEFFICIENTS = {2: np.array([1.0, -2.0, 1.0]), 3: np.array([-1.0, 3.0, -3.0, 1.0])}
@@ -109,12 +109,12 @@ def test_white_at_factor_one_is_two_thirds_of_the_differences():
     ],
 )
 def test_bad_terms_are_named(terms, message):
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(al.InputError, match=message):
         _kernels.allan_covariance(terms, 100, np.array([1]))
 
 
 def test_too_long_a_factor_is_named():
-    with pytest.raises(TooShortError, match="factor 60 of 100"):
+    with pytest.raises(al.TooShortError, match="factor 60 of 100"):
         _kernels.allan_covariance([("white", [1.0])], 100, np.array([60]))
-    with pytest.raises(InputError, match="known are oadev"):
+    with pytest.raises(al.InputError, match="known are oadev"):
         _kernels.allan_covariance([("white", [1.0])], 100, np.array([6]), "adev")

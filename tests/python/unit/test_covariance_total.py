@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite import _kernels
-from allanite.common.errors import InputError, TooShortError
 from variograms import MIXTURES, summed, variogram
 
 SLOW = sorted(name for name in MIXTURES if name not in ("blue", "power law 0.8", "all"))
@@ -75,7 +75,7 @@ def test_bias_of_long_averaging_times_is_the_published_one():
 
 
 def test_refuses():
-    with pytest.raises(TooShortError, match="factor 100 of 100"):
+    with pytest.raises(al.TooShortError, match="factor 100 of 100"):
         _kernels.allan_variances([("white", [1.0])], 100, np.array([100]), "totdev")
-    with pytest.raises(InputError, match="slower than quantization"):
+    with pytest.raises(al.InputError, match="slower than quantization"):
         _kernels.allan_law([("blue", [1.0])], 100, 50, [0.5], "totdev")

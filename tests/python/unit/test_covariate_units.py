@@ -7,7 +7,6 @@ import allanite as al
 from allanite.common.printing import column_unit
 from allanite.plots import plot_fit
 from allanite.plots.spec import label_of
-from allanite.report import make_report
 from generators import white
 
 MODEL = "N+COV(column={})"
@@ -82,7 +81,7 @@ def test_the_quadratic_coefficient_is_per_square(tmp_path, samples):
 def test_report_and_suggestion_say_it(tmp_path, samples):
     pytest.importorskip("matplotlib")
     recording = written(tmp_path, samples, "temperature [degC]")
-    text = make_report(recording, "N").to_markdown()
+    text = al.make_report(recording, "N").to_markdown()
     assert "temperature (°C)" in text
     assert "m/s²/°C" in text
     assert "/unit" not in text

@@ -9,10 +9,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import InputError
-from allanite.common.parameters import Estimate
-from allanite.comparison.datasheet import compare_datasheet
-from allanite.sources.datasheet import read_datasheet
 
 
 @dataclass
@@ -34,7 +30,7 @@ class FakeFit:
 def sheet(tmp_path, text, name="sheet.toml"):
     path = tmp_path / name
     path.write_text(text, encoding="utf-8")
-    return read_datasheet(path)
+    return al.read_datasheet(path)
 
 
 def fit(n, error=0.005):
@@ -42,7 +38,7 @@ def fit(n, error=0.005):
     value = n / 60
     return FakeFit(
         estimates={
-            "N": Estimate(
+            "N": al.Estimate(
                 value,
                 value * error,
                 (value * (1 - 2 * error), value * (1 + 2 * error)),
@@ -61,14 +57,14 @@ def only(comparison):
 def test_a_density_is_one_sided_unless_it_says_otherwise(tmp_path):
     # 0.03 deg/s/√Hz is 1.8 deg/√h two-sided, 1.27 one-sided (REFERENCE 5.6).
     row = only(
-        compare_datasheet(
+        al.compare_datasheet(
             fit(1.2728), sheet(tmp_path, '[figures]\nnoise_density = "0.03 deg/s/√Hz"')
         )
     )
     assert row.ratio == pytest.approx(1, rel=1e-4)
     assert row.remark == ""
     row = only(
-        compare_datasheet(
+        al.compare_datasheet(
             fit(1.8), sheet(tmp_path, '[figures]\nnoise_density = "0.03 deg/s/√Hz two-sided"')
         )
     )
@@ -95,14 +91,14 @@ def test_a_density_is_one_sided_unless_it_says_otherwise(tmp_path):
     ],
 )
 def test_slips_are_named(tmp_path, measured, figure, words):
-    comparison = compare_datasheet(fit(measured), sheet(tmp_path, f"[figures]\n{figure}"))
+    comparison = al.compare_datasheet(fit(measured), sheet(tmp_path, f"[figures]\n{figure}"))
     assert words in only(comparison).remark
     assert f"! {only(comparison).figure.name}: looks as if" in str(comparison)
 
 
 @pytest.mark.parametrize("factor", [0.8, 0.95, 1.0, 1.1, 1.25, 2.0, 5.0, 20.0])
 def test_ordinary_disagreement_is_not_called_a_slip(tmp_path, factor):
-    row = only(compare_datasheet(fit(factor), sheet(tmp_path, '[figures]\narw = "1 deg/√h"')))
+    row = only(al.compare_datasheet(fit(factor), sheet(tmp_path, '[figures]\narw = "1 deg/√h"')))
     assert row.remark == ""
     assert row.ratio == pytest.approx(factor)
     assert row.ratio.interval == pytest.approx((0.99 * factor, 1.01 * factor))
@@ -147,7 +143,7 @@ def test_in_run_stability_is_the_minimum_of_the_allan_deviation(tmp_path):
     inside = 0
     for seed in range(8):
         log = truth.simulate(duration=4000, rate=5, seed=seed, unit="deg/s")
-        row = only(compare_datasheet(al.fit_model(log, "N+K"), s))
+        row = only(al.compare_datasheet(al.fit_model(log, "N+K"), s))
         assert row.measured.detected
         low, high = row.ratio.interval
         inside += low < 1.0 < high
@@ -158,8 +154,8 @@ def test_in_run_stability_is_the_minimum_of_the_allan_deviation(tmp_path):
 def test_json_and_undetected(tmp_path):
     s = sheet(tmp_path, json.dumps({"figures": {"rrw": "1 deg/h^1.5"}}), "sheet.json")
     assert s.name == "sheet"
-    k = Estimate(0.0, 1e-6, (0.0, 2e-6), "deg/s/s^½", detected=False, name="K")
-    comparison = compare_datasheet(FakeFit(estimates={"K": k}), s)
+    k = al.Estimate(0.0, 1e-6, (0.0, 2e-6), "deg/s/s^½", detected=False, name="K")
+    comparison = al.compare_datasheet(FakeFit(estimates={"K": k}), s)
     text = str(comparison)
     assert "not detected" in text
     assert "< 0.432" in text
@@ -170,7 +166,7 @@ def test_json_and_undetected(tmp_path):
 
 def test_a_missing_coefficient_is_said(tmp_path):
     s = sheet(tmp_path, '[figures]\narw = "1 deg/√h"\nrrw = "1 deg/h^1.5"')
-    comparison = compare_datasheet(fit(1.0), s)
+    comparison = al.compare_datasheet(fit(1.0), s)
     assert len(comparison.rows) == 1
     assert "no coefficient for rate_random_walk" in comparison.remarks[0]
 
@@ -188,16 +184,16 @@ def test_a_missing_coefficient_is_said(tmp_path):
     ],
 )
 def test_bad_sheets(tmp_path, text, words):
-    with pytest.raises(InputError, match=words) as caught:
+    with pytest.raises(al.InputError, match=words) as caught:
         sheet(tmp_path, text)
     assert "\n" not in str(caught.value)
 
 
 def test_figures_of_another_sensor_are_refused(tmp_path):
-    with pytest.raises(InputError, match="different quantities"):
-        compare_datasheet(fit(1.0), sheet(tmp_path, '[figures]\nvrw = "1 m/s/√h"'))
-    with pytest.raises(InputError, match="no such file"):
-        read_datasheet(tmp_path / "absent.toml")
+    with pytest.raises(al.InputError, match="different quantities"):
+        al.compare_datasheet(fit(1.0), sheet(tmp_path, '[figures]\nvrw = "1 m/s/√h"'))
+    with pytest.raises(al.InputError, match="no such file"):
+        al.read_datasheet(tmp_path / "absent.toml")
 
 
 SENSOR = '[figures]\nnoise_density = "0.1 deg/s/√Hz two-sided"\n'
@@ -218,7 +214,7 @@ def thinned(k, cutoff=None):
 @pytest.mark.parametrize("k", [2, 10])
 def test_samples_that_were_skipped_raise_n_by_the_root(tmp_path, k):
     s = sheet(tmp_path, SENSOR + 'sample_rate = "1000 Hz"')
-    skipped, averaged = (only(compare_datasheet(al.fit_model(r, "N"), s)) for r in thinned(k))
+    skipped, averaged = (only(al.compare_datasheet(al.fit_model(r, "N"), s)) for r in thinned(k))
     # N of 20 000 samples is known to 1/√40 000 = 0.5 %; three of these.
     assert skipped.ratio == pytest.approx(math.sqrt(k), rel=0.015)
     assert averaged.ratio == pytest.approx(1.0, rel=0.015)
@@ -226,7 +222,7 @@ def test_samples_that_were_skipped_raise_n_by_the_root(tmp_path, k):
     # A factor √2 is also that of a density read with the wrong number of sides: the commoner slip is named.
     assert ("samples were skipped" if k > 2 else "read as one-sided") in skipped.remark
     plain = sheet(tmp_path, SENSOR)
-    assert only(compare_datasheet(al.fit_model(thinned(k)[1], "N"), plain)).remark == ""
+    assert only(al.compare_datasheet(al.fit_model(thinned(k)[1], "N"), plain)).remark == ""
 
 
 def test_a_bandwidth_above_half_the_rate_is_folded(tmp_path):
@@ -234,7 +230,7 @@ def test_a_bandwidth_above_half_the_rate_is_folded(tmp_path):
     s = sheet(tmp_path, SENSOR + 'bandwidth = "80 Hz"')
     assert s.folded(25.0) == pytest.approx((2.530, 3.171), rel=1e-3)
     skipped, averaged = (
-        only(compare_datasheet(al.fit_model(r, "N"), s)) for r in thinned(40, 80.0)
+        only(al.compare_datasheet(al.fit_model(r, "N"), s)) for r in thinned(40, 80.0)
     )
     assert 2.530 < skipped.ratio < 3.171 * 1.1
     assert "samples were skipped to reach 25 Hz" in skipped.remark
@@ -249,11 +245,11 @@ def test_a_bandwidth_above_half_the_rate_is_folded(tmp_path):
 def test_another_ratio_is_no_skipping(tmp_path, ratio):
     s = sheet(tmp_path, '[figures]\narw = "1 deg/√h"\nsample_rate = "1000 Hz"')
     # √10 = 3.16 would be.
-    assert only(compare_datasheet(fit(ratio), s)).remark == ""
+    assert only(al.compare_datasheet(fit(ratio), s)).remark == ""
 
 
 def test_a_sheet_of_frequencies_alone_is_refused(tmp_path):
-    with pytest.raises(InputError, match="no figure to compare"):
+    with pytest.raises(al.InputError, match="no figure to compare"):
         sheet(tmp_path, '[figures]\nbandwidth = "80 Hz"')
-    with pytest.raises(InputError, match="Hz"):
+    with pytest.raises(al.InputError, match="Hz"):
         sheet(tmp_path, SENSOR + 'bandwidth = "80 deg"')

@@ -9,51 +9,48 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import allanite as al
 from allanite import _kernels, deviation
-from allanite.common.errors import InputError, TooShortError
-from allanite.deviation import adev, oadev
 from allanite.deviation.confidence import degrees_of_freedom
-from allanite.deviation.theo import theo1
-from allanite.recording import Recording
 
 X = np.random.default_rng(0).normal(size=1000)
 
 
 def test_grids():
-    assert oadev(X).factors.tolist() == [1, 2, 4, 8, 16, 32, 64, 128, 256]
-    assert oadev(X, taus="decade").factors.tolist() == [1, 2, 4, 10, 20, 40, 100, 200, 400]
-    assert oadev(X, taus="all").factors.tolist() == list(range(1, 501))
-    assert oadev(X, taus=3).factors.tolist() == [1, 2, 5, 10, 22, 46, 100, 215, 464]
-    curve = oadev(X, rate=10, taus=[0.1, 0.5, 0.52])
+    assert al.oadev(X).factors.tolist() == [1, 2, 4, 8, 16, 32, 64, 128, 256]
+    assert al.oadev(X, taus="decade").factors.tolist() == [1, 2, 4, 10, 20, 40, 100, 200, 400]
+    assert al.oadev(X, taus="all").factors.tolist() == list(range(1, 501))
+    assert al.oadev(X, taus=3).factors.tolist() == [1, 2, 5, 10, 22, 46, 100, 215, 464]
+    curve = al.oadev(X, rate=10, taus=[0.1, 0.5, 0.52])
     assert curve.factors.tolist() == [1, 5]
     assert len(curve.diagnostics) == 2
     np.testing.assert_array_equal(curve.tau, [0.1, 0.5])
-    assert "were not used" in oadev(X, factors=[1, 600]).diagnostics[0]
+    assert "were not used" in al.oadev(X, factors=[1, 600]).diagnostics[0]
 
 
 def test_quantities():
     rate = 50.0
-    curve = oadev(X, rate)
+    curve = al.oadev(X, rate)
     np.testing.assert_allclose(
-        oadev(X / rate, rate, quantity="increment").deviation, curve.deviation, rtol=1e-12
+        al.oadev(X / rate, rate, quantity="increment").deviation, curve.deviation, rtol=1e-12
     )
     angle = np.concatenate([[0.0], np.cumsum(X)]) / rate
     np.testing.assert_allclose(
-        oadev(angle, rate, quantity="angle").deviation, curve.deviation, rtol=1e-11
+        al.oadev(angle, rate, quantity="angle").deviation, curve.deviation, rtol=1e-11
     )
 
 
 def test_array_likes():
-    expected = oadev(X).deviation
-    assert (oadev(list(X)).deviation == expected).all()
-    assert (oadev(pd.Series(X)).deviation == expected).all()
+    expected = al.oadev(X).deviation
+    assert (al.oadev(list(X)).deviation == expected).all()
+    assert (al.oadev(pd.Series(X)).deviation == expected).all()
     log = SimpleNamespace(samples=X, rate=4.0, quantity="rate", unit="deg/s")
-    curve = oadev(log)
+    curve = al.oadev(log)
     assert curve.unit == "deg/s"
     assert curve.tau[0] == 0.25
     masked = np.ma.masked_array(X, mask=np.arange(1000) == 500)
-    assert oadev(masked).n[0] == 997
-    assert "1 of 1000 samples are missing" in oadev(masked).diagnostics
+    assert al.oadev(masked).n[0] == 997
+    assert "1 of 1000 samples are missing" in al.oadev(masked).diagnostics
 
 
 def test_gaps_are_counted_at_every_averaging_time():
@@ -70,30 +67,32 @@ def test_gaps_are_counted_at_every_averaging_time():
             assert (with_gaps.lost > 0).any()
             assert (without.lost == 0).all()
             assert "not used" in " ".join(with_gaps.diagnostics)
-    assert (theo1(x).lost == theo1(np.nan_to_num(x)).n - theo1(x).n).all()
-    assert (oadev(x).lost[:3] == [2 + 3, 4 + 4 + 1, 8 + 8 + 1]).all()
+    assert (al.theo1(x).lost == al.theo1(np.nan_to_num(x)).n - al.theo1(x).n).all()
+    assert (al.oadev(x).lost[:3] == [2 + 3, 4 + 4 + 1, 8 + 8 + 1]).all()
     # Scattered: every 50th sample. A remedy is named, and works.
     x = X.copy()
     x[::50] = np.nan
-    assert "decimate" in oadev(x).diagnostics[-1]
-    assert np.isnan(oadev(x).deviation[-1])
-    log = Recording(x, rate=1.0)
+    assert "decimate" in al.oadev(x).diagnostics[-1]
+    assert np.isnan(al.oadev(x).deviation[-1])
+    log = al.Recording(x, rate=1.0)
     assert any("decimate" in finding.message for finding in log.audit)
     averaged = log.decimate(10)
     assert not np.isnan(averaged.samples).any()
     assert averaged.samples[5] == pytest.approx(np.nanmean(x[50:60]), rel=1e-14)
     assert np.isnan(
-        Recording(np.where(np.arange(1000) < 6, np.nan, X), rate=1.0).decimate(10).samples[0]
+        al.Recording(np.where(np.arange(1000) < 6, np.nan, X), rate=1.0).decimate(10).samples[0]
     )
 
 
 def test_memory_map(tmp_path):
     np.save(tmp_path / "x.npy", X)
-    assert (oadev(np.load(tmp_path / "x.npy", mmap_mode="r")).deviation == oadev(X).deviation).all()
+    assert (
+        al.oadev(np.load(tmp_path / "x.npy", mmap_mode="r")).deviation == al.oadev(X).deviation
+    ).all()
 
 
 def test_result():
-    curve = oadev(X, 10.0)
+    curve = al.oadev(X, 10.0)
     with pytest.raises(FrozenInstanceError):
         curve.kind = "x"
     with pytest.raises(ValueError, match="read-only"):
@@ -107,12 +106,12 @@ def test_result():
     assert (curve.deviation < curve.high).all()
     gap = X[:20].copy()
     gap[10] = np.nan
-    assert oadev(gap, taus="all").to_dict()["points"][-1]["deviation"] is None
+    assert al.oadev(gap, taus="all").to_dict()["points"][-1]["deviation"] is None
 
 
 def test_constant_is_zero():
     for x in (np.full(100, 9.81), np.full(100, 7), np.full(100, 1e300), [5, 5, 5]):
-        curve = oadev(x)
+        curve = al.oadev(x)
         assert (curve.deviation == 0).all()
         assert (curve.low == 0).all()
 
@@ -153,7 +152,7 @@ def test_sum_over_nodes_is_the_sum_over_lags(alpha, m, count, monkeypatch):
     ],
 )
 def test_noise_is_identified(samples, exponent):
-    curve = oadev(samples)
+    curve = al.oadev(samples)
     # white FM of τ0 reads as it is; a random walk of rate looks whiter at m = 1 only in its lag-1
     # Too long to be identified (fewer than 90 averages): white FM is carried on as halfway to flicker FM.
     unknown = curve.factors > samples.size / 90
@@ -162,26 +161,26 @@ def test_noise_is_identified(samples, exponent):
 
 
 BAD = [
-    (lambda: oadev(X, rate=0), "rate must be a positive"),
-    (lambda: oadev(X, rate=-1), "rate must be a positive"),
-    (lambda: oadev(X, rate=np.nan), "rate must be a positive"),
-    (lambda: oadev(X, rate="fast"), "rate must be a number"),
-    (lambda: oadev([1, 2, np.inf, 4]), "sample 2 is inf"),
-    (lambda: oadev([[1, 2, 3], [1, 2, 3]]), "one column"),
-    (lambda: oadev(["a", "b", "c"]), "real numbers"),
-    (lambda: oadev(X + 1j), "real numbers"),
-    (lambda: oadev(X, taus="often"), "unknown taus"),
-    (lambda: oadev(X, taus=0), "give at least 1"),
-    (lambda: oadev(X, taus=[np.nan]), "finite"),
-    (lambda: oadev(X, taus=[]), "list of finite"),
-    (lambda: oadev(X, factors=[1.5]), "whole numbers"),
-    (lambda: oadev(X, quantity="speed"), "unknown quantity"),
+    (lambda: al.oadev(X, rate=0), "rate must be a positive"),
+    (lambda: al.oadev(X, rate=-1), "rate must be a positive"),
+    (lambda: al.oadev(X, rate=np.nan), "rate must be a positive"),
+    (lambda: al.oadev(X, rate="fast"), "rate must be a number"),
+    (lambda: al.oadev([1, 2, np.inf, 4]), "sample 2 is inf"),
+    (lambda: al.oadev([[1, 2, 3], [1, 2, 3]]), "one column"),
+    (lambda: al.oadev(["a", "b", "c"]), "real numbers"),
+    (lambda: al.oadev(X + 1j), "real numbers"),
+    (lambda: al.oadev(X, taus="often"), "unknown taus"),
+    (lambda: al.oadev(X, taus=0), "give at least 1"),
+    (lambda: al.oadev(X, taus=[np.nan]), "finite"),
+    (lambda: al.oadev(X, taus=[]), "list of finite"),
+    (lambda: al.oadev(X, factors=[1.5]), "whole numbers"),
+    (lambda: al.oadev(X, quantity="speed"), "unknown quantity"),
 ]
 
 
 @pytest.mark.parametrize(("call", "message"), BAD)
 def test_bad_input(call, message):
-    with pytest.raises(InputError, match=message) as caught:
+    with pytest.raises(al.InputError, match=message) as caught:
         call()
     assert "\n" not in str(caught.value)
 
@@ -189,14 +188,14 @@ def test_bad_input(call, message):
 @pytest.mark.parametrize(
     "call",
     [
-        lambda: oadev([1, 2]),
-        lambda: oadev([]),
-        lambda: oadev(np.full(10, np.nan)),
-        lambda: adev(X, taus=[1e6]),
+        lambda: al.oadev([1, 2]),
+        lambda: al.oadev([]),
+        lambda: al.oadev(np.full(10, np.nan)),
+        lambda: al.adev(X, taus=[1e6]),
     ],
 )
 def test_too_short(call):
-    with pytest.raises(TooShortError) as caught:
+    with pytest.raises(al.TooShortError) as caught:
         call()
     assert re.search("at least|all|hold", str(caught.value))
 
@@ -211,5 +210,5 @@ def test_threads_do_not_change_a_bit():
 
 
 def test_an_unknown_deviation_is_an_error():
-    with pytest.raises(InputError, match="unknown deviation 'xdev': one of oadev, adev, "):
+    with pytest.raises(al.InputError, match="unknown deviation 'xdev': one of oadev, adev, "):
         deviation.estimator_named("xdev")

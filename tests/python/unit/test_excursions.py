@@ -5,7 +5,6 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.common.errors import InputError
 
 RATE, N = 10.0, 40_000
 VISITS = [(300.0, 340.0, 0.02), (1210.0, 1235.0, -0.03), (2500.0, 2580.0, 0.015)]
@@ -96,7 +95,7 @@ def test_a_further_one_joins_those_that_are_known():
     [{"starts": (1.0,), "ends": (2.0, 3.0)}, {"starts": (2.0,), "ends": (1.0,), "heights": (1.0,)}],
 )
 def test_lists_that_do_not_match_are_refused(bad):
-    with pytest.raises(InputError, match="excursions:"):
+    with pytest.raises(al.InputError, match="excursions:"):
         al.effects.Excursions(**bad)
 
 

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import InputError
-from allanite.common.parameters import Estimate
-from allanite.effects.files import model_to_dict, parse_model
-from allanite.exports import TARGETS, axes_of, export
+from allanite.effects.files import model_to_dict
+from allanite.exports import TARGETS, axes_of
 from allanite.exports._text import verdict_in
 from allanite.sources import document_of_last_step, documents_of
 
@@ -20,7 +18,7 @@ RAD = math.pi / 180
 
 
 def axes(text="N(N=0.01)+K(K=1e-4)", unit="deg/s"):
-    return axes_of([model_to_dict(parse_model(text))], unit, "model")
+    return axes_of([model_to_dict(al.parse_model(text))], unit, "model")
 
 
 def fit_document(column, unit, rate=200.0, **coefficients):
@@ -35,7 +33,7 @@ def fit_document(column, unit, rate=200.0, **coefficients):
 
 
 def document_of(column, unit):
-    document = model_to_dict(parse_model("N(N=0.01)+B(B=1e-3)"))
+    document = model_to_dict(al.parse_model("N(N=0.01)+B(B=1e-3)"))
     document["recording"] = {"unit": unit, "rate_hz": 100.0, "column": column}
     return document
 
@@ -76,7 +74,7 @@ def test_long_comments_wrap_and_are_not_cut(tmp_path):
         '[accelerometer]\nvelocity_random_walk = "0.1 m/s/sqrt(h)"\nbias_instability = "0.1 mg"\n'
     )
     for target in TARGETS:
-        text = export(axes_of(documents_of(sheet)), target, rate=100)
+        text = al.export(axes_of(documents_of(sheet)), target, rate=100)
         assert "…" not in text, target
         if not text.startswith("{"):
             head = [s for s in text.splitlines() if s.startswith(("#", "%", "//", "  ass"))]
@@ -93,7 +91,7 @@ def test_long_comments_wrap_and_are_not_cut(tmp_path):
 def test_the_verdict_of_a_file_is_read_as_one_line():
     found = axes_of([document_of("gyro_x", "deg/s"), document_of("acc_x", "mg")])
     for target in TARGETS:
-        text = export(found, target, rate=100)
+        text = al.export(found, target, rate=100)
         said = verdict_in(text)
         assert "\n" not in said
         assert "#" not in said
@@ -103,13 +101,13 @@ def test_the_verdict_of_a_file_is_read_as_one_line():
         wanted = r"Use: yes\. Largest error of the Allan deviation up to \S+ s: \d.* times the model's, .*\.$"
         assert re.match(wanted, said), target
         assert "Details" not in said
-    whole = export(found, "kalibr", rate=100)
+    whole = al.export(found, "kalibr", rate=100)
     assert re.search(r"# NEES of a bias filter [^#]*\n#     .* s on\.\n", whole)
 
 
 def test_the_head_of_a_file_says_what_from_where_and_whether_to_use_it():
     found = axes_of([document_of("gyro_x", "deg/s"), document_of("acc_x", "mg")])
-    what, source, use, details, *_ = export(found, "kalibr", rate=100).splitlines()
+    what, source, use, details, *_ = al.export(found, "kalibr", rate=100).splitlines()
     assert what == "# Noise parameters of gyro_x, acc_x, written by allanite."
     assert source.startswith("# Source: ")
     assert use.startswith("# Use: yes. ")
@@ -118,7 +116,7 @@ def test_the_head_of_a_file_says_what_from_where_and_whether_to_use_it():
 
 
 def test_kalibr_is_continuous_time_si():
-    text = export(axes(), "kalibr", rate=100)
+    text = al.export(axes(), "kalibr", rate=100)
     assert value(text, "gyroscope_noise_density") == pytest.approx(N * RAD, rel=1e-6)
     assert value(text, "gyroscope_random_walk") == pytest.approx(K * RAD, rel=1e-6)
     assert value(text, "update_rate") == 100
@@ -128,7 +126,7 @@ def test_kalibr_is_continuous_time_si():
 
 
 def test_vins_is_per_sample():
-    text = export(axes(), "vins", rate=400)
+    text = al.export(axes(), "vins", rate=400)
     # Two independent draws of half weight a step: √2 more than the deviation of a sample.
     assert value(text, "gyr_n") == pytest.approx(N * RAD * 20 * math.sqrt(2), rel=1e-6)
     assert value(text, "gyr_w") == pytest.approx(K * RAD * 20, rel=1e-6)
@@ -136,7 +134,7 @@ def test_vins_is_per_sample():
 
 def test_ros_is_the_variance_of_a_sample():
     def first(text):
-        found = export(axes(text), "ros", rate=100, horizon=1000.0)
+        found = al.export(axes(text), "ros", rate=100, horizon=1000.0)
         return float(re.search(r"angular_velocity_covariance: \[(\S+),", found).group(1))
 
     # Its density from 1 mHz to 50 Hz.
@@ -147,23 +145,23 @@ def test_ros_is_the_variance_of_a_sample():
 
 
 def test_gtsam_squares_the_densities():
-    text = export(axes(), "gtsam")
+    text = al.export(axes(), "gtsam")
     number = re.search(r"setGyroscopeCovariance\((\S+)\*\*2", text).group(1)
     assert float(number) == pytest.approx(N * RAD, rel=1e-6)
     compile(text, "gtsam", "exec")
 
 
 def test_matlab_declares_its_side():
-    text = export(axes(), "matlab", rate=100)
+    text = al.export(axes(), "matlab", rate=100)
     assert "'NoiseType', 'double-sided'" in text
     densities = re.search(r"'NoiseDensity', \[(.*?)\]", text).group(1).split()
     assert [float(one) for one in densities] == pytest.approx([N * RAD] * 3, rel=1e-6)
     assert "x, y, z: no own model was given; the numbers are those of model" in text
-    assert "'RandomWalk'" not in export(axes("N(N=1)"), "matlab", rate=100)
+    assert "'RandomWalk'" not in al.export(axes("N(N=1)"), "matlab", rate=100)
 
 
 def test_json_holds_everything():
-    document = json.loads(export(axes("N(N=0.01)+GM(q_c=1,T=3)"), "json", rate=100))
+    document = json.loads(al.export(axes("N(N=0.01)+GM(q_c=1,T=3)"), "json", rate=100))
     (axis,) = document["axes"]
     assert axis["coefficients"]["N"]["value"] == pytest.approx(N * RAD)
     assert axis["coefficients"]["N"]["unit"] == "rad/s·s^½"
@@ -172,14 +170,14 @@ def test_json_holds_everything():
 
 
 def test_a_bias_instability_is_covered_by_both_numbers():
-    text = export(axes("N(N=0.01)+B(B=1e-3)"), "kalibr", rate=100)
+    text = al.export(axes("N(N=0.01)+B(B=1e-3)"), "kalibr", rate=100)
     assert "in this file: numbers that cover N, B\n" in text
     white, walk = (
         value(text, f"gyroscope_{key}") / RAD for key in ("noise_density", "random_walk")
     )
     tau = np.geomspace(1.0, 100.0, 60)
-    written = parse_model(f"N(N={white})+K(K={walk})").allan_variance(tau, 100.0)
-    model = parse_model("N(N=0.01)+B(B=1e-3)").allan_variance(tau, 100.0)
+    written = al.parse_model(f"N(N={white})+K(K={walk})").allan_variance(tau, 100.0)
+    model = al.parse_model("N(N=0.01)+B(B=1e-3)").allan_variance(tau, 100.0)
     ratio = np.sqrt(written / model)
     # Nowhere more than 2 % below the model (the search has eight tau a decade), and not far above it.
     assert ratio.min() > 0.975
@@ -187,7 +185,7 @@ def test_a_bias_instability_is_covered_by_both_numbers():
 
 
 def test_white_noise_alone_gets_a_walk_that_changes_nothing():
-    text = export(axes("N(N=0.01)"), "gtsam", horizon=300.0)
+    text = al.export(axes("N(N=0.01)"), "gtsam", horizon=300.0)
     walk = float(re.search(r"setBiasOmegaCovariance\((\S+)\*\*2", text).group(1)) / RAD
     # 1 % of the Allan variance at the horizon: K² t/3 = 0.01 N²/t.
     assert walk == pytest.approx(math.sqrt(0.03) * 0.01 / 300, rel=1e-3)
@@ -196,9 +194,9 @@ def test_white_noise_alone_gets_a_walk_that_changes_nothing():
 
 @pytest.mark.parametrize("target", [t for t in TARGETS if t not in ("json", "statespace")])
 def test_every_head_says_what_the_numbers_are(target):
-    documents = [model_to_dict(parse_model("N(N=0.01)+B(B=1e-3)+GM(q_c=1e-4,T=30)+R(R=1e-9)"))]
+    documents = [model_to_dict(al.parse_model("N(N=0.01)+B(B=1e-3)+GM(q_c=1e-4,T=30)+R(R=1e-9)"))]
     found = [*axes_of(documents, "deg/s", "g"), *axes_of(documents, "mg", "a")]
-    text = export(found, target, rate=100)
+    text = al.export(found, target, rate=100)
     assert "two-sided" in text
     assert re.search("(?i)continuous.time|per sample|per step", text)
     assert re.search("deviation|variance|covariance|density", text)
@@ -216,7 +214,7 @@ def test_overbound_is_above_the_upper_limits_everywhere():
         low, high = value / spread, value * spread
         return {
             "kind": kind,
-            "parameters": {name: Estimate(value, 0.1, (low, high), unit, name=name).to_dict()},
+            "parameters": {name: al.Estimate(value, 0.1, (low, high), unit, name=name).to_dict()},
         }
 
     effects = [
@@ -226,19 +224,19 @@ def test_overbound_is_above_the_upper_limits_everywhere():
     ]
     recording = {"unit": "deg/s", "rate_hz": 100.0, "duration_s": 36_000.0, "column": "x"}
     document = {"schema": "allanite/fit/1", "recording": recording, "effects": effects}
-    upper = parse_model("N(N=0.0102)+B(B=1.2e-3)+K(K=1.5e-5)")
+    upper = al.parse_model("N(N=0.0102)+B(B=1.2e-3)+K(K=1.5e-5)")
     tau, f = np.geomspace(0.01, 3600, 500), np.geomspace(1 / 3600, 49, 500)
     for target, keys in (("kalibr", ("noise_density", "random_walk")), ("gnss-ins-sim", None)):
-        text = export(axes_of([document]), target, overbound=True, horizon=3600.0)
+        text = al.export(axes_of([document]), target, overbound=True, horizon=3600.0)
         if keys:
             n, k = (value(text, f"gyroscope_{key}") / RAD for key in keys)
-            bound = parse_model(f"N(N={n})+K(K={k})")
+            bound = al.parse_model(f"N(N={n})+K(K={k})")
         else:
             scope = {}
             exec(text, scope)
             e = scope["imu_err"]
             n, s, T = e["gyro_arw"][0] / 60, e["gyro_b_stability"][0] / 3600, e["gyro_b_corr"][0]
-            bound = parse_model(f"N(N={n})+GM(q_c={s * math.sqrt(2 / T)},T={T})")
+            bound = al.parse_model(f"N(N={n})+GM(q_c={s * math.sqrt(2 / T)},T={T})")
         # Between the grid's points (eight a decade) half a per cent may be missing.
         assert (bound.allan_variance(tau, 100) > 0.99 * upper.allan_variance(tau, 100)).all()
         assert (bound.psd(f, 100) > 0.99 * upper.psd(f, 100)).all()
@@ -268,10 +266,10 @@ HOSTILE = [
 def test_names_stay_inside_comments(name, target, tmp_path):
     documents = []
     for unit in ("deg/s", "mg"):
-        document = model_to_dict(parse_model("N(N=0.01)+B(B=1e-3)"))
+        document = model_to_dict(al.parse_model("N(N=0.01)+B(B=1e-3)"))
         document["recording"] = {"unit": unit, "rate_hz": 100.0, "column": name, "path": name + "2"}
         documents.append(document)
-    text = export(axes_of(documents), target)
+    text = al.export(axes_of(documents), target)
     if target == "px4-params":
         # The four lines of numbers are parted by tabs; nothing else has one.
         assert text.count("\t") == 16
@@ -300,16 +298,16 @@ def test_what_was_not_detected_counts_with_its_expected_square():
         fit_document(
             "gyro_x",
             "rad/s",
-            N=Estimate(2e-4, 1e-6, (1.9e-4, 2.1e-4), "rad/s·s^½"),
-            K=Estimate(0.0, 1e-6, (0.0, 3e-6), "rad/s/s^½", detected=False),
+            N=al.Estimate(2e-4, 1e-6, (1.9e-4, 2.1e-4), "rad/s·s^½"),
+            K=al.Estimate(0.0, 1e-6, (0.0, 3e-6), "rad/s/s^½", detected=False),
         )
     ]
-    text = export(axes_of(documents), "kalibr")
+    text = al.export(axes_of(documents), "kalibr")
     # The mean of a half-normal K² whose 95 % point is the square of the limit.
     assert value(text, "gyroscope_random_walk") == pytest.approx(
         3e-6 * (0.798 / 1.96) ** 0.5, rel=1e-3
     )
-    text = export(axes_of(documents), "kalibr", as_fitted=True)
+    text = al.export(axes_of(documents), "kalibr", as_fitted=True)
     assert value(text, "gyroscope_random_walk") == 3e-6
     assert "95 % upper limit" in text
 
@@ -317,38 +315,42 @@ def test_what_was_not_detected_counts_with_its_expected_square():
 def test_three_axes_and_two_sensors():
     def of(column, unit, n):
         return fit_document(
-            column, unit, N=Estimate(n, unit=f"{unit}·s^½"), K=Estimate(n / 10, unit=f"{unit}/s^½")
+            column,
+            unit,
+            N=al.Estimate(n, unit=f"{unit}·s^½"),
+            K=al.Estimate(n / 10, unit=f"{unit}/s^½"),
         )
 
     documents = [of(f"gyro_{a}", "deg/s", v) for a, v in zip("xyz", (1, 3, 2), strict=True)]
     documents += [of(f"acc_{a}", "mg", v) for a, v in zip("xyz", (5, 4, 6), strict=True)]
     found = axes_of(documents)
-    text = export(found, "kalibr")
+    text = al.export(found, "kalibr")
     assert value(text, "gyroscope_noise_density") == pytest.approx(3 * RAD, rel=1e-6)
     assert value(text, "accelerometer_noise_density") == pytest.approx(6e-3 * 9.80665, rel=1e-6)
     assert "largest of 3 axes: gyro_y" in text
-    assert "gyr_n" in export(found, "vins")
+    assert "gyr_n" in al.export(found, "vins")
     assert (
-        len(re.search(r"'NoiseDensity', \[(.*?)\]", export(found, "matlab")).group(1).split()) == 3
+        len(re.search(r"'NoiseDensity', \[(.*?)\]", al.export(found, "matlab")).group(1).split())
+        == 3
     )
 
 
 def test_errors():
-    with pytest.raises(InputError, match="one of airsim, ardupilot"):
-        export(axes(), "simulink")
-    with pytest.raises(InputError, match="add unit="):
-        axes_of([model_to_dict(parse_model("N(N=1)"))], None, "model")
-    with pytest.raises(InputError, match="has no value"):
-        axes_of([model_to_dict(parse_model("N"))], "deg/s", "model")
-    with pytest.raises(InputError, match="add rate="):
-        export(axes(), "kalibr")
-    with pytest.raises(InputError, match="gyroscopes and accelerometers"):
-        export(axes(unit="1"), "kalibr", rate=1)
+    with pytest.raises(al.InputError, match="one of airsim, ardupilot"):
+        al.export(axes(), "simulink")
+    with pytest.raises(al.InputError, match="add unit="):
+        axes_of([model_to_dict(al.parse_model("N(N=1)"))], None, "model")
+    with pytest.raises(al.InputError, match="has no value"):
+        axes_of([model_to_dict(al.parse_model("N"))], "deg/s", "model")
+    with pytest.raises(al.InputError, match="add rate="):
+        al.export(axes(), "kalibr")
+    with pytest.raises(al.InputError, match="gyroscopes and accelerometers"):
+        al.export(axes(unit="1"), "kalibr", rate=1)
 
 
 def test_documents_of_files(tmp_path):
     path = tmp_path / "fit.json"
-    document = fit_document("x", "deg/s", N=Estimate(1.0, unit="deg/s·s^½"))
+    document = fit_document("x", "deg/s", N=al.Estimate(1.0, unit="deg/s·s^½"))
     path.write_text(json.dumps({"schema": "allanite/fit/1", "columns": [document, document]}))
     assert len(documents_of(path)) == 2
     rungs = [{"effects": []}, {"effects": document["effects"]}]
@@ -360,9 +362,9 @@ def test_documents_of_files(tmp_path):
     assert axes_of(documents_of(path))[0].coefficients["N"] == pytest.approx(RAD)
     for text in ("[1]", '{"schema": "other"}', "{"):
         path.write_text(text)
-        with pytest.raises(InputError, match=r"not a (model|JSON) file"):
+        with pytest.raises(al.InputError, match=r"not a (model|JSON) file"):
             documents_of(path)
-    with pytest.raises(InputError, match="no such file"):
+    with pytest.raises(al.InputError, match="no such file"):
         documents_of(tmp_path / "absent.json")
 
 
@@ -375,13 +377,13 @@ def test_the_registry_and_the_command_agree():
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_a_fit_that_is_not_adequate_is_a_warning_in_every_file(target):
-    kinds = {"N": Estimate(0.01, 1e-3, (0.008, 0.012), "deg/s·s^½", True, "N")}
+    kinds = {"N": al.Estimate(0.01, 1e-3, (0.008, 0.012), "deg/s·s^½", True, "N")}
     good = {**fit_document("gx", "deg/s", **kinds), "adequate": True}
     error = {"adev_worst": {"factor": 1 / 36.0, "tau_s": 0.1}}
-    kinds = {"N": Estimate(0.01, 1e-3, (0.008, 0.012), "m/s^2·s^½", True, "N")}
+    kinds = {"N": al.Estimate(0.01, 1e-3, (0.008, 0.012), "m/s^2·s^½", True, "N")}
     accel = fit_document("ax", "m/s^2", **kinds)
-    assert "not adequate" not in export(axes_of([good, accel]), target)
-    text = export(axes_of([{**good, "adequate": False, "error": error}, accel]), target)
+    assert "not adequate" not in al.export(axes_of([good, accel]), target)
+    text = al.export(axes_of([{**good, "adequate": False, "error": error}, accel]), target)
     assert "model and measured Allan deviation differ by a factor of 36 at 0.1 s" in text
     # The same of the last step of a ladder.
     rung = {"effects": good["effects"], "adequate": False, "error": error}

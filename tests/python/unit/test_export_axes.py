@@ -8,17 +8,15 @@ import pytest
 
 import allanite as al
 from allanite.cli import main
-from allanite.common.errors import InputError
-from allanite.common.parameters import Estimate
-from allanite.effects.files import model_to_dict, parse_model
-from allanite.exports import TARGETS, axes_of, export
+from allanite.effects.files import model_to_dict
+from allanite.exports import TARGETS, axes_of
 
 INERTIAL = [t for t in TARGETS if t not in ("json", "c-header", "statespace")]
 XYZ = ("gazebo", "gnss-ins-sim", "kfgins", "matlab", "ros")
 
 
 def document(column, text, unit="rad/s", rate=100.0):
-    found = model_to_dict(parse_model(text))
+    found = model_to_dict(al.parse_model(text))
     found["recording"] = {"column": column, "unit": unit, "rate_hz": rate, "duration_s": 1000.0}
     return found
 
@@ -44,10 +42,10 @@ def test_axes_are_placed_by_their_names(target):
     ns = {"z": 3e-2, "y": 2e-2, "x": 1e-2}
     own = [document(f"gyro_{a}", f"N(N={n})+K(K=1e-5)") for a, n in ns.items()]
     own += [document(f"acc_{a}", "N(N=1e-3)+K(K=1e-5)", "m/s^2") for a in "xyz"]
-    found = white_of(export(axes_of(own), target), target)
+    found = white_of(al.export(axes_of(own), target), target)
     np.testing.assert_allclose(found / found[0], [1.0, 2.0, 3.0], rtol=1e-5)
     # One that was not characterised has the largest number of the others, and the file says so.
-    text = export(axes_of([own[0], own[2], *own[3:]]), target)
+    text = al.export(axes_of([own[0], own[2], *own[3:]]), target)
     found = white_of(text, target)
     np.testing.assert_allclose(found / found[0], [1.0, 3.0, 3.0], rtol=1e-5)
     assert "y: no own model was given" in text
@@ -55,14 +53,14 @@ def test_axes_are_placed_by_their_names(target):
 
 def test_a_place_without_a_model_has_at_least_the_density_of_each_other():
     slow, fast = "N(N=0.03)+GM(q_c=1e-3,T=100)", "N(N=0.02)+GM(q_c=5e-3,T=3)"
-    text = export(axes_of([document("gyro_x", slow), document("gyro_y", fast)]), "gazebo")
+    text = al.export(axes_of([document("gyro_x", slow), document("gyro_y", fast)]), "gazebo")
     tags = ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
     columns = [re.findall(f"<{tag}>(.*?)</{tag}>", text) for tag in tags]
     z = [float(column[2]) for column in columns]
-    made = parse_model(f"N(N={z[0] / 10})+GM(q_c={z[1]},T={z[2]})")
+    made = al.parse_model(f"N(N={z[0] / 10})+GM(q_c={z[1]},T={z[2]})")
     f = np.geomspace(1e-4, 49.0, 200)
     for other in (slow, fast):
-        assert (made.psd(f, 100) >= 0.9999 * parse_model(other).psd(f, 100)).all()
+        assert (made.psd(f, 100) >= 0.9999 * al.parse_model(other).psd(f, 100)).all()
 
 
 def test_matlab_writes_the_flicker_of_the_axes_that_have_it():
@@ -71,7 +69,7 @@ def test_matlab_writes_the_flicker_of_the_axes_that_have_it():
         document("gyro_y", "N(N=0.01)+K(K=1e-4)"),
     ]
     own += [document("gyro_z", "N(N=0.01)+B(B=0.001)+K(K=1e-4)")]
-    text = export(axes_of(own), "matlab")
+    text = al.export(axes_of(own), "matlab")
     assert "'BiasInstability', [2.000000e-03 0.000000e+00 1.000000e-03]" in text
     assert "model N+K; in this file: numbers that cover N, K\n" in text
 
@@ -94,10 +92,13 @@ def numbers_of(text):
     ],
 )
 def test_an_overbound_is_above_both_curves_in_every_band(text):
-    made = export(axes_of([document("gyro_x", text)]), "kalibr", overbound=True)
+    made = al.export(axes_of([document("gyro_x", text)]), "kalibr", overbound=True)
     white, walk = numbers_of(made)
     assert walk > 0.0
-    bound, model = parse_model(f"N(N={white})+K(K={walk})"), parse_model(text).steady((0.0, 1000.0))
+    bound, model = (
+        al.parse_model(f"N(N={white})+K(K={walk})"),
+        al.parse_model(text).steady((0.0, 1000.0)),
+    )
     f = np.linspace(1e-2, 49.9, 20_000)
     tau = np.unique(np.round(np.geomspace(1, 10_000, 2000))) / 100.0
     # Six digits are written; between two points of the grid, 48 a decade, curves of second order in 1/96 of a decade.
@@ -109,7 +110,7 @@ def test_an_overbound_counts_the_intervals_of_shapes():
     def fitted(kind, **values):
         unit = {"N": "rad/s·s^½", "rms": "rad/s", "frequency": "Hz", "damping": "1"}
         parameters = {
-            name: Estimate(v, 0.1 * v, (low, high), unit[name], name=name).to_dict()
+            name: al.Estimate(v, 0.1 * v, (low, high), unit[name], name=name).to_dict()
             for name, (v, low, high) in values.items()
         }
         return {"kind": kind, "parameters": parameters}
@@ -119,10 +120,10 @@ def test_an_overbound_counts_the_intervals_of_shapes():
         fitted("resonance", rms=(0.02, 0.019, 0.021), frequency=(20.0, 19.0, 21.0), damping=(0.05, 0.04, 0.06)),
     ]  # fmt: skip
     whole = {**document("gyro_x", "N(N=1)"), "schema": "allanite/fit/1", "effects": effects}
-    white, _ = numbers_of(export(axes_of([whole]), "kalibr", overbound=True))
+    white, _ = numbers_of(al.export(axes_of([whole]), "kalibr", overbound=True))
     f = np.linspace(15.0, 25.0, 2001)
     for frequency in (19.0, 20.0, 21.0):
-        true = parse_model(f"N(N=0.001)+RES(frequency={frequency},damping=0.04,rms=0.021)")
+        true = al.parse_model(f"N(N=0.001)+RES(frequency={frequency},damping=0.04,rms=0.021)")
         assert white**2 > 0.999 * true.psd(f, 100).max()
 
 
@@ -134,20 +135,20 @@ def test_every_model_with_noise_has_an_overbound(target):
         "N(N=1e-3)+NOTCH(frequency=20,quality=3)",
     ):
         own = [document("gyro_x", text), document("acc_x", text, "m/s^2")]
-        assert export(axes_of(own), target, overbound=True)
+        assert al.export(axes_of(own), target, overbound=True)
 
 
 @pytest.mark.parametrize("target", INERTIAL)
 @pytest.mark.parametrize("text", ["N(N=0)+K(K=0)", "R(R=1e-4)", "SIN(f=3,amplitude=1)"])
 def test_a_model_without_noise_is_refused(target, text):
     own = [document("gyro_x", text), document("acc_x", text, "m/s^2")]
-    with pytest.raises(InputError, match=r"gyro_x: the model .* has no noise"):
-        export(axes_of(own), target)
+    with pytest.raises(al.InputError, match=r"gyro_x: the model .* has no noise"):
+        al.export(axes_of(own), target)
 
 
 def test_state_spaces_of_what_cannot_be_reduced_or_has_no_noise(capsys):
     steep = json.loads(
-        export(
+        al.export(
             axes_of([document("gyro_x", "N(N=0.02)+PL(exponent=-2.5,level=1e-4)")]), "statespace"
         )
     )
@@ -171,7 +172,7 @@ def test_state_spaces_of_what_cannot_be_reduced_or_has_no_noise(capsys):
 
 def test_the_covariance_of_ros_has_what_is_in_its_band():
     # A lag of 10⁵ s, seen from 1/100 s on: its density there is q_c²/(2πf)².
-    text = export(axes_of([document("gyro_x", "N(N=1e-4)+GM(q_c=1e-3,T=1e5)")]), "ros")
+    text = al.export(axes_of([document("gyro_x", "N(N=1e-4)+GM(q_c=1e-3,T=1e5)")]), "ros")
     first = float(re.search(r"angular_velocity_covariance: \[(\S+),", text).group(1))
     low, high = 0.01, 50.0
     # Of the sampled process the sum of its aliases: 1/(2 sin)² in the place of 1/(2πf)².
@@ -181,7 +182,7 @@ def test_the_covariance_of_ros_has_what_is_in_its_band():
 
 @pytest.mark.parametrize("target", ["ros", "kalibr", "gazebo"])
 def test_a_noise_level_that_changes_counts_with_its_mean(target):
-    text = export(
+    text = al.export(
         axes_of([document("gyro_x", "N(N=0.02)+CYCLE(period=10,start=0,share=0.3,factor=2)")]),
         target,
     )
@@ -199,12 +200,12 @@ def test_a_vibration_is_no_bias():
         document("acc_z", "N(N=1e-3)+K(K=1e-5)+RES(frequency=22,damping=0.01,rms=5e-3)", "m/s^2")
     ]
     own += [document(f"gyro_{a}", "N(N=1e-3)+K(K=1e-5)") for a in "xyz"]
-    text = export(axes_of(own), "kfgins")
+    text = al.export(axes_of(own), "kfgins")
     x, _, z = (float(v) for v in re.search(r"abstd: \[(.*?)\]", text).group(1).split(", "))
     assert z == pytest.approx(x, rel=0.01)
     assert "model N+K+RES; in this file: numbers that cover N, K, RES" in text
     no_walk = document("gyro_x", "N(N=1e-3)+RES(frequency=22,damping=0.01,rms=5e-3)")
-    _, walk = numbers_of(export(axes_of([no_walk]), "kalibr"))
+    _, walk = numbers_of(al.export(axes_of([no_walk]), "kalibr"))
     # One per cent of the Allan variance at the horizon, 100 s.
     assert walk == pytest.approx(np.sqrt(0.03) * 1e-3 / 100, rel=1e-3)
 
@@ -215,7 +216,9 @@ def test_ardupilot_lines_are_a_name_and_a_number():
         document("acc_x", "N(N=1e-3)+B(B=1e-4)", "m/s^2"),
     ]
     lines = [
-        line for line in export(axes_of(own), "ardupilot").splitlines() if not line.startswith("#")
+        line
+        for line in al.export(axes_of(own), "ardupilot").splitlines()
+        if not line.startswith("#")
     ]
     assert len(lines) == 4
     for line in lines:
@@ -243,13 +246,13 @@ def test_units_of_several_models_are_a_list(capsys):
 
 def test_two_imus_are_not_merged():
     own = [document(f"imu{i}_gyro_{a}", "N(N=1e-3)+K(K=1e-5)") for i in (1, 2) for a in "xyz"]
-    with pytest.raises(InputError, match="kalibr holds one IMU, found 6 axes"):
-        export(axes_of(own), "kalibr")
+    with pytest.raises(al.InputError, match="kalibr holds one IMU, found 6 axes"):
+        al.export(axes_of(own), "kalibr")
 
 
 def test_a_state_space_has_the_parameters_of_known_functions():
     own = document("gyro_x", "N(N=1e-3)+K(K=1e-5)+STEP(time=30,height=0.01)")
-    (axis,) = json.loads(export(axes_of([own]), "statespace"))["axes"]
+    (axis,) = json.loads(al.export(axes_of([own]), "statespace"))["axes"]
     assert axis["known"] == ["bias_step"]
     (step,) = axis["functions"]
     assert step["parameters"]["height"]["value"] == 0.01

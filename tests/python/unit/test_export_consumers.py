@@ -13,9 +13,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from allanite.common.errors import InputError
-from allanite.effects.files import model_to_dict, parse_model
-from allanite.exports import axes_of, export
+import allanite as al
+from allanite.effects.files import model_to_dict
+from allanite.exports import axes_of
 
 RATE, N, K = 200.0, 2e-3, 3e-4
 ACCEL_N, ACCEL_K = 0.02, 1e-3
@@ -25,8 +25,8 @@ DEGREE = math.pi / 180
 
 def axes(gyro=f"N(N={N})+K(K={K})", accel=f"N(N={ACCEL_N})+K(K={ACCEL_K})"):
     return [
-        *axes_of([model_to_dict(parse_model(gyro))], "rad/s", "gyro"),
-        *axes_of([model_to_dict(parse_model(accel))], "m/s^2", "accel"),
+        *axes_of([model_to_dict(al.parse_model(gyro))], "rad/s", "gyro"),
+        *axes_of([model_to_dict(al.parse_model(accel))], "m/s^2", "accel"),
     ]
 
 
@@ -61,7 +61,7 @@ def agrees(found, n=N, k=K):
 
 def test_kalibr_and_openvins():
     # Kalibr wiki "IMU Noise Model": σ_d = σ/√Δt of samples, σ_b√Δt of bias steps.
-    text = export(axes(), "kalibr", RATE)
+    text = al.export(axes(), "kalibr", RATE)
     n, k = number(text, "gyroscope_noise_density"), number(text, "gyroscope_random_walk")
     dt = 1 / RATE
     agrees(propagate(dt, (n / math.sqrt(dt) * dt) ** 2, (k * math.sqrt(dt)) ** 2))
@@ -71,7 +71,7 @@ def test_kalibr_and_openvins():
 
 def test_vins():
     # VINS-Fusion integration_base.h at 939f01282fa4: V(3,3) = V(3,9) = 0.5 dt, V(12,15) = dt, independent noises.
-    text = export(axes(), "vins", RATE)
+    text = al.export(axes(), "vins", RATE)
     dt = 1 / RATE
     for keys, n, k in ((("gyr_n", "gyr_w"), N, K), (("acc_n", "acc_w"), ACCEL_N, ACCEL_K)):
         white, walk = (number(text, key) for key in keys)
@@ -81,7 +81,7 @@ def test_vins():
 
 def test_orbslam3():
     # Tracking.cc multiplies by √frequency and divides by it; ImuTypes.cc at c85e0eada71f: B = dt, C += NgaWalk.
-    text = export(axes(), "orbslam3", RATE)
+    text = al.export(axes(), "orbslam3", RATE)
     frequency = number(text, "IMU.Frequency")
     dt = 1 / frequency
     sf = math.sqrt(frequency)
@@ -93,7 +93,7 @@ def test_orbslam3():
 
 def test_liosam():
     # imuPreintegration.cpp at 0be1fbe6275f: covariance = I·noise² in continuous time; between biases √Δt·BiasN.
-    text = export(axes(), "liosam", RATE)
+    text = al.export(axes(), "liosam", RATE)
     dt = 1 / RATE
     n, k = number(text, "imuGyrNoise"), number(text, "imuGyrBiasN")
     agrees(propagate(dt, n**2 * dt, (math.sqrt(dt) * k) ** 2))
@@ -103,7 +103,7 @@ def test_liosam():
 
 def test_fastlio():
     # IMU_Processing.hpp and esekfom.hpp at 7cc4175de6f8: P ← F P Fᵀ + (dt G) Q (dt G)ᵀ, Q = diag of the covs.
-    text = export(axes(), "fastlio", RATE)
+    text = al.export(axes(), "fastlio", RATE)
     dt = 1 / RATE
     agrees(propagate(dt, dt**2 * number(text, "gyr_cov"), dt**2 * number(text, "b_gyr_cov")))
     found = propagate(dt, dt**2 * number(text, "acc_cov"), dt**2 * number(text, "b_acc_cov"))
@@ -113,7 +113,7 @@ def test_fastlio():
 @pytest.mark.parametrize("filter_rate", [None, 125.0])
 def test_px4(filter_rate):
     # ekf2/EKF/covariance.cpp at 028733e1c7eb: d_ang_var = sq(delta_ang_dt·noise), gyro bias += sq(dt·p_noise).
-    text = export(axes(), "px4", filter_rate)
+    text = al.export(axes(), "px4", filter_rate)
     dt = 1 / (filter_rate or 100.0)
     white, walk = number(text, "EKF2_GYR_NOISE"), number(text, "EKF2_GYR_B_NOISE")
     agrees(propagate(dt, (dt * white) ** 2, (dt * walk) ** 2))
@@ -123,7 +123,7 @@ def test_px4(filter_rate):
 
 def test_ardupilot():
     # AP_NavEKF3_core.cpp at 363e7e9eec9b: dAngBiasVar = sq(sq(dt)·noise), states are bias·dt; sq(dt·noise) of the angle.
-    text = export(axes(), "ardupilot")
+    text = al.export(axes(), "ardupilot")
     dt = 0.012
     times = tuple(round(t / dt) * dt for t in TIMES)
     for keys, n, k in (
@@ -145,7 +145,7 @@ def walk_of(rng, runs, steps, sd):
 @pytest.mark.parametrize(("sensor", "n", "k"), [("gyro", N, K), ("accel", ACCEL_N, ACCEL_K)])
 def test_airsim(sensor, n, k):
     # ImuSimple.hpp at 04c4bf969f6b, ImuSimpleParams.hpp: arw/√dt of a sample; bias_stability/√τ·√dt of a bias step.
-    imu = json.loads(export(axes(), "airsim", RATE))["Sensors"]["Imu"]
+    imu = json.loads(al.export(axes(), "airsim", RATE))["Sensors"]["Imu"]
     if sensor == "gyro":
         white = imu["AngularRandomWalk"] / math.sqrt(3600) * DEGREE
         bias = imu["GyroBiasStability"] / 3600 * DEGREE / math.sqrt(imu["GyroBiasStabilityTau"])
@@ -163,7 +163,7 @@ def test_airsim(sensor, n, k):
 def test_gazebo():
     # gz-sensors GaussianNoiseModel.cc at 9ba02f24108e: bias ← φ bias + N(0, σ_b √(−τ/2·expm1(−2dt/τ))).
     q, T = 4e-4, 30.0
-    text = export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "gazebo", RATE)
+    text = al.export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "gazebo", RATE)
     values = {
         tag: float(re.search(rf"<{tag}>(\S+?)</{tag}>", text).group(1))
         for tag in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
@@ -185,7 +185,7 @@ def lag_variance(q, T, n=N):
 def test_kfgins():
     # gi_engine.cpp at f39bc2e7be8a: F = −1/T, Qc = 2σ²/T and arw², Qd trapezoidal; kf_gins.cpp: units.
     q, T = 4e-4, 30.0
-    text = export(
+    text = al.export(
         axes(gyro=f"N(N={N})+GM(q_c={q},T={T})", accel=f"N(N={ACCEL_N})+GM(q_c=1e-3,T={T})"),
         "kfgins",
     )
@@ -214,7 +214,7 @@ def test_kfgins():
 def test_gnss_ins_sim():
     # pathgen.py at 966ff271bf21: arw/√dt of a sample; drift ← (1 − dt/T) drift + σ√(1 − e^{−2dt/T}) noise.
     q, T = 4e-4, 30.0
-    text = export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "gnss-ins-sim", RATE)
+    text = al.export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "gnss-ins-sim", RATE)
     scope = {}
     exec(text, scope)
     error = scope["imu_err"]
@@ -229,7 +229,7 @@ def test_gnss_ins_sim():
 def test_gtsam():
     gtsam = pytest.importorskip("gtsam")
     scope = {}
-    exec(export(axes(), "gtsam"), scope)
+    exec(al.export(axes(), "gtsam"), scope)
     parameters = scope["parameters"]
     dt = 0.01
     bias = gtsam.imuBias.ConstantBias()
@@ -251,10 +251,10 @@ def test_gtsam():
 def test_ros_takes_samples_as_independent():
     # robot_localization adds each sample's variance as if the next sample had an error of its own: the error of the sum
     # is right with N²·rate. The variance of a filtered sample itself, which is smaller, is a comment.
-    text = export(axes(gyro=f"N(N={N})+BW(cutoff=20,order=2,design=digital)"), "ros", RATE)
+    text = al.export(axes(gyro=f"N(N={N})+BW(cutoff=20,order=2,design=digital)"), "ros", RATE)
     first = float(re.search(r"angular_velocity_covariance: \[(\S+),", text).group(1))
     inside = float(re.search(r"filter is (\S+) \(rad/s\)\^2", text).group(1))
-    samples = parse_model(f"N(N={N})+BW(cutoff=20,order=2,design=digital)").simulate(
+    samples = al.parse_model(f"N(N={N})+BW(cutoff=20,order=2,design=digital)").simulate(
         n=200_000, rate=RATE, seed=1, unit="rad/s"
     )
     # 200 000 samples of which every fifth is new: √(2·5/200000) = 0.7 %.
@@ -266,19 +266,19 @@ def test_ros_takes_samples_as_independent():
 
 
 def test_ros_counts_the_lines_that_every_sample_contains():
-    text = export(axes(gyro=f"N(N={N})+SIN(frequency=31,amplitude=0.05)"), "ros", RATE)
+    text = al.export(axes(gyro=f"N(N={N})+SIN(frequency=31,amplitude=0.05)"), "ros", RATE)
     first = float(re.search(r"angular_velocity_covariance: \[(\S+),", text).group(1))
     assert first == pytest.approx(N**2 * RATE + 0.05**2 / 2, rel=1e-3)
     assert "variance of lines, bands and slow noise" in text
 
 
 def test_c_header_and_state_space(tmp_path):
-    text = export(axes(), "c-header")
+    text = al.export(axes(), "c-header")
     values = [float(v) for v in re.findall(r"^    (\S+),", text, re.M)]
     np.testing.assert_allclose(values, [N, ACCEL_N, K, ACCEL_K])
-    (gyro, _) = json.loads(export(axes(gyro=f"N(N={N})+K(K={K})+B(B=1e-3)"), "statespace", RATE))[
-        "axes"
-    ]
+    (gyro, _) = json.loads(
+        al.export(axes(gyro=f"N(N={N})+K(K={K})+B(B=1e-3)"), "statespace", RATE)
+    )["axes"]
     assert len(gyro["states"]) <= 8
     # The variance of the sum of samples by the matrices is that of the model: √2 t σ(t) over two spans.
     F, Q, H, R = (np.array(gyro[k]) for k in "FQHR")
@@ -303,7 +303,7 @@ def test_gtsam_4_2_adds_no_covariance_of_its_own():
             def MakeSharedU(cls, _gravity):
                 return cls.made
 
-    text = export(axes(), "gtsam").replace("import gtsam\n", "")
+    text = al.export(axes(), "gtsam").replace("import gtsam\n", "")
     exec(text, {"gtsam": Gtsam, "np": np})
     found = Gtsam.PreintegrationCombinedParams.made.set
     extra = found["setBiasAccOmegaInit"]
@@ -314,14 +314,14 @@ def test_gtsam_4_2_adds_no_covariance_of_its_own():
 
 
 def test_gtsam_says_what_has_no_model():
-    text = export(axes()[:1], "gtsam")
+    text = al.export(axes()[:1], "gtsam")
     assert "# parameters.setAccelerometerCovariance: no model was given" in text
 
 
 def test_openvins_finds_its_keys():
     # ov_core/utils/opencv_yaml_parse.h reads each key below the node imu0 of an OpenCV YAML 1.0 file.
     yaml = pytest.importorskip("yaml")
-    text = export(axes(), "openvins", RATE)
+    text = al.export(axes(), "openvins", RATE)
     assert text.startswith("%YAML:1.0\n# Noise parameters of")
     assert "\n# Use: yes." in text
     node = yaml.safe_load(text.split("\n", 1)[1])["imu0"]
@@ -336,34 +336,34 @@ def test_openvins_finds_its_keys():
 
 def test_orbslam3_loads_an_integer_frequency_and_real_noises():
     # Tracking::ParseIMUParamFile refuses a frequency that is not isInt() and noises that are not isReal().
-    text = export(axes(), "orbslam3", 199.6)
+    text = al.export(axes(), "orbslam3", 199.6)
     assert re.search(r"^IMU.Frequency: 200  # Hz; rounded from 199.6 Hz", text, re.M)
     for key in ("IMU.NoiseGyro", "IMU.NoiseAcc", "IMU.GyroWalk", "IMU.AccWalk"):
         assert re.search(rf"^{key}: \d\.\d+e[-+]\d+  #", text, re.M)
 
 
 def test_px4_for_qgroundcontrol_and_its_documented_range():
-    text = export(axes(gyro="N(N=1e-6)+K(K=1e-9)"), "px4-params")
+    text = al.export(axes(gyro="N(N=1e-6)+K(K=1e-9)"), "px4-params")
     rows = [line.split("\t") for line in text.splitlines() if not line.startswith("#")]
     assert [len(row) for row in rows] == [5] * 4
     values = {row[2]: float(row[3]) for row in rows}
     assert values["EKF2_ACC_NOISE"] == pytest.approx(ACCEL_N * 10)
     assert {row[4] for row in rows} == {"9"}
     assert "below its documented minimum 0.0001" in text
-    assert "below its documented minimum" in export(axes(gyro="N(N=1e-6)+K(K=1e-9)"), "px4")
+    assert "below its documented minimum" in al.export(axes(gyro="N(N=1e-6)+K(K=1e-9)"), "px4")
 
 
 def test_ardupilot_asks_for_the_rate_of_the_loop():
-    text = export(axes(), "ardupilot")
+    text = al.export(axes(), "ardupilot")
     assert "SCHED_LOOP_RATE is below 83 Hz" in text
     dt = 1 / 50
-    white = number(export(axes(), "ardupilot", 50.0), "EK3_GYRO_P_NSE")
+    white = number(al.export(axes(), "ardupilot", 50.0), "EK3_GYRO_P_NSE")
     assert (dt * white) ** 2 == pytest.approx(N**2 * dt)
 
 
 def test_a_gazebo_bias_is_stationary_from_the_first_sample():
     q, T = 4e-4, 30.0
-    text = export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "gazebo", RATE)
+    text = al.export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "gazebo", RATE)
     assert float(re.search(r"<bias_stddev>(\S+?)</", text).group(1)) == pytest.approx(
         q * math.sqrt(T / 2), rel=1e-5
     )
@@ -372,7 +372,7 @@ def test_a_gazebo_bias_is_stationary_from_the_first_sample():
 def test_the_flicker_noise_of_matlab_through_its_published_filter():
     # fractalcoef(n, 1) of MATLAB: the first n + 1 coefficients of (1 − 1/z)^½ (Kasdin 1995) as denominator.
     B, rate = 1e-3, 10.0
-    text = export(axes(gyro=f"N(N={N})+B(B={B})"), "matlab", rate, horizon=60.0)
+    text = al.export(axes(gyro=f"N(N={N})+B(B={B})"), "matlab", rate, horizon=60.0)
     poles = int(re.search(r"fractalcoef\((\d+), 1\)", text).group(1))
     assert poles == 1200
     size = float(re.search(r"'BiasInstability', \[(\S+)", text).group(1))
@@ -386,13 +386,13 @@ def test_the_flicker_noise_of_matlab_through_its_published_filter():
         # σ²(m) is the mean over w in (0, π) of S(w) · 2 sin⁴(mw/2)/(m sin(w/2))².
         kernel = 2.0 * np.sin(m * w / 2) ** 4 / (m * np.sin(w / 2)) ** 2
         allan = float(np.mean(spectrum * kernel))
-        true = parse_model(f"B(B={B})").allan_variance([tau], rate)[0]
+        true = al.parse_model(f"B(B={B})").allan_variance([tau], rate)[0]
         assert 0.99 < math.sqrt(allan / true) < 1.04
 
 
 def test_kimera():
     """ImuFrontend.cpp of 31ec188: densities squared into GTSAM's covariances, dt added by its preintegration."""
-    text = export(axes(), "kimera", RATE)
+    text = al.export(axes(), "kimera", RATE)
     assert text.startswith("%YAML:1.0\n")
     n, k = (number(text, f"gyroscope_{key}") for key in ("noise_density", "random_walk"))
     agrees(propagate(1 / RATE, n**2 / RATE, k**2 / RATE))
@@ -403,13 +403,13 @@ def test_kimera():
     assert number(text, "imu_integration_sigma") > 0
     assert number(text, "imu_preintegration_type") == 1
     assert all(key in text for key in ("T_BS:", "imu_time_shift:", "n_gravity:"))
-    with pytest.raises(InputError, match="kimera needs models of both a gyroscope and an"):
-        export(axes()[:1], "kimera", RATE)
+    with pytest.raises(al.InputError, match="kimera needs models of both a gyroscope and an"):
+        al.export(axes()[:1], "kimera", RATE)
 
 
 def test_okvis2():
     """okvis_ceres/src/ImuError.cpp of 0f18f34: K0 = dt, K2 = dt, times the squares of the sigmas."""
-    text = export(axes(), "okvis2", RATE)
+    text = al.export(axes(), "okvis2", RATE)
     assert "\nimu_parameters:\n" in text
     agrees(
         propagate(
@@ -424,11 +424,11 @@ def test_okvis2():
 
 def test_basalt():
     """Its discrete deviation is std·√rate, which preintegration multiplies by dt; a walk has std²·dt."""
-    two = axes_of([{**model_to_dict(parse_model("N(N=2e-3)+K(K=3e-4)")),
+    two = axes_of([{**model_to_dict(al.parse_model("N(N=2e-3)+K(K=3e-4)")),
         "recording": {"column": "gyro_y", "unit": "rad/s"}}])  # fmt: skip
-    one = axes_of([{**model_to_dict(parse_model("N(N=4e-3)+K(K=1e-4)")),
+    one = axes_of([{**model_to_dict(al.parse_model("N(N=4e-3)+K(K=1e-4)")),
         "recording": {"column": "gyro_x", "unit": "rad/s"}}])  # fmt: skip
-    whole = json.loads(export([*two, *one, axes()[1]], "basalt", RATE))
+    whole = json.loads(al.export([*two, *one, axes()[1]], "basalt", RATE))
     found = whole["value0"]
     assert found["imu_update_rate"] == RATE
     # x and y have their own numbers, z has the largest, and the comment says so.
@@ -442,7 +442,7 @@ def test_basalt():
 @pytest.mark.parametrize("scans", [None, 20.0])
 def test_glim(scans):
     """imu_integration.cpp squares the densities; the between factor has one deviation from scan to scan (d1c23be)."""
-    found = json.loads(export(axes(), "glim", scans))["sensors"]
+    found = json.loads(al.export(axes(), "glim", scans))["sensors"]
     dt = 1 / RATE
     white = propagate(dt, found["imu_gyro_noise"] ** 2 * dt, 0.0)
     np.testing.assert_allclose(white, [expected(t, N, 0.0) for t in TIMES], rtol=8e-3)
@@ -455,7 +455,7 @@ def test_glim(scans):
 def test_navego():
     """ins_gnss.m: Q of squares; kf_prediction.m: expm(F dt), Q dt; F_update.m: -1/corr (5f93200, 017fd29)."""
     q, T = 3e-4, 30.0
-    text = export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "navego")
+    text = al.export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "navego")
 
     def first(key):
         return float(re.search(rf"^imu\.{key} = \[(\S+) ", text, re.MULTILINE)[1])
@@ -479,17 +479,17 @@ def test_navego():
 )  # fmt: skip
 def test_continuous_time(target, keys):
     """cuvslam.h: Kalibr's model. IMUUtils.cpp of DM-VIO (fcc306b): the bias moves by walk·√Δt; GTSAM squares N."""
-    text = export(axes(), target, RATE)
+    text = al.export(axes(), target, RATE)
     dt = 1 / RATE
     for (white, walk), n, k in ((keys[:2], N, K), (keys[2:], ACCEL_N, ACCEL_K)):
         step = (math.sqrt(dt) * number(text, walk)) ** 2
         agrees(propagate(dt, number(text, white) ** 2 * dt, step), n, k)
-    with pytest.raises(InputError, match="needs models of both"):
-        export(axes()[:1], target, RATE)
+    with pytest.raises(al.InputError, match="needs models of both"):
+        al.export(axes()[:1], target, RATE)
 
 
 def test_cuvslam_has_the_rate_of_the_samples():
-    assert number(export(axes(), "cuvslam", 250.0), "calibration_frequency") == 250.0
+    assert number(al.export(axes(), "cuvslam", 250.0), "calibration_frequency") == 250.0
 
 
 @pytest.mark.parametrize(
@@ -501,7 +501,7 @@ def test_cuvslam_has_the_rate_of_the_samples():
 )
 def test_variances_of_samples(target, keys):
     """IMU_Processing.cpp of FAST-LIVO2 (107acae), esekfom.hpp of Point-LIO (bbd402a): P ← F P Fᵀ + Q dt²."""
-    text = export(axes(), target, RATE)
+    text = al.export(axes(), target, RATE)
     dt = 1 / RATE
     for (white, walk), n, k in ((keys[:2], N, K), (keys[2:], ACCEL_N, ACCEL_K)):
         agrees(propagate(dt, dt**2 * number(text, white), dt**2 * number(text, walk)), n, k)
@@ -509,7 +509,7 @@ def test_variances_of_samples(target, keys):
 
 def test_point_lio_measures_samples():
     """R_IMU is the variance of one sample."""
-    text = export(axes(), "pointlio", RATE)
+    text = al.export(axes(), "pointlio", RATE)
     assert number(text, "imu_meas_omg_cov") == pytest.approx(N**2 * RATE, rel=0.01)
     assert number(text, "imu_meas_acc_cov") == pytest.approx(ACCEL_N**2 * RATE, rel=0.01)
 
@@ -517,7 +517,7 @@ def test_point_lio_measures_samples():
 def test_psins():
     """imuerrset.m: web in °/√h, wdb in µg/√Hz; sqrtR0 and Tau of a Gauss-Markov bias, driven by sqrtR0·√(2/Tau)."""
     q, T = 3e-4, 30.0
-    text = export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "psins")
+    text = al.export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "psins")
 
     def first(key):
         return float(re.search(rf"^{key} = \[(\S+?);", text, re.MULTILINE)[1])
@@ -533,7 +533,7 @@ def test_psins():
 def test_carla():
     """InertialMeasurementUnit.cpp: each sample gets a normal number of this deviation."""
     scope, told = {}, {}
-    exec(export(axes(), "carla", RATE), scope)
+    exec(al.export(axes(), "carla", RATE), scope)
     scope["set_on"](SimpleNamespace(set_attribute=told.__setitem__))
     assert all(isinstance(value, str) for value in told.values())
     assert 1 / float(told["sensor_tick"]) == pytest.approx(RATE)
@@ -546,7 +546,7 @@ def test_carla():
 def test_isaac_lab():
     """noise_model.py (046b71b): std·randn a sample; a bias that "abs" draws at each reset."""
     q, T = 3e-4, 30.0
-    text = export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "isaaclab", RATE)
+    text = al.export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "isaaclab", RATE)
     noise = SimpleNamespace(
         GaussianNoiseCfg=SimpleNamespace, NoiseModelWithAdditiveBiasCfg=SimpleNamespace
     )
@@ -576,7 +576,9 @@ def without_bias(angle, rate, measured, times, dt=1 / RATE):
 
 
 def message_variance(key):
-    return float(re.search(rf"{key}_covariance: \[([^,]+),", export(axes(), "ros", RATE)).group(1))
+    return float(
+        re.search(rf"{key}_covariance: \[([^,]+),", al.export(axes(), "ros", RATE)).group(1)
+    )
 
 
 def matrix(text, key):
@@ -587,7 +589,7 @@ def matrix(text, key):
 
 def test_robot_localization():
     """ekf.cpp of 1cb9533: P ← J P Jᵀ + dt Q; the rate is measured with the message's variance; no state of bias."""
-    text = export(axes(), "robot_localization", horizon=TIMES[-1])
+    text = al.export(axes(), "robot_localization", horizon=TIMES[-1])
     noise = matrix(text, "process_noise_covariance").reshape(15, 15)
     np.testing.assert_array_equal(noise, np.diag(np.diag(noise)))
     noise = np.diag(noise)
@@ -606,7 +608,7 @@ def test_robot_localization():
 
 def test_fuse():
     """unicycle_2d.cpp (dae8521), omnidirectional_3d.cpp (24ee705): the covariance is the diagonal times dt."""
-    text = export(axes(), "fuse", horizon=TIMES[-1])
+    text = al.export(axes(), "fuse", horizon=TIMES[-1])
     plane, space = (
         matrix(part, "process_noise_diagonal") for part in text.split("omnidirectional_3d")
     )
@@ -631,7 +633,7 @@ def test_fuse():
 )
 def test_insekf(name, n, k):
     """insEKF/predict: P ← P + dt (F P + P Fᵀ + Q), Euler; fuse: the reading is rate + bias, of the given variance."""
-    text = export(axes(), "insekf", RATE)
+    text = al.export(axes(), "insekf", RATE)
     walk = float(re.search(rf"Q\(states.{name.title()}_Bias, .*diag\(\[(\S+) ", text).group(1))
     sample = float(re.search(rf"{name}Noise = diag\(\[(\S+) ", text).group(1))
     dt = 1 / RATE
@@ -652,14 +654,14 @@ def test_insekf(name, n, k):
 
 
 def test_insekf_of_a_gyroscope_alone():
-    text = export(axes()[:1], "insekf", RATE)
+    text = al.export(axes()[:1], "insekf", RATE)
     assert "filter = insEKF(gyroscope, insMotionPose);" in text
     assert "Accelerometer" not in text
 
 
 def test_factorimu():
     """FactorIMU of the toolbox: each sample adds dt²·noise/dt; the bias moves by (time between nodes)·bias noise."""
-    text = export(axes(), "factorimu", RATE)
+    text = al.export(axes(), "factorimu", RATE)
     assert "'SampleRate', 200);" in text
     rate, nodes = RATE, 0.1
     for name, n, k in (("Gyroscope", N, K), ("Accelerometer", ACCEL_N, ACCEL_K)):
@@ -669,6 +671,6 @@ def test_factorimu():
         )
         preintegrated = nodes * rate * (1 / rate) ** 2 * (noise / (1 / rate))
         agrees(propagate(nodes, preintegrated, nodes * bias), n, k)
-    with pytest.raises(InputError, match="needs models of both"):
-        export(axes()[:1], "factorimu", RATE)
-    assert "below the documented minimum of 100 Hz" in export(axes(), "factorimu", 50.0)
+    with pytest.raises(al.InputError, match="needs models of both"):
+        al.export(axes()[:1], "factorimu", RATE)
+    assert "below the documented minimum of 100 Hz" in al.export(axes(), "factorimu", 50.0)

@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from allanite.common.errors import InputError
-from allanite.effects.files import model_to_dict, parse_model
-from allanite.exports import axes_of, export
+import allanite as al
+from allanite.effects.files import model_to_dict
+from allanite.exports import axes_of
 
 N, STEP, AIDED = 1e-3, 1.0, 300
 #: Model, and q_c and T of its lag, B or K of the truth.
@@ -21,14 +21,14 @@ TRUTHS = {
 
 
 def written(model, horizon=None, **how):
-    document = model_to_dict(parse_model(f"N(N={N})+{model}"))
+    document = model_to_dict(al.parse_model(f"N(N={N})+{model}"))
     document["recording"] = {
         "column": "gyro_x",
         "unit": "rad/s",
         "rate_hz": 1 / STEP,
         "duration_s": 7200.0,
     }
-    text = export(axes_of([document]), "kalibr", horizon=horizon, **how)
+    text = al.export(axes_of([document]), "kalibr", horizon=horizon, **how)
     keys = ("gyroscope_noise_density", "gyroscope_random_walk")
     return [float(re.search(rf"^{key}: (\S+)", text, re.MULTILINE).group(1)) for key in keys], text
 
@@ -117,7 +117,7 @@ def test_a_walk_that_is_all_there_is_stays_as_it_is():
 
 
 def test_options_that_exclude_each_other():
-    with pytest.raises(InputError, match="overbound or as_fitted"):
+    with pytest.raises(al.InputError, match="overbound or as_fitted"):
         written("K(K=2e-5)", as_fitted=True, overbound=True)
-    with pytest.raises(InputError, match="horizon = -1 s"):
+    with pytest.raises(al.InputError, match="horizon = -1 s"):
         written("K(K=2e-5)", -1.0)

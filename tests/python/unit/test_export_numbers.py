@@ -8,17 +8,15 @@ import pytest
 from scipy.signal import fftconvolve
 
 import allanite as al
-from allanite.common.parameters import Estimate
-from allanite.effects.files import model_to_dict, parse_model
-from allanite.effects.model import Model
-from allanite.exports import axes_of, axis_for_export, export
+from allanite.effects.files import model_to_dict
+from allanite.exports import axes_of, axis_for_export
 from allanite.exports._choice import choose
 
 TAU = np.unique(np.round(np.geomspace(1, 10_000, 60))) / 100.0
 
 
 def document(column, text, unit="rad/s"):
-    found = model_to_dict(parse_model(text))
+    found = model_to_dict(al.parse_model(text))
     found["recording"] = {"column": column, "unit": unit, "rate_hz": 100.0, "duration_s": 1000.0}
     return found
 
@@ -42,7 +40,7 @@ def worst_of(text):
 
 def ratio(written, model, tau=TAU):
     """Smallest and largest ratio of the Allan deviations of two models."""
-    over, under = (parse_model(one).allan_variance(tau, 100.0) for one in (written, model))
+    over, under = (al.parse_model(one).allan_variance(tau, 100.0) for one in (written, model))
     found = np.sqrt(over / under)
     return [found.min(), found.max()]
 
@@ -58,7 +56,7 @@ FAST = ["Q(Q=2e-4)", "PL(exponent=0.7,level=3e-4)"]
 @pytest.mark.parametrize("rest", ["N(N=1e-3)", "N(N=1e-3)+B(B=1e-4)"])
 def test_no_random_walk_stands_for_what_averages_out_faster_than_white_noise(fast, rest):
     alone, both = (
-        walk_of(export(axes_of([document("gyro_x", text)]), "kalibr"))
+        walk_of(al.export(axes_of([document("gyro_x", text)]), "kalibr"))
         for text in (rest, f"{rest}+{fast}")
     )
     assert both <= 1.05 * alone
@@ -69,22 +67,22 @@ def test_no_lag_stands_for_it_either(fast):
     tags = ("dynamic_bias_stddev", "dynamic_bias_correlation_time")
     found = []
     for text in ("N(N=1e-3)+K(K=1e-5)", f"N(N=1e-3)+{fast}+K(K=1e-5)"):
-        made = export(axes_of([document("gyro_x", text)]), "gazebo")
+        made = al.export(axes_of([document("gyro_x", text)]), "gazebo")
         found.append([float(re.search(f"<{tag}>(.*?)</{tag}>", made).group(1)) for tag in tags])
     assert found[0] == pytest.approx(found[1], rel=1e-6)
 
 
 def test_no_random_walk_stands_for_a_resonance_that_is_all_there_is():
     band = "RES(frequency=9,damping=0.01,rms=0.1)"
-    text = export(axes_of([document("gyro_x", band)]), "kalibr")
+    text = al.export(axes_of([document("gyro_x", band)]), "kalibr")
     white = float(re.search(r"noise_density: (\S+)", text).group(1))
     # The walk adds less than the white noise to the error after 100 s.
     assert walk_of(text) * 100.0 < 0.2 * white
-    assert "RandomWalk" not in export(axes_of([document("gyro_x", band)]), "matlab")
+    assert "RandomWalk" not in al.export(axes_of([document("gyro_x", band)]), "matlab")
 
 
 def test_quantization_alone_has_numbers_that_a_filter_accepts():
-    text = export(axes_of([document("gyro_x", "Q(Q=2e-4)")]), "kalibr")
+    text = al.export(axes_of([document("gyro_x", "Q(Q=2e-4)")]), "kalibr")
     white = float(re.search(r"noise_density: (\S+)", text).group(1))
     assert white > 0.0
     assert walk_of(text) > 0.0
@@ -100,7 +98,7 @@ def test_quantization_alone_has_numbers_that_a_filter_accepts():
     ],
 )
 def test_the_random_walk_of_matlab_covers_what_its_other_numbers_do_not(model):
-    text = export(axes_of([document("gyro_x", model)]), "matlab")
+    text = al.export(axes_of([document("gyro_x", model)]), "matlab")
     white, walk = (matlab_of(text, key)[0] for key in ("NoiseDensity", "RandomWalk"))
     flicker = matlab_of(text, "BiasInstability")[0] if "B(" in model else 0.0
     written = f"N(N={white})+B(B={flicker})+K(K={walk})"
@@ -114,7 +112,7 @@ def test_the_random_walk_of_matlab_covers_what_its_other_numbers_do_not(model):
     "model", ["N(N=1e-3)+B(B=2e-4)", "N(N=1e-3)+Q(Q=2e-4)", "N(N=1e-3)+RES(f=9,damping=0.01,rms=1)"]
 )
 def test_matlab_needs_no_random_walk_where_nothing_slow_is_left(model):
-    text = export(axes_of([document("gyro_x", model)]), "matlab")
+    text = al.export(axes_of([document("gyro_x", model)]), "matlab")
     assert "RandomWalk" not in text
     assert worst_of(text)[0] > 0.0
 
@@ -125,18 +123,18 @@ def test_a_comment_on_three_numbers_names_the_axes_that_it_is_true_of():
         values = {
             "angle_random_walk": (
                 "N",
-                Estimate(1e-3, 1e-5, (9e-4, 1.1e-3), "rad/s·s^½", True, "N"),
+                al.Estimate(1e-3, 1e-5, (9e-4, 1.1e-3), "rad/s·s^½", True, "N"),
             ),
             "bias_instability": (
                 "B",
-                Estimate(0.0, 1e-5, (0.0, 2e-5), "rad/s", letter == "z", "B"),
+                al.Estimate(0.0, 1e-5, (0.0, 2e-5), "rad/s", letter == "z", "B"),
             ),
-            "rate_random_walk": ("K", Estimate(0.0, 1e-7, (0.0, 3e-7), "rad/s/s^½", False, "K")),
+            "rate_random_walk": ("K", al.Estimate(0.0, 1e-7, (0.0, 3e-7), "rad/s/s^½", False, "K")),
         }
         effects = [{"kind": k, "parameters": {n: e.to_dict()}} for k, (n, e) in values.items()]
         recording = {"column": f"gyro_{letter}", "unit": "rad/s", "rate_hz": 100.0}
         documents.append({"schema": "allanite/fit/1", "recording": recording, "effects": effects})
-    lines = export(axes_of(documents), "matlab").splitlines()
+    lines = al.export(axes_of(documents), "matlab").splitlines()
     (flicker,) = (line for line in lines if line.startswith("% Gyroscope BiasInstability"))
     assert flicker.endswith("; gyro_x, gyro_y: not detected, this is the 95 % upper limit")
     (walk,) = (line for line in lines if line.startswith("% Gyroscope RandomWalk"))
@@ -157,7 +155,7 @@ ONE_FOR_THREE = [
 def test_one_number_for_three_axes_is_compared_with_each(target):
     own = [document(name, text) for name, text in AXES.items()]
     own += [document("acc_x", "N(N=1e-3)+K(K=1e-5)", "m/s^2")]
-    text = unwrapped(export(axes_of(own), target))
+    text = unwrapped(al.export(axes_of(own), target))
     # gyro_x has neither its own N nor its own K: at 100 s their deviation is too large by 6.
     tau = TAU if target == "airsim" else TAU[TAU >= 1.0]
     expected = ratio("N(N=2e-3)+K(K=2e-4)", AXES["gyro_x"], tau)[1]
@@ -174,35 +172,35 @@ def test_one_number_for_three_axes_is_compared_with_each(target):
 
 def test_both_numbers_of_one_axis_are_named_together():
     own = [document("gyro_x", "N(N=1e-3)+K(K=1e-5)"), document("gyro_y", "N(N=2e-3)+K(K=2e-5)")]
-    text = export(axes_of(own), "kalibr")
+    text = al.export(axes_of(own), "kalibr")
     assert "numbers that cover N, K (the largest of the axes: N and K of gyro_y)\n" in text
     assert "numbers that cover N, K\n" in text
 
 
 def test_numbers_of_their_own_are_compared_with_their_own_axis():
     own = axes_of([document(name, text) for name, text in AXES.items() if name != "gyro_y"])
-    text = export(own, "c-header")
+    text = al.export(own, "c-header")
     assert worst_of(text)[0] == 1.0
     assert "largest" not in text
 
 
 def test_an_overbound_of_three_axes_is_compared_with_each():
     own = axes_of([document(name, text) for name, text in AXES.items()])
-    text = unwrapped(export(own, "kalibr", overbound=True))
+    text = unwrapped(al.export(own, "kalibr", overbound=True))
     assert worst_of(text)[0] > 2.0
     assert "of all its effects (the largest of the axes: N of gyro_y, K of gyro_z)" in text
 
 
 def test_a_state_space_has_the_fitted_value_of_what_is_not_detected():
     values = {
-        "angle_random_walk": Estimate(1e-3, 1e-5, (9e-4, 1.1e-3), "rad/s·s^½", True, "N"),
-        "rate_random_walk": Estimate(1e-6, 1e-6, (0.0, 3e-6), "rad/s/s^½", False, "K"),
+        "angle_random_walk": al.Estimate(1e-3, 1e-5, (9e-4, 1.1e-3), "rad/s·s^½", True, "N"),
+        "rate_random_walk": al.Estimate(1e-6, 1e-6, (0.0, 3e-6), "rad/s/s^½", False, "K"),
     }
     effects = [{"kind": k, "parameters": {e.name: e.to_dict()}} for k, e in values.items()]
     recording = {"column": "gyro_x", "unit": "rad/s", "rate_hz": 100.0}
     whole = axes_of([{"schema": "allanite/fit/1", "recording": recording, "effects": effects}])
     for overbound, walk in ((False, 1e-6), (True, 3e-6)):
-        (axis,) = json.loads(export(whole, "statespace", overbound=overbound))["axes"]
+        (axis,) = json.loads(al.export(whole, "statespace", overbound=overbound))["axes"]
         assert np.array(axis["Q"])[0, 0] == pytest.approx(walk**2 / 100.0)
 
 
@@ -221,14 +219,14 @@ def fitted(model, **rivals):
 
 
 def test_a_head_shows_what_other_models_say_of_a_number():
-    text = export(axes_of([fitted("N(N=1e-3)+K(K=1e-5)", K=(0.0, 3e-5))]), "kalibr")
+    text = al.export(axes_of([fitted("N(N=1e-3)+K(K=1e-5)", K=(0.0, 3e-5))]), "kalibr")
     (line,) = (one for one in text.splitlines() if "if it is gauss_markov" in one)
     assert re.search(r"K 0?\S+ \(\S+ \.\.\. \S+\) .*; 0 \.\.\. \S+ if it is gauss_markov", line)
 
 
 def test_an_overbound_covers_what_other_models_say():
     alone, both = (
-        walk_of(export(axes_of([one]), "kalibr", overbound=True))
+        walk_of(al.export(axes_of([one]), "kalibr", overbound=True))
         for one in (
             fitted("N(N=1e-3)+K(K=1e-5)"),
             fitted("N(N=1e-3)+K(K=1e-5)", K=(0.0, 3e-5)),
@@ -239,7 +237,7 @@ def test_an_overbound_covers_what_other_models_say():
 
 
 def test_an_overbound_covers_the_loudest_stretch():
-    text = export(
+    text = al.export(
         axes_of([fitted("N(N=1e-3)+K(K=1e-5)+LEVEL(start=600,end=800,factor=4)")]),
         "kalibr",
         overbound=True,
@@ -282,7 +280,7 @@ def test_an_overbound_of_a_power_law_is_near_its_density():
     at = np.array([0.1])
     power = level**2 / rate * (2.0 * np.sin(np.pi * at / rate)) ** -exponent
     law = law.with_values(level=law.level * float(np.sqrt(power / law.psd(at, rate))[0]))
-    known = model_to_dict(Model((noise.with_values(N=density), law)))
+    known = model_to_dict(al.Model((noise.with_values(N=density), law)))
     tightest = above({**known, "recording": fit.recording.describe()})
     tau = axis_for_export(axes_of([document])[0], None, None).taus
     own, apart = (
@@ -294,7 +292,7 @@ def test_an_overbound_of_a_power_law_is_near_its_density():
 
 
 def test_an_improved_model_has_the_correlations_of_its_parameters():
-    log = parse_model("N(N=0.01)+GM(q_c=0.01,T=3)").simulate(
+    log = al.parse_model("N(N=0.01)+GM(q_c=0.01,T=3)").simulate(
         rate=10.0, n=6000, seed=1, unit="rad/s"
     )
     ladder = al.improve(log, "N+GM", limit=0).to_dict()["ladder"]
@@ -303,7 +301,7 @@ def test_an_improved_model_has_the_correlations_of_its_parameters():
 
 def test_joint_limits_need_detected_parameters():
     """Without correlations, or with a larger coefficient by another model, the ends of all intervals are combined."""
-    log = parse_model("N(N=0.01)+GM(q_c=0.01,T=3)").simulate(
+    log = al.parse_model("N(N=0.01)+GM(q_c=0.01,T=3)").simulate(
         rate=10.0, n=6000, seed=1, unit="rad/s"
     )
     document = al.fit_model(log, "N+GM").to_dict()

@@ -17,7 +17,6 @@ import pytest
 import allanite as al
 from allanite.axes.averaging import averaged
 from allanite.cli import main
-from allanite.common.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -299,9 +298,9 @@ def test_a_rate_that_contradicts_the_stamps_is_refused(tmp_path, capsys):
     assert "--rate 100!" in said
     assert al.read(path, rate="100!").rate == 100.0
     assert al.read(path, rate=99.7).rate == 99.7
-    with pytest.raises(InputError, match=r"rate='100!'"):
+    with pytest.raises(al.InputError, match=r"rate='100!'"):
         al.read(path, rate=100)
-    with pytest.raises(InputError, match="is not a number in Hz"):
+    with pytest.raises(al.InputError, match="is not a number in Hz"):
         al.read(path, rate="fast")
 
 

@@ -6,9 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
+import allanite as al
 from allanite import _kernels
-from allanite.common.errors import InputError, TooShortError
-from allanite.deviation import oadev
 from allanite.effects.terms import Flicker, RandomWalk, White
 from allanite.fit.bands import bands, degrees_of_freedom
 from allanite.fit.classical.gls import fit_gls, gls_factors
@@ -35,13 +34,13 @@ def test_solver_agrees_with_scipy(p, seed):
 
 
 def test_solver_refuses():
-    with pytest.raises(InputError, match="same curve"):
+    with pytest.raises(al.InputError, match="same curve"):
         _kernels.gls_nonnegative(np.ones((4, 2)), np.ones(4), np.eye(4))
-    with pytest.raises(InputError, match="do not fit"):
+    with pytest.raises(al.InputError, match="do not fit"):
         _kernels.gls_nonnegative(np.ones((1, 2)), np.ones(1), np.eye(1))
-    with pytest.raises(InputError, match="positive definite"):
+    with pytest.raises(al.InputError, match="positive definite"):
         _kernels.gls_nonnegative(np.ones((2, 1)), np.ones(2), np.array([[1.0, 2.0], [2.0, 1.0]]))
-    with pytest.raises(InputError, match="is not positive"):
+    with pytest.raises(al.InputError, match="is not positive"):
         _kernels.gls_nonnegative(np.ones((2, 1)), np.ones(2), np.diag([1.0, 0.0]))
 
 
@@ -61,7 +60,7 @@ def test_exact_curve_gives_exact_coefficients():
 def test_white_noise_alone():
     rng = np.random.default_rng(2)
     n = 100_000
-    curve = oadev(rng.standard_normal(n), factors=gls_factors(n))
+    curve = al.oadev(rng.standard_normal(n), factors=gls_factors(n))
     fit = fit_gls(curve.deviation**2, curve.factors, n, UNITS)
     # The best estimate of white noise has a relative error of √(2/n) in variance, here 0.45 %.
     assert abs(fit.squares[0] - 1) < 5 * np.sqrt(2 / n)
@@ -70,15 +69,15 @@ def test_white_noise_alone():
 
 
 def test_fit_refuses():
-    with pytest.raises(InputError, match="must be positive"):
+    with pytest.raises(al.InputError, match="must be positive"):
         fit_gls([1.0, 0.0, 1.0], [1, 2, 4], 100, UNITS)
     with pytest.raises(
-        TooShortError, match="3 effects need at least as many averaging factors, found 2"
+        al.TooShortError, match="3 effects need at least as many averaging factors, found 2"
     ):
         fit_gls([1.0, 1.0], [1, 2], 100, UNITS)
-    with pytest.raises(InputError, match="do not match"):
+    with pytest.raises(al.InputError, match="do not match"):
         fit_gls([1.0, 1.0], [1, 2, 3], 100, UNITS)
-    with pytest.raises(InputError, match="at least one effect"):
+    with pytest.raises(al.InputError, match="at least one effect"):
         fit_gls([1.0, 1.0], [1, 2], 100, [])
 
 
@@ -91,7 +90,7 @@ def test_bands_are_nested_and_wider_where_less_is_known():
     assert np.all(band.high_everywhere > band.high_factor)
     assert np.all(np.diff(band.high_factor) > 0)
     np.testing.assert_allclose(band.edf, degrees_of_freedom(UNITS[0], 1001, factors), rtol=1e-12)
-    with pytest.raises(InputError, match="level 95"):
+    with pytest.raises(al.InputError, match="level 95"):
         bands(UNITS[0], 1001, factors, level=95.0)
 
 

@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import AllaniteError
 from allanite.common.memory import VARIABLE
 
 X = np.random.default_rng(5).standard_normal(200)
 
 
 def refused(path, *words, **options):
-    with pytest.raises(AllaniteError) as caught:
+    with pytest.raises(al.AllaniteError) as caught:
         al.read(path, **{"rate": 1, **options})
     message = str(caught.value)
     assert message.isprintable()
@@ -56,7 +55,7 @@ def test_headers_of_npy(tmp_path, name):
     content = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + bytes(24)
     (tmp_path / "x.npy").write_bytes(content)
     if name == "negative":
-        with suppress(AllaniteError):  # older NumPy reads what is there
+        with suppress(al.AllaniteError):  # older NumPy reads what is there
             assert al.read(tmp_path / "x.npy", rate=1).n == 3
         return
     refused(tmp_path / "x.npy", "x.npy")

@@ -11,7 +11,7 @@ import pytest
 
 import allanite as al
 from allanite.effects.files import model_to_dict
-from allanite.exports import axes_of, export
+from allanite.exports import axes_of
 from page_browser import launched
 
 NAMES = {
@@ -103,7 +103,7 @@ def exported(name, target):
         document = model_to_dict(al.parse_model("N(N=0.01)+B(B=1e-3)"))
         document["recording"] = {"unit": unit, "rate_hz": 100.0, "column": name, "path": name}
         documents.append(document)
-    return export(axes_of(documents), target)
+    return al.export(axes_of(documents), target)
 
 
 def matlab(text):

@@ -12,7 +12,6 @@ import allanite as al
 from allanite import _kernels
 from allanite.effects import Deterministic, Parameter, Periodic
 from allanite.effects.bias_step import BiasStep
-from allanite.effects.rate_ramp import RateRamp
 from allanite.effects.warm_up import WarmUp
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.shapes.deterministic import design_of, line_ordinates, regress
@@ -72,7 +71,7 @@ def test_a_periodic_effect_of_ones_own_is_fitted_like_the_sinusoid(recording):
     "effect",
     [
         BiasStep(time=123.4, height=1.0),
-        RateRamp(R=1.0),
+        al.RateRamp(R=1.0),
         al.effects.Excursion(start=40.0, end=333.3, height=1.0),
         al.effects.Transient(time=123.4, time_constant=30.0, height=1.0),
         al.effects.Transient(time=250.0, time_constant=0.5, height=1.0),
@@ -118,7 +117,7 @@ def test_a_matched_filter_counts_what_a_function_adds_to_those_beside_it():
     data, noise = fit.data, fit.solution.noise(fit.data)
     j = np.arange(1, 4096)
     variance = noise.variance(j)
-    points = [RateRamp(), *(WarmUp(time_constant=t) for t in (20.0, 200.0))]
+    points = [al.RateRamp(), *(WarmUp(time_constant=t) for t in (20.0, 200.0))]
     for point in points:
         gain, unit = matched_gains(
             [point], fit.solution.ordinates, noise, data, fit.model.deterministic

@@ -5,7 +5,6 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.common.errors import InputError
 from allanite.fit.likelihood.whitened import whiten
 from allanite.study.relations import lies_mostly_within
 from allanite.suggestion.p_values import best_interval
@@ -51,9 +50,9 @@ def test_chance_of_the_other_forms_is_no_smaller_than_simulated():
 
 
 def test_levels_are_times_and_factors_together():
-    with pytest.raises(InputError, match="2 times and 1 factors"):
+    with pytest.raises(al.InputError, match="2 times and 1 factors"):
         al.effects.NoiseLevels(times=(1.0, 2.0), factors=(2.0,))
-    with pytest.raises(InputError, match="must increase"):
+    with pytest.raises(al.InputError, match="must increase"):
         al.effects.NoiseLevels(times=(2.0, 1.0), factors=(2.0, 1.0))
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 from scipy.special import gammaln
 
-from allanite.common.errors import InputError
+import allanite as al
 from allanite.fit.likelihood import discrepancy, whittle
 from allanite.fit.likelihood.discrepancy import MIN_DISCREPANCY_DELTA_LOGL, SCALES
 from allanite.spectrum.spectrum import cells_of
@@ -213,13 +213,13 @@ def test_maximize_is_no_worse_than_any_of_its_starts():
 
 def test_what_does_not_fit_together_is_refused():
     power, count, columns, start, _ = spectra(1, 20, 2, 0.0)
-    with pytest.raises(InputError, match="scale 57 of 57"):
+    with pytest.raises(al.InputError, match="scale 57 of 57"):
         discrepancy.marginal_likelihood(power, count, power, SCALES.size)
-    with pytest.raises(InputError, match="for 20 bins"):
+    with pytest.raises(al.InputError, match="for 20 bins"):
         discrepancy.marginal_likelihood(power[1:], count, power[1:], 3)
-    with pytest.raises(InputError, match="for 2 coefficients and 20 bins"):
+    with pytest.raises(al.InputError, match="for 2 coefficients and 20 bins"):
         whittle.climb(power, count, columns[1:], start, None)
-    with pytest.raises(InputError, match="degrees of freedom"):
+    with pytest.raises(al.InputError, match="degrees of freedom"):
         discrepancy.marginal_likelihood(power, -count, power, 3)
 
 

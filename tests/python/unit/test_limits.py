@@ -7,7 +7,7 @@ import pytest
 
 import allanite as al
 from allanite.effects.files import model_from_dict, model_to_dict
-from allanite.fit import engine, fit_model
+from allanite.fit import engine
 from allanite.fit.table import fit_table
 from generators import sinusoid, walk, white
 
@@ -88,11 +88,11 @@ def test_what_are_no_limits_is_refused(limits):
 
 
 def test_a_truth_inside_is_fitted_as_without_limits(wandering):
-    free = fit_model(wandering, "N+K+GM")
-    held = fit_model(wandering, "N(N=[0.05,0.2])+K(K=[,0.1])+GM(q_c=[0.01,1])")
+    free = al.fit_model(wandering, "N+K+GM")
+    held = al.fit_model(wandering, "N(N=[0.05,0.2])+K(K=[,0.1])+GM(q_c=[0.01,1])")
     assert numbers(held) == numbers(free)
     assert held.misfit == free.misfit
-    shaped = fit_model(wandering, "N+K+GM(T=[2,200])")
+    shaped = al.fit_model(wandering, "N+K+GM(T=[2,200])")
     for key, value in numbers(free).items():
         assert numbers(shaped)[key] == pytest.approx(value, rel=5e-3), key
     assert "at its limit" not in fit_table(shaped)
@@ -110,7 +110,7 @@ def test_a_truth_inside_is_fitted_as_without_limits(wandering):
 def test_a_truth_outside_is_at_the_limit_and_the_rest_as_with_that_value_held(
     wandering, limited, held, place, name
 ):
-    fit, other = fit_model(wandering, limited), fit_model(wandering, held)
+    fit, other = al.fit_model(wandering, limited), al.fit_model(wandering, held)
     assert numbers(fit) == pytest.approx(numbers(other), rel=1e-9)
     assert fit.misfit == other.misfit
     assert fit.model.effects[place].at_limit == (name,)
@@ -130,10 +130,10 @@ def test_one_of_two_that_were_beyond_is_let_go_where_the_other_one_needs_it():
     """The line is loud: with N held low both N and K are beyond; K belongs inside once N is at its limit."""
     truth = al.parse_model("N(N=0.1)+K(K=0.01)")
     log = truth.simulate(duration=4000, rate=RATE, seed=5, unit="deg/s")
-    fit = fit_model(log, "N(N=[0.2,])+K(K=[,0.1])+B(B=[0.001,])")
+    fit = al.fit_model(log, "N(N=[0.2,])+K(K=[,0.1])+B(B=[0.001,])")
     best = max(
         (
-            fit_model(log, f"N(N=0.2!)+K{k}+B{b}")
+            al.fit_model(log, f"N(N=0.2!)+K{k}+B{b}")
             for k in ("", "(K=0.1!)")
             for b in ("", "(B=0.001!)")
         ),
@@ -155,13 +155,13 @@ def test_a_line_is_looked_for_within_its_limits_alone():
     rng = np.random.default_rng(2)
     x = white(rng, N, RATE, 0.1) + sinusoid(N, RATE, 1.3, 0.2) + sinusoid(N, RATE, 2.9, 0.05)
     log = al.Recording(x, RATE, unit="deg/s")
-    fit = fit_model(log, "N+SIN(f=[2,4])")
+    fit = al.fit_model(log, "N+SIN(f=[2,4])")
     assert fit["frequency"] == pytest.approx(2.9, abs=1e-3)
     assert fit["frequency"].interval[0] > 2.0
-    loud = fit_model(log, "N+SIN(f=1.3,A=[,0.1])")
+    loud = al.fit_model(log, "N+SIN(f=1.3,A=[,0.1])")
     assert loud["amplitude"] == pytest.approx(0.1)
     assert loud.model.effects[1].at_limit == ("amplitude",)
-    low, high = fit_model(log, "N+SIN(f=1.3,A=[0.19999,0.20001])")["amplitude"].interval or (
+    low, high = al.fit_model(log, "N+SIN(f=1.3,A=[0.19999,0.20001])")["amplitude"].interval or (
         0.2,
         0.2,
     )
@@ -169,11 +169,11 @@ def test_a_line_is_looked_for_within_its_limits_alone():
 
 
 def test_an_interval_ends_where_the_limits_do(wandering):
-    free = fit_model(wandering, "N+K+GM")["N"]
+    free = al.fit_model(wandering, "N+K+GM")["N"]
     low, high = free.interval
     assert low < free < high
     near = 0.5 * (float(free) + high)
-    fit = fit_model(wandering, f"N(N=[,{near!r}])+K+GM")
+    fit = al.fit_model(wandering, f"N(N=[,{near!r}])+K+GM")
     assert fit["N"] == free
     assert fit["N"].interval == (low, near)
 
@@ -182,17 +182,17 @@ def test_a_known_function_of_time_is_limited_too():
     log = (al.AngleRandomWalk(N=0.1) + al.RateRamp(R=1e-3)).simulate(
         duration=2000, rate=RATE, seed=1, unit="deg/s"
     )
-    assert fit_model(log, "N+R(R=[-1,1])")["R"] == fit_model(log, "N+R")["R"]
-    fit = fit_model(log, "N+R(R=[,5e-4])")
+    assert al.fit_model(log, "N+R(R=[-1,1])")["R"] == al.fit_model(log, "N+R")["R"]
+    fit = al.fit_model(log, "N+R(R=[,5e-4])")
     assert fit["R"] == 5e-4
-    assert fit["N"] == pytest.approx(float(fit_model(log, "N+R(R=5e-4!)")["N"]), rel=1e-9)
+    assert fit["N"] == pytest.approx(float(al.fit_model(log, "N+R(R=5e-4!)")["N"]), rel=1e-9)
 
 
 def test_a_number_at_its_limit_is_free_in_the_next_fit(wandering):
-    fit = fit_model(wandering, "N+K(K=[0.05,])")
+    fit = al.fit_model(wandering, "N+K(K=[0.05,])")
     assert fit.model.effects[1].at_limit == ("K",)
     wide = fit.model.effects[1].with_values(limits={})
-    again = fit_model(wandering, al.Model((fit.model.effects[0], wide)))
+    again = al.fit_model(wandering, al.Model((fit.model.effects[0], wide)))
     assert again.model.effects[1].at_limit == ()
     more = fit.add(al.GaussMarkov())
     assert more["K"] == pytest.approx(0.05)
@@ -205,10 +205,10 @@ def test_missing_samples_and_other_methods():
     log = truth.simulate(duration=1000, rate=RATE, seed=1, unit="deg/s")
     x = log.samples.astype(float).copy()
     x[3000:3500] = np.nan
-    fit = fit_model(al.Recording(x, RATE, unit="deg/s"), "N(N=[,0.08])+K")
+    fit = al.fit_model(al.Recording(x, RATE, unit="deg/s"), "N(N=[,0.08])+K")
     assert fit["N"] == 0.08
     with pytest.raises(al.InputError, match="limits"):
-        fit_model(log, "N(N=[,0.08])+K", method="gls")
+        al.fit_model(log, "N(N=[,0.08])+K", method="gls")
 
 
 def test_limits_between_which_a_record_tells_nothing_are_refused(wandering):
@@ -216,8 +216,8 @@ def test_limits_between_which_a_record_tells_nothing_are_refused(wandering):
         with pytest.raises(
             al.InputError, match="are outside the range that this record can resolve"
         ):
-            fit_model(wandering, model)
-    assert fit_model(wandering, "N+GM(T=[1500,1e9])")["correlation_time"] >= 1500
+            al.fit_model(wandering, model)
+    assert al.fit_model(wandering, "N+GM(T=[1500,1e9])")["correlation_time"] >= 1500
 
 
 @pytest.mark.long
@@ -230,7 +230,7 @@ def test_check_and_study_keep_to_limits(wandering):
 def test_a_walk_below_its_least_value_is_where_it_says(wandering):
     rng = np.random.default_rng(4)
     log = al.Recording(white(rng, N, RATE, 0.1) + walk(rng, N, RATE, 1e-9), RATE, unit="deg/s")
-    fit = fit_model(log, "N+K(K=[1e-3,1])")
+    fit = al.fit_model(log, "N+K(K=[1e-3,1])")
     assert fit["K"] == 1e-3
     assert fit.model.effects[1].at_limit == ("K",)
 
@@ -241,7 +241,7 @@ def test_a_shape_that_a_fit_finds_at_the_end_of_its_range_needs_no_second_fit(mo
     monkeypatch.setattr(engine, "_fit", lambda *given: fits.append(1) or inner(*given))
     # The density of quantization rises with f²; the steepest power law of the catalog is the nearest.
     log = al.parse_model("N(N=0.01)+Q(Q=0.1)").simulate(rate=10.0, duration=1000.0, seed=1)
-    law = fit_model(log, "N+PL").model.effects[1]
+    law = al.fit_model(log, "N+PL").model.effects[1]
     assert law.at_limit == ("exponent",)
     assert law.exponent == law.parameter("exponent").high
     assert len(fits) == 1

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from allanite.common.errors import TooShortError
-from allanite.deviation import oadev
+import allanite as al
 from allanite.fit.classical.lines import read_lines
 
 RATE = 100.0
@@ -21,7 +20,7 @@ def white(seed, n=720_000, level=0.01):
 
 
 def curve(x):
-    return oadev(x, rate=RATE)
+    return al.oadev(x, rate=RATE)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -91,7 +90,7 @@ def test_too_few_times():
         deviation=np.array([1.0, 0.7]),
         edf=np.array([6.0, 3.0]),
     )
-    with pytest.raises(TooShortError, match="2 averaging times"):
+    with pytest.raises(al.TooShortError, match="2 averaging times"):
         read_lines(few)
 
 

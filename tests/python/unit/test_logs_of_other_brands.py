@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import InputError
 from allanite.readers import read_sensors
 
 N = 200
@@ -46,7 +45,7 @@ def test_unicode_text_of_a_spreadsheet(tmp_path, encoding):
 
 def test_an_error_in_unicode_text_names_the_file_and_the_row(tmp_path):
     path = written(tmp_path, "log.txt", "t [s],gx [deg/s]\n0,1\n0.1,x\n" + "0.2,1\n" * 9, "utf-16")
-    with pytest.raises(InputError, match=r"log\.txt: row 3"):
+    with pytest.raises(al.InputError, match=r"log\.txt: row 3"):
         al.read(path)
 
 
@@ -79,7 +78,7 @@ def test_labview(tmp_path, x_columns, comma):
 
 
 def test_labview_with_a_head_for_each_segment_is_refused(tmp_path):
-    with pytest.raises(InputError, match="one header only"):
+    with pytest.raises(al.InputError, match="one header only"):
         al.read(written(tmp_path, "log.lvm", lvm(multi="Yes")))
 
 
@@ -113,7 +112,7 @@ def test_rows_of_two_sensors_with_names(tmp_path):
     r = al.read(path, topic="ACCE", unit="m/s^2")
     assert (r.columns, r.rate) == (("x", "y", "z"), pytest.approx(100.0))
     np.testing.assert_allclose(r.samples, ACC, atol=1e-5)
-    with pytest.raises(InputError, match="no rows of MAGN, only of ACCE, GYRO"):
+    with pytest.raises(al.InputError, match="no rows of MAGN, only of ACCE, GYRO"):
         al.read(path, topic="MAGN")
 
 
@@ -150,7 +149,7 @@ def test_a_sketch_with_stamps_of_the_terminal(tmp_path):
     lines = path.read_text().splitlines(keepends=True)
     for lost in (40, 41):
         path.write_text("".join(lines[:lost] + lines[lost + 1 :]))
-        with pytest.raises(InputError, match="the sample that begins in row"):
+        with pytest.raises(al.InputError, match="the sample that begins in row"):
             al.read(path)
 
 
@@ -159,7 +158,7 @@ def test_what_rostopic_echo_prints_is_refused(tmp_path):
         f"header: \n  seq: {k}\n  stamp: \n    secs: {k}\n    nsecs: 0\nangular_velocity: \n  x: 0.1\n---\n"
         for k in K
     )
-    with pytest.raises(InputError, match="record a bag"):
+    with pytest.raises(al.InputError, match="record a bag"):
         al.read(written(tmp_path, "imu.txt", text))
 
 
@@ -203,7 +202,7 @@ def test_a_table_of_deviations_whose_header_has_more_words_than_columns(tmp_path
     rows = "".join(
         f"{2**i:6d} {2.0**i:.4e} {1000 // 2**i} 0 {9e-12 / 2 ** (i / 2):.4e}\n" for i in range(9)
     )
-    with pytest.raises(InputError, match="a table of deviations"):
+    with pytest.raises(al.InputError, match="a table of deviations"):
         al.read(written(tmp_path, "sigma.txt", header + rows), rate=1.0)
 
 
@@ -310,5 +309,5 @@ def test_summaries_of_a_time_server_are_refused(tmp_path):
         f"phc2sys[{100 + k}.345]: CLOCK_REALTIME rms {20 + k % 5:4d} max {60 + k % 7:4d} freq  +1234 +/-  12 delay  900\n"
         for k in K
     )
-    with pytest.raises(InputError, match=r"summaries \(rms, max\), but no offsets"):
+    with pytest.raises(al.InputError, match=r"summaries \(rms, max\), but no offsets"):
         al.read(written(tmp_path, "phc2sys.log", text))

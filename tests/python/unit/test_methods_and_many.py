@@ -8,7 +8,6 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.cli import main
-from allanite.common.errors import InputError
 
 
 def record(model, seed, n=100_000, axis=0):
@@ -78,9 +77,9 @@ def test_columns_and_units():
     both = al.fit_many(al.Recording(samples, rate=100, unit="rad/s", columns=("x", "y")), "N")
     assert [label.split()[0] for label in both.labels] == ["x", "y"]
     first = al.Recording(samples[:, 0], rate=100, unit="rad/s")
-    with pytest.raises(InputError, match=r"deg/s and rad/s"):
+    with pytest.raises(al.InputError, match=r"deg/s and rad/s"):
         al.fit_many([first, first.to("deg/s")], "N")
-    with pytest.raises(InputError, match="no recordings"):
+    with pytest.raises(al.InputError, match="no recordings"):
         al.fit_many([], "N")
     assert al.fit_many(first, "N").pooled == ()
 

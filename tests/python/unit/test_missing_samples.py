@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import TooShortError
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.whittle import normal_scores
@@ -174,14 +173,14 @@ def test_a_step_has_its_height():
 def test_of_one_sample_in_three_hundred_no_record_is_made():
     samples = np.full(18_000, np.nan)
     samples[::300] = np.random.default_rng(1).standard_normal(60)
-    with pytest.raises(TooShortError, match=r"60 of 18000 samples; .* one in 200"):
+    with pytest.raises(al.TooShortError, match=r"60 of 18000 samples; .* one in 200"):
         al.parse_model("N").fit(al.Recording(samples, rate=RATE))
 
 
 def test_hardly_anything_left_says_how_much_is_needed():
     samples = np.full(5000, np.nan)
     samples[[10, 4000]] = 1.0, 2.0
-    with pytest.raises(TooShortError, match="2 of 5000 samples; a fit needs at least 32"):
+    with pytest.raises(al.TooShortError, match="2 of 5000 samples; a fit needs at least 32"):
         al.parse_model("N").fit(al.Recording(samples, rate=RATE))
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite import _core
-from allanite.common.errors import InputError
 
 SECTION = (0.02, 0.04, 0.02, -1.56, 0.64)
 
@@ -212,7 +212,7 @@ def test_nothing_and_no_samples():
     ],
 )
 def test_errors_are_one_line_and_name_the_thing(process, message):
-    with pytest.raises(InputError, match=message) as caught:
+    with pytest.raises(al.InputError, match=message) as caught:
         _core.simulate([process], 10, 1)
     assert process[0] in str(caught.value)
     assert "\n" not in str(caught.value)

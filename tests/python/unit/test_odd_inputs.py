@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import TooShortError
 
 
 def test_merging_tells_what_is_wrong():
@@ -44,5 +43,5 @@ def test_theoh_says_when_no_bias_could_be_estimated():
 def test_theoh_names_the_fewest_samples_that_suffice(quantity, fewest):
     x = np.random.default_rng(2).standard_normal(fewest)
     assert al.theoh(x, quantity=quantity).tau.size
-    with pytest.raises(TooShortError, match=f"at least {fewest} samples .* found {fewest - 1}"):
+    with pytest.raises(al.TooShortError, match=f"at least {fewest} samples .* found {fewest - 1}"):
         al.theoh(x[1:], quantity=quantity)

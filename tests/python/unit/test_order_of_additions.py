@@ -8,7 +8,6 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.fit import fit_model
 from allanite.study import Rung, best_replacement
 from allanite.study.judgement import is_doubtful_event
 
@@ -44,7 +43,7 @@ def test_the_last_model_is_the_one_that_the_record_prefers():
     n = 20_000
     x = g.white(rng, n, RATE, 0.01) + g.gauss_markov(rng, n, RATE, 4e-3, 20.0)
     record = al.Recording(x, rate=RATE, unit="rad/s")
-    first, last = fit_model(record, "N"), fit_model(record, "N+K")
+    first, last = al.fit_model(record, "N"), al.fit_model(record, "N+K")
     ladder = [Rung(first), Rung(last, last.model.effects[-1])]
     rung = best_replacement(ladder)
     assert rung is not None
@@ -89,7 +88,7 @@ def test_a_phase_that_wraps_hides_its_clock():
 
 def test_what_left_and_came_back_is_where_it_was():
     record = al.Recording(np.random.default_rng(16).standard_normal(2000), rate=1.0, unit="1")
-    fit = fit_model(record, "N+B+K")
+    fit = al.fit_model(record, "N+B+K")
     walk, flicker = fit.model.effects[2], fit.model.effects[1]
     rung = Rung(fit, flicker, ("rate_random_walk",), brought=(walk,))
     assert rung.changes == ("+ flicker FM",)
@@ -138,7 +137,7 @@ def test_outliers_remove_what_is_gone_of_the_misfit_of_the_samples_that_stay():
     x = g.white(rng, n, RATE, 0.01) + g.sinusoid(n, RATE, 0.31, 0.004)
     at = rng.choice(n, 25, replace=False)
     x[at] += 0.4
-    check = fit_model(al.Recording(x, rate=RATE, unit="rad/s"), "N").check()
+    check = al.fit_model(al.Recording(x, rate=RATE, unit="rad/s"), "N").check()
     out = next(s for s in check.suggestions if s.kind == "outliers")
     # Beside a line that is still there nearly nothing of the spectrum's misfit has gone.
     assert out.significant

@@ -12,7 +12,6 @@ from click.testing import CliRunner
 import allanite as al
 import generators as g
 from allanite.cli import cli
-from allanite.common.errors import InputError, TooShortError
 from allanite.fit.rivals.line_trials import trials_at
 
 BASE = "N(N=0.0126)+B(B=0.002)+K(K=9.07e-5)"
@@ -95,7 +94,7 @@ def test_the_rate_is_the_lowest_that_is_as_good():
 
 def test_a_column_has_to_be_described():
     effect = al.effects.Covariate(column="temperature", coefficient=1e-3, lag=0.0)
-    with pytest.raises(InputError, match="covariates="):
+    with pytest.raises(al.InputError, match="covariates="):
         al.detection_power("N(N=0.01)", effect, duration=1000.0, rate=10.0)
     day = {"temperature": lambda t: 5.0 * np.sin(2 * np.pi * t / 500.0)}
     found = al.detection_power("N(N=0.01)", effect, duration=1000.0, rate=10.0, covariates=day)
@@ -125,13 +124,13 @@ def test_a_column_has_to_be_described():
     ],
 )
 def test_what_cannot_be_planned_is_said(call, message):
-    with pytest.raises(InputError, match=message) as caught:
+    with pytest.raises(al.InputError, match=message) as caught:
         call()
     assert "\n" not in str(caught.value)
 
 
 def test_a_record_of_a_few_samples():
-    with pytest.raises(TooShortError, match="at least 32"):
+    with pytest.raises(al.TooShortError, match="at least 32"):
         al.detection_power("N(N=1)", duration=1.0, rate=10.0)
 
 

@@ -7,8 +7,8 @@ import time
 
 import pytest
 
+import allanite as al
 from allanite.common import threads
-from allanite.common.errors import InputError
 from allanite.common.threads import (
     Ended,
     Pool,
@@ -53,7 +53,7 @@ class Work:
         return time.monotonic() - start
 
 
-@pytest.mark.parametrize("kind", [KeyboardInterrupt, InputError, Ended])
+@pytest.mark.parametrize("kind", [KeyboardInterrupt, al.InputError, Ended])
 def test_nothing_that_waits_begins(kind):
     work = Work()
     assert work.interrupted(kind) < PATIENCE
@@ -112,12 +112,12 @@ def test_columns_that_keep_every_processor_busy_do_their_work_themselves(number,
         together.wait(PATIENCE)
         with Pool(1) as pool:
             own = pool.submit(threading.get_ident).result() == threading.get_ident()
-            with pytest.raises(InputError, match="as asked"):
+            with pytest.raises(al.InputError, match="as asked"):
                 pool.submit(refuse).result()
         together.wait(PATIENCE)
         return own
 
     def refuse():
-        raise InputError("as asked")
+        raise al.InputError("as asked")
 
     assert threads.side_by_side([column] * number) == [number == 2] * number

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
+import allanite as al
 from allanite.clocks.holdover import PhaseModels, holdovers_of
-from allanite.effects import AngleRandomWalk, Quantization, RateRandomWalk
 from allanite.fit.stamped.candidates import Candidate, fit_noise
 from allanite.fit.stamped.likelihood import StampedSeries
 from allanite.fit.stamped.noise import integrated_noise
@@ -23,7 +23,7 @@ def test_white_noise_with_unknown_level_is_predicted_by_students_t(n):
     # With a uniform prior in σ, the next sample has Student's t distribution with n − 2 degrees of freedom about the mean,
     # with variance S/(n − 2)·(1 + 1/n); S is the sum of squares about the mean (Gelman et al. 2013, section 3.2).
     values = np.random.default_rng(n).standard_normal(n)
-    series, fit = fitted(values, (Quantization(),))
+    series, fit = fitted(values, (al.Quantization(),))
     [found] = holdovers_of([PhaseModels([fit], series)], [5.0], [np.ones((1, 1))])
     scale = np.sqrt(n * values.var() / (n - 2) * (1 + 1 / n))
     half = student(n - 2).ppf(0.975) * scale
@@ -37,7 +37,7 @@ def test_white_noise_with_unknown_level_is_predicted_by_students_t(n):
 def test_a_coefficient_that_the_record_does_not_show_stays_near_zero():
     # White FM: the posterior of the random walk is flat below its upper limit, and the points spread over it.
     phase = np.cumsum(np.random.default_rng(2).standard_normal(400))
-    series, fit = fitted(phase, (AngleRandomWalk(), RateRandomWalk()))
+    series, fit = fitted(phase, (al.AngleRandomWalk(), al.RateRandomWalk()))
     best = fit.regressed.log_likelihood
     weights, values = posterior_points(
         fit, lambda noise: (series.regressed(noise).log_likelihood, noise.gauss_markov[0][0])

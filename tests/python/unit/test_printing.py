@@ -10,7 +10,6 @@ from click.testing import CliRunner
 import allanite as al
 from allanite.cli import cli
 from allanite.cli.output import wrapped_to_terminal
-from allanite.common.errors import InputError
 from allanite.common.numbers import (
     harmonics_text,
     log10_probability_text,
@@ -20,7 +19,6 @@ from allanite.common.numbers import (
 )
 from allanite.common.printing import REQUESTED_UNITS, printed, sample_unit, table_unit
 from allanite.common.units import conversion, parse_unit
-from allanite.effects.files import parse_model
 from allanite.fit.table import misfit_line, parameter_rows
 
 
@@ -41,7 +39,7 @@ def test_units_of_coefficients_lead_to_those_of_samples(text, expected):
 
 def test_what_is_no_unit_is_refused():
     for text in ("parsec", "deg/m", "m/s/sqrt"):
-        with pytest.raises(InputError, match=r"unit"):
+        with pytest.raises(al.InputError, match=r"unit"):
             sample_unit(text)
 
 
@@ -70,7 +68,7 @@ def test_printed():
 
 @pytest.fixture
 def log(tmp_path):
-    recording = parse_model("N(N=0.01)+K(K=1e-3)").simulate(
+    recording = al.parse_model("N(N=0.01)+K(K=1e-3)").simulate(
         n=20_000, rate=10.0, seed=1, unit="deg/s"
     )
     path = tmp_path / "gyro.csv"
@@ -112,11 +110,11 @@ def test_a_unit_of_a_coefficient_is_the_one_it_is_shown_in(asked, shown, factor)
 
 def shown_rows(model, unit, asked):
     """Parameter, value and interval of a fit to a simulated record, as the tables of a command show them."""
-    record = parse_model(model).simulate(n=4000, rate=10.0, seed=1, unit=unit)
+    record = al.parse_model(model).simulate(n=4000, rate=10.0, seed=1, unit=unit)
     record = record.to(sample_unit(asked))
     token = REQUESTED_UNITS.set({parse_unit(record.unit).kind: asked})
     try:
-        return parameter_rows(parse_model("N+K").fit(record))
+        return parameter_rows(al.parse_model("N+K").fit(record))
     finally:
         REQUESTED_UNITS.reset(token)
 
@@ -182,7 +180,7 @@ def test_each_kind_of_sensor_in_a_log_has_the_unit_asked_for_it(tmp_path):
         ("ppb", "cannot express rad/s, m/s"),
         ("deg/h,deg/s", "two units of one kind"),
     ):
-        with pytest.raises(InputError, match=words):
+        with pytest.raises(al.InputError, match=words):
             run(*log, "--output-unit", asked)
 
 
@@ -195,8 +193,8 @@ def test_json_keeps_the_unit_of_the_samples(log):
 
 
 def test_clocks_have_names_and_units_of_their_own():
-    recording = parse_model("N(N=1e-9)+K(K=1e-12)").simulate(n=4000, rate=1.0, seed=1, unit="1")
-    table = str(parse_model("N+B+K").fit(recording))
+    recording = al.parse_model("N(N=1e-9)+K(K=1e-12)").simulate(n=4000, rate=1.0, seed=1, unit="1")
+    table = str(al.parse_model("N+B+K").fit(recording))
     assert "white FM" in table
     assert "flicker FM" in table
     assert "random-walk FM" in table

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import AllaniteError, InputError, TooShortError
-from allanite.readers import read
 from allanite.readers._table import split_unit
 from allanite.readers.sensor_names import role_of, sensor_kind
 
@@ -27,7 +25,7 @@ def test_dialects(tmp_path, delimiter, newline, bom, comment):
     lines = [delimiter.join(["time", "gyro_x", "gyro_y"])]
     lines += [delimiter.join(map(repr, row)) for row in ROWS]
     text = bom + comment.replace("\n", newline) + newline.join(lines) + newline
-    r = read(write(tmp_path, text), unit="deg/s")
+    r = al.read(write(tmp_path, text), unit="deg/s")
     assert r.columns == ("gyro_x", "gyro_y")
     assert r.rate == pytest.approx(100)
     assert r.unit == "deg/s"
@@ -37,16 +35,16 @@ def test_dialects(tmp_path, delimiter, newline, bom, comment):
 @pytest.mark.parametrize("delimiter", [";", "\t", " "])
 def test_decimal_comma(tmp_path, delimiter):
     lines = [delimiter.join(repr(v).replace(".", ",") for v in row) for row in ROWS]
-    r = read(write(tmp_path, "\n".join(["t;x;y".replace(";", delimiter), *lines])))
+    r = al.read(write(tmp_path, "\n".join(["t;x;y".replace(";", delimiter), *lines])))
     np.testing.assert_allclose(r.samples, np.array(ROWS)[:, 1:])
 
 
 def test_no_header(tmp_path):
-    r = read(write(tmp_path, "1.5\n2.5\n3.5\n"), rate=10)
+    r = al.read(write(tmp_path, "1.5\n2.5\n3.5\n"), rate=10)
     assert r.columns == ("x",)
     np.testing.assert_array_equal(r.samples, [1.5, 2.5, 3.5])
     text = "\n".join(f"{k / 50},{np.sin(k)},{np.cos(k)}" for k in range(200))
-    r = read(write(tmp_path, text))
+    r = al.read(write(tmp_path, text))
     assert (r.columns, r.rate) == (("x1", "x2"), pytest.approx(50))
 
 
@@ -54,7 +52,7 @@ def test_units_in_the_header(tmp_path):
     text = "Time [ms],Gyro X (deg/s),Acc X [m/s²],Temp (°C)\n" + "".join(
         f"{10 * k},{k % 7},{k % 5},{20 + k}\n" for k in range(50)
     )
-    r = read(write(tmp_path, text))
+    r = al.read(write(tmp_path, text))
     assert r.columns == ("Gyro X", "Acc X")
     assert r.units == ("deg/s", "m/s^2")
     assert r.rate == pytest.approx(100)
@@ -63,7 +61,7 @@ def test_units_in_the_header(tmp_path):
 
 
 def test_empty_cells_and_nan_are_gaps(tmp_path):
-    r = read(write(tmp_path, "x,y\n1,2\n,3\nnan,4\n5,6\n"), rate=1)
+    r = al.read(write(tmp_path, "x,y\n1,2\n,3\nnan,4\n5,6\n"), rate=1)
     assert np.isnan(r.samples[1:3, 0]).all()
     assert r.gaps == 1
 
@@ -72,23 +70,23 @@ def test_a_short_tail_is_a_gap_and_a_long_one_another_rate(tmp_path):
     rows = [f"{k % 5},{k % 7}" for k in range(300)]
     for tail in (1, 3):
         text = "\n".join(["x,y", *rows[:-tail], *(row.split(",")[0] + "," for row in rows[-tail:])])
-        r = read(write(tmp_path, text), rate=1)
+        r = al.read(write(tmp_path, text), rate=1)
         assert (r.n, r.column("y").missing, r.column("x").missing) == (300, tail, 0)
     data = np.random.default_rng(0).standard_normal((300, 2))
     data[150:, 1] = np.nan
     with pytest.raises(
-        InputError, match="x1 ends after 150 rows, others have 300: it has another rate"
+        al.InputError, match="x1 ends after 150 rows, others have 300: it has another rate"
     ):
-        read(npz(tmp_path, data=data, rate_hz=50.0))
+        al.read(npz(tmp_path, data=data, rate_hz=50.0))
     # A time that goes on beyond the samples: no column of samples is longer than the others.
-    assert read(write(tmp_path, "t,x,y\n0,1,2\n1,3,4\n2,,\n3,,\n"), rate=1).missing == 2
+    assert al.read(write(tmp_path, "t,x,y\n0,1,2\n1,3,4\n2,,\n3,,\n"), rate=1).missing == 2
 
 
 def test_a_dead_axis_leaves_the_others(tmp_path):
     data = np.random.default_rng(0).standard_normal((2000, 3))
     data[:, 1], data[10:, 2] = np.nan, np.nan
     path = npz(tmp_path, data=data, rate_hz=50.0, channels=["gx", "gy", "gz"], unit="deg/s")
-    r = read(path)
+    r = al.read(path)
     assert [column.missing for column in r] == [0, 2000, 1990]
     assert (al.inspect(path).rate, al.inspect(path).duration) == (50.0, 40.0)
     # What is refused still has the rate that the log states.
@@ -101,7 +99,7 @@ def test_a_dead_axis_leaves_the_others(tmp_path):
 
 def test_a_column_without_values_explains_nothing(tmp_path):
     rows = [f"{k % 7}," for k in range(200)]
-    r = read(write(tmp_path, "\n".join(["gx,temperature", *rows])), rate=1)
+    r = al.read(write(tmp_path, "\n".join(["gx,temperature", *rows])), rate=1)
     assert not r.covariates
     assert [f.found for f in r.told if f.kind == "no_values"] == [
         "column temperature is not used: only 0 values in 200 rows"
@@ -111,8 +109,8 @@ def test_a_column_without_values_explains_nothing(tmp_path):
 def test_names_that_repeat_one_are_told_apart(tmp_path):
     rows = "".join(f"{k / 10},{k % 7},{k % 5},{k / 10}\n" for k in range(50))
     path = write(tmp_path, "time [s],gx [rad/s],gx [rad/s],time\n" + rows)
-    assert read(path).columns == ("gx", "gx [2]")
-    assert read(path, column="gx [2]").samples[:6].tolist() == [0, 1, 2, 3, 4, 0]
+    assert al.read(path).columns == ("gx", "gx [2]")
+    assert al.read(path, column="gx [2]").samples[:6].tolist() == [0, 1, 2, 3, 4, 0]
     data = np.zeros((5, 3))
     assert al.Recording(data, rate=1, columns=["g", "g [2]", "g"]).columns == (
         "g",
@@ -120,7 +118,7 @@ def test_names_that_repeat_one_are_told_apart(tmp_path):
         "g [3]",
     )
     named = npz(tmp_path, data=data, rate_hz=1.0, channels=["gx", "gx", "gx"])
-    assert read(named, unit="deg/s,g").columns == ("gx", "gx [2]", "gx [3]")
+    assert al.read(named, unit="deg/s,g").columns == ("gx", "gx [2]", "gx [3]")
     assert sensor_kind("gx [2]") == "angular rate"
 
 
@@ -128,20 +126,20 @@ def test_columns_by_name_and_index(tmp_path):
     path = write(
         tmp_path, "time_s,wx,wy,temp,mag_x\n" + "".join(f"{k},{k},2,3,4\n" for k in range(9))
     )
-    assert read(path).columns == ("wx", "wy")
-    assert read(path, column="wy").columns == ("wy",)
-    assert read(path, column=["2", "1"]).columns == ("wy", "wx")
-    assert read(path, column="mag_x", unit="1").columns == ("mag_x",)
-    r = read(path, covariate=["mag_x", "wy"], column="wx")
+    assert al.read(path).columns == ("wx", "wy")
+    assert al.read(path, column="wy").columns == ("wy",)
+    assert al.read(path, column=["2", "1"]).columns == ("wy", "wx")
+    assert al.read(path, column="mag_x", unit="1").columns == ("mag_x",)
+    r = al.read(path, covariate=["mag_x", "wy"], column="wx")
     assert list(r.covariates) == ["temp", "mag_x", "wy"]
-    assert read(path, rate="7!", time_column="time_s").rate == 7
+    assert al.read(path, rate="7!", time_column="time_s").rate == 7
 
 
 def test_a_unit_of_one_kind_chooses_its_sensors(tmp_path):
     path = write(tmp_path, "gx,gy,ax,ay\n" + "1,2,3,4\n5,6,7,8\n" * 5)
-    assert read(path, rate=1, unit="deg/s").columns == ("gx", "gy")
-    assert read(path, rate=1, unit="mg").columns == ("ax", "ay")
-    assert read(path, rate=1).columns == ("gx", "gy", "ax", "ay")
+    assert al.read(path, rate=1, unit="deg/s").columns == ("gx", "gy")
+    assert al.read(path, rate=1, unit="mg").columns == ("ax", "ay")
+    assert al.read(path, rate=1).columns == ("gx", "gy", "ax", "ay")
 
 
 @pytest.mark.parametrize(
@@ -203,38 +201,40 @@ def test_npz(tmp_path):
         channels=["g", "a", "temperature"],
         unit=["deg/s", "g", "degC"],
     )
-    r = read(path)
+    r = al.read(path)
     assert (r.columns, r.units, r.rate) == (("g", "a"), ("deg/s", "g"), 50.0)
     np.testing.assert_array_equal(r.samples, data[:, :2])
     assert r.samples.dtype == np.float32
     assert r.covariate_units["temperature"] == "degC"
-    assert read(path, output := None, "deg/s", column="g").unit == "deg/s"
+    assert al.read(path, output := None, "deg/s", column="g").unit == "deg/s"
     assert output is None
 
 
 def test_npz_with_time_keeps_the_stated_rate_and_reports(tmp_path):
     t = np.arange(500) / 9.862
-    r = read(npz(tmp_path, data=np.random.default_rng(0).standard_normal(500), rate_hz=10.0, t=t))
+    r = al.read(
+        npz(tmp_path, data=np.random.default_rng(0).standard_normal(500), rate_hz=10.0, t=t)
+    )
     assert r.rate == 10
     assert "9.862" in r.audit[0].message
 
 
 def test_a_phase_in_seconds_is_an_angle(tmp_path):
     path = npz(tmp_path, data=np.arange(50.0), rate_hz=1.0, channels=["phase"], unit=["s"])
-    r = read(path)
+    r = al.read(path)
     assert (r.quantity, r.unit) == ("angle", "1")
-    assert read(path, unit="1", quantity="angle").unit == "1"
-    with pytest.raises(InputError, match="quantity=angle"):
-        read(path, quantity="rate")
+    assert al.read(path, unit="1", quantity="angle").unit == "1"
+    with pytest.raises(al.InputError, match="quantity=angle"):
+        al.read(path, quantity="rate")
 
 
 def test_npy(tmp_path):
     path = tmp_path / "x.npy"
     np.save(path, np.arange(10, dtype=np.int16))
-    r = read(path, rate=5, unit="deg/s")
+    r = al.read(path, rate=5, unit="deg/s")
     assert (r.n, r.columns, r.samples.dtype) == (10, ("x",), np.int16)
     np.save(path, np.zeros((4, 2)))
-    assert read(path, rate=5).columns == ("x0", "x1")
+    assert al.read(path, rate=5).columns == ("x0", "x1")
 
 
 class Evil:
@@ -245,20 +245,20 @@ class Evil:
 def test_pickles_are_never_loaded(tmp_path):
     evil = np.array([Evil()], dtype=object)
     np.save(tmp_path / "x.npy", evil, allow_pickle=True)
-    with pytest.raises(InputError, match="never loaded"):
-        read(tmp_path / "x.npy", rate=1)
-    with pytest.raises(InputError, match=r"key 'data' .* holds pickled objects"):
-        read(npz(tmp_path, data=evil, rate_hz=1.0))
+    with pytest.raises(al.InputError, match="never loaded"):
+        al.read(tmp_path / "x.npy", rate=1)
+    with pytest.raises(al.InputError, match=r"key 'data' .* holds pickled objects"):
+        al.read(npz(tmp_path, data=evil, rate_hz=1.0))
     # A foreign key is not even looked at.
-    assert read(npz(tmp_path, data=np.arange(5.0), rate_hz=1.0, notes=evil)).n == 5
+    assert al.read(npz(tmp_path, data=np.arange(5.0), rate_hz=1.0, notes=evil)).n == 5
     import pickle
 
-    with pytest.raises(InputError, match="never loaded"):
-        read(write(tmp_path, pickle.dumps([1, 2]), "p.npy"), rate=1)
+    with pytest.raises(al.InputError, match="never loaded"):
+        al.read(write(tmp_path, pickle.dumps([1, 2]), "p.npy"), rate=1)
 
 
 def test_decimal_commas_of_a_single_column(tmp_path):
-    recording = read(write(tmp_path, "gyro [deg/s]\n0,1257\n-0,1321\n#N/A\n0,5\n"), rate=1)
+    recording = al.read(write(tmp_path, "gyro [deg/s]\n0,1257\n-0,1321\n#N/A\n0,5\n"), rate=1)
     assert (recording.columns, recording.unit, recording.missing) == (("gyro",), "deg/s", 1)
     np.testing.assert_array_equal(recording.samples, [0.1257, -0.1321, np.nan, 0.5])
 
@@ -269,34 +269,34 @@ def test_decimal_commas_of_a_single_column(tmp_path):
 @pytest.mark.parametrize(
     ("text", "options", "error", "words"),
     [
-        ("", {}, InputError, "empty"),
-        ("# only a comment\n", {}, InputError, "no rows of numbers"),
-        ("x,y\n", {}, InputError, "no rows of numbers"),
-        ("x,y\n1,2\n3,abc\n", {}, InputError, r'row 3, column 2 \(y\): "abc"'),
-        ("# c\n\nx,y\n1,2\n3,4\noops,6\n", {}, InputError, r'row 6, column 1 \(x\): "oops"'),
-        ("x,y\n1,2\n3\n", {}, InputError, "row 3"),
-        ("x,y\n1,2\n3,4,5\n", {}, InputError, "row 3"),
-        ("x,y\n1,2\n3,\n4,\n", {}, InputError, "column y ends after 1 rows, others have 3"),
-        ("x\n1\n2\n", {"rate": None}, InputError, "no sampling rate"),
-        ("x\n1\n2\n", {"rate": 0}, InputError, "positive"),
-        ("x\n1\n2\n", {"rate": -3}, InputError, "positive"),
-        ("x\n1\ninf\n", {}, InputError, r'row 3, column 1 \(x\): "inf" is infinite: write nan'),
-        ("x\nnan\nnan\n", {}, TooShortError, "every sample is NaN"),
-        ("x\n1\n2\n", {"unit": "furlong"}, InputError, "furlong"),
-        ("x\n1\n2\n", {"column": "y"}, InputError, "unknown column 'y': the columns are x"),
-        ("x\n1\n2\n", {"covariate": "temp"}, InputError, "unknown column 'temp'"),
-        ("x\n1\n2\n", {"time_column": "t"}, InputError, "unknown column 't'"),
-        ("time\n1\n2\n", {}, InputError, "no sensor column"),
+        ("", {}, al.InputError, "empty"),
+        ("# only a comment\n", {}, al.InputError, "no rows of numbers"),
+        ("x,y\n", {}, al.InputError, "no rows of numbers"),
+        ("x,y\n1,2\n3,abc\n", {}, al.InputError, r'row 3, column 2 \(y\): "abc"'),
+        ("# c\n\nx,y\n1,2\n3,4\noops,6\n", {}, al.InputError, r'row 6, column 1 \(x\): "oops"'),
+        ("x,y\n1,2\n3\n", {}, al.InputError, "row 3"),
+        ("x,y\n1,2\n3,4,5\n", {}, al.InputError, "row 3"),
+        ("x,y\n1,2\n3,\n4,\n", {}, al.InputError, "column y ends after 1 rows, others have 3"),
+        ("x\n1\n2\n", {"rate": None}, al.InputError, "no sampling rate"),
+        ("x\n1\n2\n", {"rate": 0}, al.InputError, "positive"),
+        ("x\n1\n2\n", {"rate": -3}, al.InputError, "positive"),
+        ("x\n1\ninf\n", {}, al.InputError, r'row 3, column 1 \(x\): "inf" is infinite: write nan'),
+        ("x\nnan\nnan\n", {}, al.TooShortError, "every sample is NaN"),
+        ("x\n1\n2\n", {"unit": "furlong"}, al.InputError, "furlong"),
+        ("x\n1\n2\n", {"column": "y"}, al.InputError, "unknown column 'y': the columns are x"),
+        ("x\n1\n2\n", {"covariate": "temp"}, al.InputError, "unknown column 'temp'"),
+        ("x\n1\n2\n", {"time_column": "t"}, al.InputError, "unknown column 't'"),
+        ("time\n1\n2\n", {}, al.InputError, "no sensor column"),
         (
             "x [deg/s]\n1\n2\n",
             {"unit": "rad/s"},
-            InputError,
+            al.InputError,
             "column x is in deg/s, but unit='rad/s' is given",
         ),
         (
             "x [deg/s]\n1\n2\n",
             {"unit": "mg"},
-            InputError,
+            al.InputError,
             "column x is in deg/s, but unit='mg' is given",
         ),
     ],
@@ -304,7 +304,7 @@ def test_decimal_commas_of_a_single_column(tmp_path):
 def test_refusals_name_the_file_and_the_thing(tmp_path, text, options, error, words):
     path = write(tmp_path, text)
     with pytest.raises(error, match=words) as caught:
-        read(path, **{"rate": 1, **options})
+        al.read(path, **{"rate": 1, **options})
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -326,8 +326,8 @@ def test_refusals_name_the_file_and_the_thing(tmp_path, text, options, error, wo
     ],
 )
 def test_files_that_are_no_logs(tmp_path, make, words):
-    with pytest.raises(AllaniteError, match=words) as caught:
-        read(make(tmp_path), rate=1)
+    with pytest.raises(al.AllaniteError, match=words) as caught:
+        al.read(make(tmp_path), rate=1)
     assert "\n" not in str(caught.value)
 
 
@@ -337,15 +337,15 @@ def test_truncation_anywhere(tmp_path):
     cut = tmp_path / "cut.npz"
     for length in np.linspace(1, len(whole) - 1, 40).astype(int):
         cut.write_bytes(whole[:length])
-        with pytest.raises(InputError, match=r"truncated|never loaded|no key"):
-            read(cut)
+        with pytest.raises(al.InputError, match=r"truncated|never loaded|no key"):
+            al.read(cut)
     np.save(tmp_path / "x.npy", np.arange(100.0))
     whole = (tmp_path / "x.npy").read_bytes()
     cut = tmp_path / "cut.npy"
     for length in (1, 5, 20, 100, len(whole) - 1):
         cut.write_bytes(whole[:length])
-        with pytest.raises(InputError, match=r"truncated|never loaded"):
-            read(cut, rate=1)
+        with pytest.raises(al.InputError, match=r"truncated|never loaded"):
+            al.read(cut, rate=1)
 
 
 # -- real recordings -----------------------------------------------------------------------------
@@ -365,7 +365,7 @@ def test_truncation_anywhere(tmp_path):
     ],
 )
 def test_real_recordings(data, name, columns, covariates, units):
-    r = read(data(f"{name}.npz"))
+    r = al.read(data(f"{name}.npz"))
     assert len(r.columns) == columns
     assert list(r.covariates) == covariates
     assert set(r.units) == units
@@ -375,8 +375,8 @@ def test_real_recordings(data, name, columns, covariates, units):
 def test_columns_that_are_not_asked_for_may_hold_text(tmp_path):
     text = "time_s,label,gyro\n" + "".join(f"{k},at rest,{k % 3}\n" for k in range(9))
     path = write(tmp_path, text)
-    assert read(path, column="gyro").columns == ("gyro",)
-    r = read(path)
+    assert al.read(path, column="gyro").columns == ("gyro",)
+    r = al.read(path)
     assert r.columns == ("gyro",)
     assert [f.found for f in r.told if f.kind == "not_used"] == [
         'not used: label (text, such as "at rest")'
@@ -385,6 +385,6 @@ def test_columns_that_are_not_asked_for_may_hold_text(tmp_path):
 
 def test_whole_numbers_between_commas_are_not_decimal_commas(tmp_path):
     path = write(tmp_path, "a,b\n1,2\n3,4\n5,6\n")
-    assert read(path, rate=1).samples.tolist() == [[1, 2], [3, 4], [5, 6]]
-    with pytest.raises(InputError, match="row 4"):
-        read(write(tmp_path, "a,b\n1,2\n3,4\n5\n6\n"), rate=1)
+    assert al.read(path, rate=1).samples.tolist() == [[1, 2], [3, 4], [5, 6]]
+    with pytest.raises(al.InputError, match="row 4"):
+        al.read(write(tmp_path, "a,b\n1,2\n3,4\n5\n6\n"), rate=1)

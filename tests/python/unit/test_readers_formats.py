@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import AllaniteError, InputError
 
 RNG = np.random.default_rng(12)
 N, RATE = 400, 50.0
@@ -114,9 +113,9 @@ def test_rinex_clk(tmp_path):
     assert (r.columns, r.quantity, r.rate) == (("BRUX", "G01"), "angle", pytest.approx(1 / 30))
     assert np.isnan(r.samples[7]).tolist() == [False, True]
     np.testing.assert_allclose(r.samples[:, 0], X[:, 0] * 1e-9, rtol=1e-11, atol=1e-21)
-    with pytest.raises(InputError, match=r"igs\.clk: line 4: not a clock record"):
+    with pytest.raises(al.InputError, match=r"igs\.clk: line 4: not a clock record"):
         al.read(rinex(tmp_path / "igs.clk", [*rows[:1], "AR BRUX 2026 01 oops\n"]))
-    with pytest.raises(InputError, match="no clock record"):
+    with pytest.raises(al.InputError, match="no clock record"):
         al.read(rinex(tmp_path / "igs.clk", []))
 
 
@@ -159,7 +158,7 @@ def test_a_euroc_folder(tmp_path):
 def test_files_that_are_none(tmp_path, suffix, content):
     path = tmp_path / f"log.{suffix}"
     path.write_bytes(content)
-    with pytest.raises(AllaniteError, match=rf"log\.{suffix}") as caught:
+    with pytest.raises(al.AllaniteError, match=rf"log\.{suffix}") as caught:
         al.read(path, rate=1)
     assert "\n" not in str(caught.value)
 
@@ -179,7 +178,7 @@ def test_truncated_files(tmp_path, suffix):
     whole = path.read_bytes()
     for length in np.linspace(1, len(whole) - 1, 25).astype(int):
         path.write_bytes(whole[:length])
-        with pytest.raises(AllaniteError, match=rf"log\.{suffix}") as caught:
+        with pytest.raises(al.AllaniteError, match=rf"log\.{suffix}") as caught:
             al.read(path, rate=1)
         assert "\n" not in str(caught.value)
 
@@ -219,10 +218,10 @@ def test_ardupilot(tmp_path):
     assert "IMU.1" in " ".join(f.message for f in r.told)
     second = al.read(path, topic="IMU.1", column="gyro_x")
     np.testing.assert_allclose(second.samples, X[:, 0] * 0.01 + 1, rtol=1e-6)
-    with pytest.raises(InputError, match="no message GPS among IMU"):
+    with pytest.raises(al.InputError, match="no message GPS among IMU"):
         al.read(path, topic="GPS")
     path.write_bytes(b"no DataFlash at all")
-    with pytest.raises(InputError, match=r"log\.bin: not an ArduPilot log"):
+    with pytest.raises(al.InputError, match=r"log\.bin: not an ArduPilot log"):
         al.read(path)
 
 
@@ -247,7 +246,7 @@ def test_archives_of_telephones(tmp_path):
     assert (r.columns, r.rate) == (("z", "y", "x"), pytest.approx(50))
     assert al.read(path, topic="Accelerometer").n == N
     with pytest.raises(
-        InputError,
+        al.InputError,
         match=r"no log Barometer in the archive, only Accelerometer, Gyroscope; choose one with topic=",
     ):
         al.read(path, topic="Barometer")
@@ -262,7 +261,7 @@ def test_archives_of_telephones(tmp_path):
     whole = path.read_bytes()
     for length in (5, 200, len(whole) - 10):
         path.write_bytes(whole[:length])
-        with pytest.raises(InputError, match=r"sensorlogger\.zip: damaged"):
+        with pytest.raises(al.InputError, match=r"sensorlogger\.zip: damaged"):
             al.read(path)
 
 

@@ -7,8 +7,7 @@ import pytest
 
 import allanite as al
 from allanite.cli import main
-from allanite.common.errors import InputError
-from allanite.readers import read, read_sensors
+from allanite.readers import read_sensors
 
 RNG = np.random.default_rng(11)
 N, RATE = 400, 200.0
@@ -26,22 +25,22 @@ def mat5(path, **variables):
 
 
 def test_mat5_vector_and_rate(tmp_path):
-    r = read(mat5(tmp_path / "x.mat", omega=GYRO[:, 0], Fs=RATE), unit="rad/s")
+    r = al.read(mat5(tmp_path / "x.mat", omega=GYRO[:, 0], Fs=RATE), unit="rad/s")
     assert (r.columns, r.rate, r.unit) == (("omega",), RATE, "rad/s")
     np.testing.assert_array_equal(r.samples, GYRO[:, 0])
 
 
 def test_mat5_matrix_lying_down_and_time(tmp_path):
     path = mat5(tmp_path / "x.mat", time=np.arange(N) / RATE, gyro=GYRO.T, acc=ACC)
-    r = read(path)
+    r = al.read(path)
     assert r.columns == ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
     assert r.rate == pytest.approx(RATE)
     np.testing.assert_array_equal(r.samples, np.hstack([GYRO, ACC]))
-    assert read(path, unit="rad/s").columns == ("gyro_x", "gyro_y", "gyro_z")
+    assert al.read(path, unit="rad/s").columns == ("gyro_x", "gyro_y", "gyro_z")
 
 
 def test_mat5_structure(tmp_path):
-    r = read(mat5(tmp_path / "x.mat", imu={"gyro": GYRO, "fs": RATE, "note": "static"}))
+    r = al.read(mat5(tmp_path / "x.mat", imu={"gyro": GYRO, "fs": RATE, "note": "static"}))
     assert (r.columns, r.rate) == (("gyro_x", "gyro_y", "gyro_z"), RATE)
 
 
@@ -54,7 +53,7 @@ def test_mat73(tmp_path):
         file["log/fs"] = np.array([[RATE]])
     with path.open("r+b") as stream:
         stream.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64")
-    r = read(path)
+    r = al.read(path)
     assert (r.columns, r.rate) == (("gyro_x", "gyro_y", "gyro_z"), RATE)
     np.testing.assert_array_equal(r.samples, GYRO)
 
@@ -62,15 +61,15 @@ def test_mat73(tmp_path):
 @pytest.mark.slow
 def test_mat_refusals(tmp_path):
     path = mat5(tmp_path / "x.mat", name="only text")
-    with pytest.raises(InputError, match=r"x\.mat: no numeric array"):
-        read(path, rate=1)
+    with pytest.raises(al.InputError, match=r"x\.mat: no numeric array"):
+        al.read(path, rate=1)
     path.write_bytes(b"no MATLAB file at all")
-    with pytest.raises(InputError, match=r"x\.mat: damaged"):
-        read(path, rate=1)
+    with pytest.raises(al.InputError, match=r"x\.mat: damaged"):
+        al.read(path, rate=1)
     path.write_bytes(b"\x89HDF\r\n\x1a\n" + b"\0" * 30)
     pytest.importorskip("h5py")
-    with pytest.raises(InputError, match=r"x\.mat: damaged"):
-        read(path, rate=1)
+    with pytest.raises(al.InputError, match=r"x\.mat: damaged"):
+        al.read(path, rate=1)
 
 
 # -- ROS -----------------------------------------------------------------------------------------
@@ -123,7 +122,7 @@ def test_ros2(tmp_path, storage, by):
             bag.write(topic, at, store.serialize_cdr(message, "sensor_msgs/msg/Imu"))
     if by == "file":
         (path,) = [p for p in path.iterdir() if p.suffix in (".db3", ".mcap")]
-    check_imu(read(path))
+    check_imu(al.read(path))
 
 
 @pytest.mark.slow
@@ -137,7 +136,7 @@ def test_ros1(tmp_path, stamped):
         topic = bag.add_connection("/imu", "sensor_msgs/msg/Imu", typestore=store)
         for at, message in imu_messages(store, stamped):
             bag.write(topic, at, store.serialize_ros1(message, "sensor_msgs/msg/Imu"))
-    check_imu(read(path))
+    check_imu(al.read(path))
 
 
 @pytest.mark.slow
@@ -150,11 +149,11 @@ def test_ros_without_imu_lists_the_topics(tmp_path):
         topic = bag.add_connection("/chatter", "std_msgs/msg/String", typestore=store)
         text = store.types["std_msgs/msg/String"]("hello")
         bag.write(topic, 1, store.serialize_ros1(text, "std_msgs/msg/String"))
-    with pytest.raises(InputError, match="/chatter"):
-        read(path)
+    with pytest.raises(al.InputError, match="/chatter"):
+        al.read(path)
     path.write_bytes(b"#ROSBAG V2.0\n broken")
-    with pytest.raises(InputError, match="damaged"):
-        read(path)
+    with pytest.raises(al.InputError, match="damaged"):
+        al.read(path)
 
 
 # -- ULog ----------------------------------------------------------------------------------------
@@ -180,11 +179,11 @@ def test_ulog_sensor_combined(tmp_path):
     pytest.importorskip("pyulog")
     fields = "uint64_t timestamp;float[3] gyro_rad;uint32_t dt;float[3] accelerometer_m_s2;"
     rows = [struct.pack("<Q3fI3f", 10**6 + 5000 * k, *GYRO[k], 5000, *ACC[k]) for k in range(N)]
-    r = read(ulog(tmp_path / "log.ulg", "sensor_combined", fields, rows))
+    r = al.read(ulog(tmp_path / "log.ulg", "sensor_combined", fields, rows))
     assert r.columns == ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
     assert r.rate == pytest.approx(RATE)
     np.testing.assert_allclose(r.samples, np.hstack([GYRO, ACC]), rtol=1e-6)
-    assert read(tmp_path / "log.ulg", unit="rad/s", column="gyro_z").unit == "rad/s"
+    assert al.read(tmp_path / "log.ulg", unit="rad/s", column="gyro_z").unit == "rad/s"
 
 
 @pytest.mark.slow
@@ -197,7 +196,7 @@ def test_ulog_sensor_gyro_with_temperature(tmp_path):
         struct.pack("<QQ4f", 10**6 + 5000 * k + k % 7 * 100, 10**6 + 5000 * k, *GYRO[k], 30 + k)
         for k in range(N)
     ]
-    r = read(ulog(tmp_path / "log.ulg", "sensor_gyro", fields, rows))
+    r = al.read(ulog(tmp_path / "log.ulg", "sensor_gyro", fields, rows))
     assert r.columns == ("gyro_x", "gyro_y", "gyro_z")
     assert r.covariates["temperature"][2] == 32
     assert r.covariate_units["temperature"] == "degC"
@@ -214,11 +213,11 @@ def test_ulog_refusals(tmp_path):
         "uint64_t timestamp;float v;",
         [struct.pack("<Qf", 1, 2.0)],
     )
-    with pytest.raises(InputError, match="no inertial topic among battery_status"):
-        read(path)
+    with pytest.raises(al.InputError, match="no inertial topic among battery_status"):
+        al.read(path)
     path.write_bytes(b"not a ULog at all")
-    with pytest.raises(InputError, match=r"log\.ulg: damaged"):
-        read(path)
+    with pytest.raises(al.InputError, match=r"log\.ulg: damaged"):
+        al.read(path)
 
 
 # -- topics --------------------------------------------------------------------------------------
@@ -260,29 +259,29 @@ def separate_topics(path, rates=(1, 1)):
 def test_ros_topics(tmp_path):
     path = separate_topics(tmp_path / "log.bag")
     # Two sensors with one rate are one recording.
-    check_imu(read(path))
-    r = read(path, topic="/gyro")
+    check_imu(al.read(path))
+    r = al.read(path, topic="/gyro")
     assert r.columns == ("gyro_x", "gyro_y", "gyro_z")
     np.testing.assert_array_equal(r.samples, GYRO)
-    r = read(path)
+    r = al.read(path)
     assert r.covariates["temperature"][25] == pytest.approx(20.5)
     assert r.covariate_units["temperature"] == "degC"
-    r = read(path, topic="/accel")
+    r = al.read(path, topic="/accel")
     assert r.columns == ("acc_x", "acc_y", "acc_z")
-    both = read(path, topic=["/gyro", "/accel"])
+    both = al.read(path, topic=["/gyro", "/accel"])
     assert both.columns[3] == "accel.acc_x"
     np.testing.assert_array_equal(both.samples, np.hstack([GYRO, ACC]))
-    slow = read(path, topic="/temp", column="temperature")
+    slow = al.read(path, topic="/temp", column="temperature")
     assert (slow.n, slow.rate) == (N // 50, pytest.approx(RATE / 50))
-    with pytest.raises(InputError, match="no topic /imu in the bag; its topics: /accel"):
-        read(path, topic="/imu")
+    with pytest.raises(al.InputError, match="no topic /imu in the bag; its topics: /accel"):
+        al.read(path, topic="/imu")
     slow = separate_topics(tmp_path / "slow.bag", (1, 3))
-    with pytest.raises(InputError, match="different rates"):
-        read(slow, topic=["/gyro", "/accel"])
-    assert read(slow, topic="/accel").rate == pytest.approx(RATE / 3)
+    with pytest.raises(al.InputError, match="different rates"):
+        al.read(slow, topic=["/gyro", "/accel"])
+    assert al.read(slow, topic="/accel").rate == pytest.approx(RATE / 3)
     np.save(tmp_path / "x.npy", GYRO)
-    with pytest.raises(InputError, match="no topics"):
-        read(tmp_path / "x.npy", rate=1, topic="/imu")
+    with pytest.raises(al.InputError, match="no topics"):
+        al.read(tmp_path / "x.npy", rate=1, topic="/imu")
 
 
 @pytest.mark.long
@@ -291,7 +290,7 @@ def test_ros_sensors_with_two_rates(tmp_path, capsys):
     gyro, acc = read_sensors(path)
     assert (gyro.columns, gyro.rate) == (("gyro_x", "gyro_y", "gyro_z"), pytest.approx(RATE))
     assert (acc.columns, acc.rate) == (("acc_x", "acc_y", "acc_z"), pytest.approx(RATE / 2))
-    (told,) = [f for f in read(path).told if f.kind == "other_rate"]
+    (told,) = [f for f in al.read(path).told if f.kind == "other_rate"]
     assert not [f for f in gyro.told if f.kind == "other_rate"]
     assert "topic /accel holds another sensor of this device" in told.message
     assert len(read_sensors(path, topic="/accel")) == 1
@@ -313,7 +312,7 @@ def test_ros_sensors_with_two_rates(tmp_path, capsys):
 
 def test_characterize_refuses_a_column_twice():
     one = al.Recording(GYRO, rate=RATE, unit="rad/s", columns=["x", "y", "z"])
-    with pytest.raises(InputError, match="the column x is in two of the recordings"):
+    with pytest.raises(al.InputError, match="the column x is in two of the recordings"):
         al.characterize([one, one])
 
 
@@ -329,7 +328,7 @@ def test_ros_messages_of_another_type(tmp_path):
         for k in range(N):
             raw = store.serialize_ros1(vector(*GYRO[k]), "geometry_msgs/msg/Vector3")
             bag.write(topic, round(k * 1e9 / RATE), raw)
-    r = read(path, topic="/w")
+    r = al.read(path, topic="/w")
     assert (r.columns, r.rate) == (("x", "y", "z"), pytest.approx(RATE))
 
 
@@ -337,6 +336,6 @@ def test_ros_messages_of_another_type(tmp_path):
 @pytest.mark.data
 def test_a_real_ulog(data):
     pytest.importorskip("pyulog")
-    r = read(data("logs/sample_log_small.ulg"))
+    r = al.read(data("logs/sample_log_small.ulg"))
     assert r.columns[0] == "gyro_x"
     assert r.rate > 50

@@ -9,7 +9,6 @@ import pytest
 
 import allanite as al
 from allanite.cli import main
-from allanite.common.errors import InputError
 
 N = 400
 X = np.random.default_rng(4).standard_normal((N, 6)) * ([0.01] * 3 + [0.05] * 3)
@@ -166,7 +165,7 @@ def test_timelab(tmp_path):
     assert (r.columns, r.quantity) == (("phase_1", "phase_2"), "angle")
     np.testing.assert_allclose(r.samples, phase, rtol=1e-12)
     path.write_text(head + body[: len(body) // 2])
-    with pytest.raises(InputError, match=r"ends after \d+ of 400 × 2 numbers"):
+    with pytest.raises(al.InputError, match=r"ends after \d+ of 400 × 2 numbers"):
         al.read(path, rate=1)
 
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import InputError
 
 N = 300
 X = np.random.default_rng(46).standard_normal((N, 6)) * ([0.01] * 3 + [0.05] * 3)
@@ -90,7 +89,9 @@ def test_a_serial_plotter(log, separator, stamped):
 def test_a_plotter_whose_labels_change(log):
     rows = [f"gx:{v:.5f}\tgy:{v:.5f}" for v in X[:, 0]]
     rows[200] = "gx:0.1\tgz:0.2"
-    with pytest.raises(InputError, match=r"row 201 has the labels gx, gz, the rows before gx, gy"):
+    with pytest.raises(
+        al.InputError, match=r"row 201 has the labels gx, gz, the rows before gx, gy"
+    ):
         al.read(log(rows), rate=50)
 
 
@@ -123,10 +124,10 @@ def test_json_lines_with_dates_and_missing_values(log):
 
 def test_json_lines_that_cannot_be_read(log):
     rows = [json.dumps({"t": k / 50, "gx": 0.1}) for k in range(N)]
-    with pytest.raises(InputError, match="row 5 is no JSON object"):
+    with pytest.raises(al.InputError, match="row 5 is no JSON object"):
         al.read(log([*rows[:4], '{"t": 0.08, "gx"', *rows[5:]]))
     mixed = [json.dumps({"t": k / 50, "ag"[k % 2] + "x": 0.1}) for k in range(N)]
-    with pytest.raises(InputError, match="different kinds of objects"):
+    with pytest.raises(al.InputError, match="different kinds of objects"):
         al.read(log(mixed))
 
 
@@ -172,7 +173,7 @@ def test_linuxptp_of_several_clocks_and_summaries(log):
         f"ptp4l[{k}.123]: rms    6 max   14 freq -11576 +/-   8 delay   272 +/-   0"
         for k in range(N)
     ]
-    with pytest.raises(InputError, match=r"summaries .* no offsets: set summary_interval to 0"):
+    with pytest.raises(al.InputError, match=r"summaries .* no offsets: set summary_interval to 0"):
         al.read(log(rows))
 
 
@@ -207,7 +208,7 @@ def test_a_source_of_chrony_is_selected_by_name(log):
     other = al.read(path, topic="198.51.100.7")
     np.testing.assert_allclose(other.samples, -X[:, 0], rtol=1e-3, atol=1e-12)
     with pytest.raises(
-        InputError, match=r"no source 192\.0\.2\.8 in this log, which holds 192\.0\.2\.7 "
+        al.InputError, match=r"no source 192\.0\.2\.8 in this log, which holds 192\.0\.2\.7 "
     ):
         al.read(path, topic="192.0.2.8")
 
@@ -236,7 +237,7 @@ def test_ntpd(log):
     assert al.read(log(peers, "peerstats"), topic="2001:db8::1").n == N - 1
     for topic in ("192.0.2.1", ["127.127.4.1", "2001:db8::1"]):
         with pytest.raises(
-            InputError,
+            al.InputError,
             match=r"holds 127\.127\.4\.1 \(\d+ rows\), 2001:db8::1 \(\d+ rows\): name one",
         ):
             al.read(log(peers, "peerstats"), topic=topic)
@@ -279,7 +280,7 @@ def test_edges_that_are_missing_or_doubled(log):
     rows = [edge(k) for k in range(N)]
     r = al.read(log(rows[:100] + rows[103:]))
     assert np.flatnonzero(np.isnan(r.samples)).tolist() == [100, 101, 102]
-    with pytest.raises(InputError, match="row 101: a second edge within one period"):
+    with pytest.raises(al.InputError, match="row 101: a second edge within one period"):
         al.read(log([*rows[:100], rows[99][:-3] + "999", *rows[100:]]))
 
 
@@ -375,9 +376,9 @@ def test_rostopic(log, stamped):
 def test_a_table_of_deviations_is_no_log(log, tau, header):
     sigma = np.sqrt(1e-4 / tau + 1e-6 + 1e-7 * tau)
     rows = [f"{t:.6g},{a:.6g},{3 * a:.6g}" for t, a in zip(tau, sigma, strict=True)]
-    with pytest.raises(InputError, match=r"a table of deviations .*, not a log of samples"):
+    with pytest.raises(al.InputError, match=r"a table of deviations .*, not a log of samples"):
         al.read(log([*([header] if header else []), *rows]))
-    with pytest.raises(InputError, match="a table of deviations"):
+    with pytest.raises(al.InputError, match="a table of deviations"):
         al.inspect(log(rows))
 
 

@@ -9,15 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import allanite as al
 from allanite.cli import words as cli
-from allanite.common.errors import AllaniteError, InputError, TooShortError
 from allanite.page import words as page
-from allanite.recording import Recording
 
 
 def make(n=1000, **options):
     x = np.random.default_rng(1).standard_normal((n, 2))
-    return Recording(
+    return al.Recording(
         x,
         100,
         unit=("deg/s", "g"),
@@ -42,13 +41,13 @@ def test_basic_facts():
 
 
 def test_one_column_is_flat():
-    assert Recording([[1.0], [2.0], [3.0]], 1).samples.shape == (3,)
-    assert Recording([1.0, 2.0], 1).columns == ("x",)
+    assert al.Recording([[1.0], [2.0], [3.0]], 1).samples.shape == (3,)
+    assert al.Recording([1.0, 2.0], 1).columns == ("x",)
 
 
 def test_immutable_and_owning():
     x = np.zeros(10)
-    r = Recording(x, 1, covariates={"t": x})
+    r = al.Recording(x, 1, covariates={"t": x})
     x[3] = 7
     assert r.samples[3] == 0
     assert r.covariates["t"][3] == 0
@@ -63,7 +62,7 @@ def test_immutable_and_owning():
 def test_a_read_only_array_is_not_copied():
     x = np.arange(10.0)
     x.flags.writeable = False
-    assert np.shares_memory(Recording(x, 1).samples, x)
+    assert np.shares_memory(al.Recording(x, 1).samples, x)
 
 
 def test_pickle():
@@ -74,15 +73,17 @@ def test_pickle():
 
 
 def test_integers_stay_integers():
-    r = Recording(np.array([1, 2, 3], dtype=np.int16), 10)
+    r = al.Recording(np.array([1, 2, 3], dtype=np.int16), 10)
     assert r.samples.dtype == np.int16
     assert r.rate_samples().dtype == np.int64
 
 
 def test_quantities():
     rate = np.array([1.0, 3.0, 2.0, 5.0])
-    increments = Recording(rate / 4, 4, quantity="increment", unit="deg")
-    angles = Recording(np.concatenate(([0], np.cumsum(rate / 4))), 4, quantity="angle", unit="deg")
+    increments = al.Recording(rate / 4, 4, quantity="increment", unit="deg")
+    angles = al.Recording(
+        np.concatenate(([0], np.cumsum(rate / 4))), 4, quantity="angle", unit="deg"
+    )
     assert increments.unit == angles.unit == "deg/s"
     np.testing.assert_allclose(increments.rate_samples(), rate)
     np.testing.assert_allclose(angles.rate_samples(), rate)
@@ -90,19 +91,19 @@ def test_quantities():
 
 def test_pandas_and_pint():
     frame = pd.DataFrame({"wx": [1.0, 2.0], "wy": [3.0, 4.0]})
-    assert Recording(frame, 1).columns == ("wx", "wy")
-    assert Recording(frame["wx"], 1).n == 2
+    assert al.Recording(frame, 1).columns == ("wx", "wy")
+    assert al.Recording(frame["wx"], 1).n == 2
     registry = pint.UnitRegistry()
-    r = Recording([1.0, 2.0] * registry.degree / registry.second, 1)
+    r = al.Recording([1.0, 2.0] * registry.degree / registry.second, 1)
     assert r.unit == "deg/s"
-    r = Recording([180.0] * registry.degree / registry.second, 1, unit="rad/s")
+    r = al.Recording([180.0] * registry.degree / registry.second, 1, unit="rad/s")
     assert r.samples[0] == pytest.approx(np.pi)
 
 
 def test_nan_is_kept_and_counted():
     x = np.ones(100)
     x[[3, 4, 50]] = np.nan
-    r = Recording(x, 1)
+    r = al.Recording(x, 1)
     assert (r.gaps, r.missing) == (2, 3)
     assert r.describe()["gaps"] == 2
 
@@ -116,42 +117,42 @@ def test_describe_is_the_contract():
 @pytest.mark.parametrize(
     ("arguments", "options", "error", "text"),
     [
-        (([1.0, 2.0],), {}, InputError, "no sampling rate"),
-        (([1.0, 2.0], 0), {}, InputError, "positive"),
-        (([1.0, 2.0], -5), {}, InputError, "positive"),
-        (([1.0, 2.0], float("nan")), {}, InputError, "positive"),
-        (([1.0, np.inf], 1), {}, InputError, "column x: sample 2, counted from 1, is inf"),
-        (([], 1), {}, TooShortError, "no samples"),
-        (([np.nan, np.nan], 1), {}, TooShortError, "every sample is NaN"),
-        (([1j, 2j], 1), {}, InputError, "real numbers"),
-        ((["a", "b"], 1), {}, InputError, "real numbers"),
-        ((np.zeros((2, 2, 2)), 1), {}, InputError, "shape"),
-        (([1.0], 1), {"unit": "furlong"}, InputError, "furlong"),
-        (([1.0], 1), {"quantity": "speed"}, InputError, "rate, increment, angle"),
-        (([1.0], 1), {"columns": ["a", "b"]}, InputError, "2 column names for 1 columns"),
-        (([1.0], 1), {"covariates": {"t": [1, 2]}}, InputError, "covariate 't'"),
-        (([1.0, 2.0], 1), {"time": [0, 1, 2]}, InputError, "3 time stamps for 2 samples"),
-        (([1.0, 2.0],), {"time": [1, 1]}, InputError, "does not advance"),
-        (([1.0, 2.0],), {"time": [1, np.nan]}, InputError, "time column holds nan"),
+        (([1.0, 2.0],), {}, al.InputError, "no sampling rate"),
+        (([1.0, 2.0], 0), {}, al.InputError, "positive"),
+        (([1.0, 2.0], -5), {}, al.InputError, "positive"),
+        (([1.0, 2.0], float("nan")), {}, al.InputError, "positive"),
+        (([1.0, np.inf], 1), {}, al.InputError, "column x: sample 2, counted from 1, is inf"),
+        (([], 1), {}, al.TooShortError, "no samples"),
+        (([np.nan, np.nan], 1), {}, al.TooShortError, "every sample is NaN"),
+        (([1j, 2j], 1), {}, al.InputError, "real numbers"),
+        ((["a", "b"], 1), {}, al.InputError, "real numbers"),
+        ((np.zeros((2, 2, 2)), 1), {}, al.InputError, "shape"),
+        (([1.0], 1), {"unit": "furlong"}, al.InputError, "furlong"),
+        (([1.0], 1), {"quantity": "speed"}, al.InputError, "rate, increment, angle"),
+        (([1.0], 1), {"columns": ["a", "b"]}, al.InputError, "2 column names for 1 columns"),
+        (([1.0], 1), {"covariates": {"t": [1, 2]}}, al.InputError, "covariate 't'"),
+        (([1.0, 2.0], 1), {"time": [0, 1, 2]}, al.InputError, "3 time stamps for 2 samples"),
+        (([1.0, 2.0],), {"time": [1, 1]}, al.InputError, "does not advance"),
+        (([1.0, 2.0],), {"time": [1, np.nan]}, al.InputError, "time column holds nan"),
     ],
 )
 def test_refusals_are_one_line_and_name_the_thing(arguments, options, error, text):
     with pytest.raises(error, match=text) as caught:
-        Recording(*arguments, **options)
+        al.Recording(*arguments, **options)
     assert "\n" not in str(caught.value)
-    assert isinstance(caught.value, AllaniteError)
+    assert isinstance(caught.value, al.AllaniteError)
 
 
 @pytest.mark.parametrize("time", [[1, 1], [1j, 2j]])
 def test_a_time_column_of_no_use_names_the_rate_as_it_is_given(time):
-    with pytest.raises(InputError, match="give rate= and leave the column out") as caught:
-        Recording([1.0, 2.0], time=time)
+    with pytest.raises(al.InputError, match="give rate= and leave the column out") as caught:
+        al.Recording([1.0, 2.0], time=time)
     assert "give --rate HZ and" in caught.value.worded(cli.WORDS)
     assert "give the rate and" in caught.value.worded(page.WORDS)
 
 
 def test_unknown_column_lists_the_known():
-    with pytest.raises(InputError, match=r"'gyrox'.*gyro, acc"):
+    with pytest.raises(al.InputError, match=r"'gyrox'.*gyro, acc"):
         make().column("gyrox")
 
 
@@ -163,13 +164,13 @@ def test_unknown_column_lists_the_known():
 @pytest.mark.parametrize("rate", [5, 100, 1000])
 def test_the_unit_of_time_is_guessed(scale, unit, start, rate):
     if (start, unit, rate) == (0.0, "ms", 1000):
-        with pytest.raises(InputError, match="row numbers"):
-            Recording(np.arange(500.0), time=np.arange(500))
+        with pytest.raises(al.InputError, match="row numbers"):
+            al.Recording(np.arange(500.0), time=np.arange(500))
         return
     t = np.round((start + np.arange(500) / rate) * scale * 1e3) / 1e3
     if scale >= 1e3:
         t = t.astype(np.int64)
-    r = Recording(np.arange(500.0), time=t)
+    r = al.Recording(np.arange(500.0), time=t)
     assert r.stamps.unit == unit
     assert r.rate == pytest.approx(rate, rel=1e-4)
 
@@ -179,7 +180,7 @@ def test_gaps_become_nan_rows():
     keep[[100, 101, 102, 500]] = False
     t = np.arange(1000) / 50.0
     x = np.arange(1000.0)
-    r = Recording(x[keep], time=t[keep], covariates={"temp": x[keep]})
+    r = al.Recording(x[keep], time=t[keep], covariates={"temp": x[keep]})
     assert (r.n, r.gaps, r.missing) == (1000, 2, 4)
     np.testing.assert_array_equal(r.samples[keep], x[keep])
     assert np.isnan(r.samples[~keep]).all()
@@ -197,11 +198,11 @@ def test_jitter_invents_no_gap_and_gaps_are_found_under_jitter(seed, rate, jitte
     rng = np.random.default_rng(seed)
     n = 400
     t = (np.arange(n) + jitter * rng.uniform(-1, 1, n)) / rate
-    assert Recording(np.arange(n), time=t, time_unit="s").gaps == 0
+    assert al.Recording(np.arange(n), time=t, time_unit="s").gaps == 0
     keep = np.ones(n, dtype=bool)
     start = int(rng.integers(10, n - 30))
     keep[start : start + int(rng.integers(2, 15))] = False
-    r = Recording(np.arange(n)[keep], time=t[keep], time_unit="s")
+    r = al.Recording(np.arange(n)[keep], time=t[keep], time_unit="s")
     assert r.n == n
     np.testing.assert_array_equal(np.isnan(r.samples), ~keep)
     # Both ends carry the jitter, so the rate is off by at most 2·jitter steps over n.
@@ -217,7 +218,7 @@ def test_trim_and_half():
     assert r.trim(1).samples[0, 0] == r.samples[100, 0]
     assert r.trim(None, 3).covariates["temp"][-1] == 299
     assert r.half(0).n + r.half(1).n == r.n
-    with pytest.raises(InputError, match="there are no samples"):
+    with pytest.raises(al.InputError, match="there are no samples"):
         r.trim(20)
 
 
@@ -226,7 +227,7 @@ def test_decimation_averages():
     assert (r.n, r.rate) == (100, 10.0)
     np.testing.assert_allclose(r.samples[0], make().samples[:10].mean(axis=0))
     assert r.covariates["temp"][0] == 4.5
-    with pytest.raises(InputError):
+    with pytest.raises(al.InputError):
         make().decimate(0)
 
 
@@ -234,15 +235,17 @@ def test_decimation_keeps_the_white_level():
     # Skipping samples would double N for a factor of 4; averaging keeps it. σ² τ of 1e5 averaged
     # samples has a relative standard deviation √(2/1e5) = 0.45 %; five of those.
     x = np.random.default_rng(3).standard_normal(400_000)
-    r = Recording(x, 400).decimate(4)
+    r = al.Recording(x, 400).decimate(4)
     assert np.var(r.samples) / r.rate == pytest.approx(1 / 400, rel=0.023)
 
 
 def test_decimated_increments_and_angles_are_of_the_same_rate():
     x = np.random.default_rng(4).standard_normal(100)
-    expected = Recording(x, 10).decimate(5).rate_samples()
-    increments = Recording(x / 10, 10, quantity="increment").decimate(5).rate_samples()
-    angles = Recording(np.concatenate(([0], np.cumsum(x) / 10)), 10, quantity="angle").decimate(5)
+    expected = al.Recording(x, 10).decimate(5).rate_samples()
+    increments = al.Recording(x / 10, 10, quantity="increment").decimate(5).rate_samples()
+    angles = al.Recording(np.concatenate(([0], np.cumsum(x) / 10)), 10, quantity="angle").decimate(
+        5
+    )
     np.testing.assert_allclose(increments, expected)
     np.testing.assert_allclose(angles.rate_samples(), expected[: angles.n - 1])
 
@@ -252,5 +255,5 @@ def test_to_another_unit():
     np.testing.assert_allclose(r.samples[:, 0], np.deg2rad(make().samples[:, 0]))
     np.testing.assert_allclose(r.samples[:, 1], make().samples[:, 1])
     assert r.units == ("rad/s", "g")
-    with pytest.raises(InputError, match="deg/s"):
+    with pytest.raises(al.InputError, match="deg/s"):
         make().column("gyro").to("mg")

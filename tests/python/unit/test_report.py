@@ -16,7 +16,6 @@ from allanite.cli import main
 from allanite.common.numbers import percent_text, value_and_interval_text, with_readable_numbers
 from allanite.fit import engine
 from allanite.plots.svg_painter import inline_svg, path_data
-from allanite.report import make_report
 from allanite.report.words import COMPLETED, data_sheet_value, texts_to_uncertainty
 from page_browser import BROWSERS, launched
 
@@ -38,7 +37,7 @@ def log(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def report(log):
-    return make_report(al.read(log), "N+K")
+    return al.make_report(al.read(log), "N+K")
 
 
 @pytest.fixture(scope="module")
@@ -195,7 +194,7 @@ def test_same_bytes_on_every_run(report, page):
 
 def test_adequate_model_has_one_step():
     recording = al.AngleRandomWalk(N=0.01).simulate(duration=300, rate=20, seed=1, unit="m/s^2")
-    page = make_report(recording, "N").to_html()
+    page = al.make_report(recording, "N").to_html()
     assert "N describes this record; nothing is significantly missing." in page
     assert "velocity random walk" in page
     assert "No effect was added" in page
@@ -400,10 +399,10 @@ def test_report_on_a_real_recording(data, name, run, tmp_path):
 
 def test_the_figure_of_a_record_with_holes_says_what_its_points_are():
     white = al.AngleRandomWalk(N=0.01).simulate(duration=300, rate=20, seed=1, unit="m/s^2")
-    assert COMPLETED not in make_report(white, "N").to_html()
+    assert COMPLETED not in al.make_report(white, "N").to_html()
     holes = white.samples.copy()
     holes[np.random.default_rng(1).permutation(holes.size)[:60]] = np.nan
-    page = make_report(al.Recording(holes, rate=20, unit="m/s^2"), "N").to_html()
+    page = al.make_report(al.Recording(holes, rate=20, unit="m/s^2"), "N").to_html()
     assert COMPLETED in page
     assert "The fit uses all other samples" in page
 

@@ -22,8 +22,8 @@ from allanite.scale.journal import JOURNAL
 from allanite.scale.logs import study_columns
 from allanite.scale.one_of_a_kind import SearchOfKinds, study_of_kinds
 from allanite.scale.power_bets import ClippedPower, PowerBets
-from allanite.scale.watch import DEFAULT_TOLERANCE, SEGMENT, Watch
-from allanite.study import Rung, Study
+from allanite.scale.watch import DEFAULT_TOLERANCE, SEGMENT
+from allanite.study import Rung
 from command_line import started, until
 from moving_records import hand
 
@@ -227,7 +227,7 @@ def test_an_effect_of_a_wide_search_must_be_as_much_clearer():
         al.parse_model("N(N=1)").simulate(rate=10.0, duration=60.0, seed=1)
     )
     found = [
-        Study(
+        al.Study(
             fit.recording,
             (Rung(fit), Rung(fit, fit.model.effects[0], risen=24.0, trials=trials)),
             fit.check(),
@@ -250,7 +250,7 @@ def test_the_clearest_of_several_effects_of_a_kind_counts():
 
     def effect(*steps):
         """P-value of the effect in the row of a study."""
-        study = Study(fit.recording, (Rung(fit), *steps), fit.check(), "adequate")
+        study = al.Study(fit.recording, (Rung(fit), *steps), fit.check(), "adequate")
         return json.loads(study_columns(study)["effects"])["angle_random_walk"]
 
     assert effect(*rungs) == effect(rungs[0]) < 1e-9 < effect(rungs[1])
@@ -262,7 +262,7 @@ def test_an_effect_explains_what_the_effects_explained_whose_place_it_takes():
 
     def effects(*steps):
         """Dict from kind to p-value in the row of a study."""
-        study = Study(log, (Rung(fits["N"]), *steps), fits["N+B"].check(), "adequate")
+        study = al.Study(log, (Rung(fits["N"]), *steps), fits["N+B"].check(), "adequate")
         return json.loads(study_columns(study)["effects"])
 
     walk, flicker = fits["N+K"].model.effects[1], fits["N+B"].model.effects[1]
@@ -389,7 +389,7 @@ def test_clipped_power_is_bounded_by_what_was_seen():
 def test_no_alarm_under_the_model_and_one_beyond_it():
     model = al.parse_model(MODEL)
     quiet = model.simulate(rate=RATE, duration=2000.0, seed=5).samples
-    watch = Watch(model, RATE)
+    watch = al.Watch(model, RATE)
     assert watched(watch, quiet) is None
     louder = al.parse_model("N(N=0.011)+K(K=0.001)").simulate(rate=RATE, duration=200.0, seed=6)
     alarm = watched(watch, np.asarray(louder.samples))
@@ -405,7 +405,7 @@ def test_no_alarm_under_the_model_and_one_beyond_it():
 def test_a_line_and_a_lag_are_found():
     for effect, low in (("SIN(frequency=20,amplitude=0.05)", 19.0), ("GM(q_c=0.02,T=1)", 0.0)):
         model = al.parse_model(MODEL)
-        watch = Watch(model, RATE)
+        watch = al.Watch(model, RATE)
         x = al.parse_model(f"{MODEL}+{effect}").simulate(rate=RATE, duration=600.0, seed=7)
         alarm = watched(watch, np.asarray(x.samples))
         assert alarm is not None
@@ -417,11 +417,11 @@ def test_a_line_and_a_lag_are_found():
 def test_a_watch_survives_a_restart(tmp_path):
     model = al.parse_model(MODEL)
     x = np.asarray(model.simulate(rate=RATE, duration=300.0, seed=8).samples)
-    whole, first = Watch(model, RATE), Watch(model, RATE)
+    whole, first = al.Watch(model, RATE), al.Watch(model, RATE)
     whole.update(x)
     first.update(x[:12_345])
     first.save(tmp_path / "state")
-    second = Watch(model, RATE)
+    second = al.Watch(model, RATE)
     second.restore(tmp_path / "state")
     second.update(x[12_345:])
     assert second.to_dict() == whole.to_dict()
@@ -430,7 +430,7 @@ def test_a_watch_survives_a_restart(tmp_path):
     # Killed between the two files, the summary was of more samples than the state: they are not counted twice.
     first.update(x[12_345:20_000])
     first.summary.save(tmp_path / "state.summary")
-    third = Watch(model, RATE)
+    third = al.Watch(model, RATE)
     third.restore(tmp_path / "state")
     for piece in (x[12_345:15_000], x[15_000:]):
         third.update(piece)
@@ -451,9 +451,9 @@ def test_a_watch_survives_a_restart(tmp_path):
             second.restore(tmp_path / "old")
         assert "\n" not in str(raised.value)
     with pytest.raises(al.InputError, match="saved for model"):
-        Watch(al.parse_model("N(N=1)"), RATE).restore(tmp_path / "state")
+        al.Watch(al.parse_model("N(N=1)"), RATE).restore(tmp_path / "state")
     with pytest.raises(al.InputError, match="has no value"):
-        Watch(al.parse_model("N"), RATE)
+        al.Watch(al.parse_model("N"), RATE)
 
 
 def run(*arguments, **options):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import InputError
 
 TRUTH = al.parse_model("N(N=0.1)+K(K=0.006)")
 
@@ -45,7 +44,7 @@ def test_seeds_gaps_and_refusals():
     one, two = (fit.simulate_check(3, seed=9) for _ in range(2))
     np.testing.assert_array_equal(one.simulated_chi2, two.simulated_chi2)
     assert fit.simulate_check(3, seed=10).simulated_chi2[0] != one.simulated_chi2[0]
-    with pytest.raises(InputError, match=r"n is 0; .* 1 replicate"):
+    with pytest.raises(al.InputError, match=r"n is 0; .* 1 replicate"):
         fit.simulate_check(0)
 
 

@@ -9,7 +9,6 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.common.parameters import Estimate
 from allanite.fit import engine
 from allanite.fit.engine import solve
 from allanite.fit.estimates import with_noise_uncertainty
@@ -91,7 +90,7 @@ def test_without_functions_of_time_nothing_is_regressed(recording):
 def test_an_interval_over_the_noise_holds_its_value(away):
     """With noise that is as likely the best height is elsewhere: the value stood outside of its own interval."""
     step = al.effects.BiasStep(time=10.0, height=1.0)
-    value = Estimate(1.0, 0.1, (0.8, 1.2), "deg/s", True, "height")
+    value = al.Estimate(1.0, 0.1, (0.8, 1.2), "deg/s", True, "height")
     law = Mixture(np.array([[1.0 + 0.1 * away]]), np.array([[[0.01]]]), np.ones(1))
     found = with_noise_uncertainty(step, {"height": value}, law)["height"]
     low, high = found.interval

@@ -10,7 +10,7 @@ import yaml
 import allanite as al
 from allanite.cli import main
 from allanite.effects.strings import parse_with_units
-from allanite.exports import TARGETS, axes_of, export
+from allanite.exports import TARGETS, axes_of
 from allanite.sources import documents_of
 
 DEGREE = math.pi / 180
@@ -58,7 +58,7 @@ def run(capsys, *arguments):
 def test_a_data_sheet_is_written_for_every_target(name, target, tmp_path):
     path = sheet_file(tmp_path, name)
     axes = axes_of(documents_of(path), None, str(path))
-    text = export(axes, target, 200.0)
+    text = al.export(axes, target, 200.0)
     assert text
     if target in ("json", "statespace"):
         listed = [one["assumptions"] for one in json.loads(text)["axes"]]
@@ -166,7 +166,7 @@ def test_what_is_written_for_matlab_is_read_back(tmp_path):
     model, unit = parse_with_units("N(N=0.3 deg/sqrt(h))+K(K=2 deg/h/sqrt(h))")
     path = tmp_path / "own.m"
     documents = [{**documents_of(str(model))[0], "recording": {"unit": unit, "column": "gyro_x"}}]
-    path.write_text(export(axes_of(documents), "matlab", 100.0), encoding="utf-8")
+    path.write_text(al.export(axes_of(documents), "matlab", 100.0), encoding="utf-8")
     back = documents_of(path)[0]
     found = {k: v["value"] for e in back["effects"] for k, v in e["parameters"].items()}
     assert found["N"] == pytest.approx(0.3 * DEGREE / 60, rel=1e-5)

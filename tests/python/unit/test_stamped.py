@@ -5,7 +5,6 @@ import pytest
 
 import allanite as al
 from allanite import _kernels
-from allanite.common.errors import InputError
 from allanite.effects.terms import Blue, Exponential, Flicker, Lags, PowerLaw, RandomWalk, White
 from allanite.fit.stamped.candidates import Candidate, fit_noise
 from allanite.fit.stamped.likelihood import StampedSeries
@@ -174,13 +173,13 @@ def test_parts_of_one_rate_are_one_lag():
 
 @pytest.mark.parametrize("form", [sampled_noise, integrated_noise])
 def test_processes_without_such_a_form_are_refused(form):
-    with pytest.raises(InputError, match="not supported for samples at arbitrary times"):
+    with pytest.raises(al.InputError, match="not supported for samples at arbitrary times"):
         form(Lags((1.0, 0.5)), 1.0, 100)
 
 
 def test_times_that_run_back_are_refused():
     noise = ([(1.0, 1.0, False)], 0.0, 1.0)
-    with pytest.raises(InputError, match="before that of the last"):
+    with pytest.raises(al.InputError, match="before that of the last"):
         _kernels.stamped_filter(np.array([1.0, 0.0]), np.ones(2, bool), np.zeros((1, 2)), *noise)
 
 

@@ -5,10 +5,7 @@ import pytest
 from scipy.linalg import cho_factor, cho_solve, toeplitz
 
 import allanite as al
-from allanite.common.errors import InputError, TooShortError
-from allanite.effects.files import parse_model
-from allanite.recording import Recording
-from allanite.statespace import innovations, smooth_samples, state_space
+from allanite.statespace import smooth_samples, state_space
 
 RATE = 100.0
 EVERY = [
@@ -45,7 +42,7 @@ def density(space, f):
 
 @pytest.mark.parametrize("text", EVERY)
 def test_matrices_have_the_spectrum_and_the_allan_variance(text):
-    model = parse_model(text)
+    model = al.parse_model(text)
     space = model.state_space(RATE, duration=1000.0)
     f = np.geomspace(1e-3, 49.9, 40)
     # The bank of lags of flicker and power laws has a ripple of 0.1 %; everything else is exact.
@@ -70,7 +67,7 @@ def test_matrices_have_the_spectrum_and_the_allan_variance(text):
 
 
 def test_a_line_is_an_undamped_pair():
-    model = parse_model("N(N=0.1)+SIN(f=7.3,A=0.5,phase=1)")
+    model = al.parse_model("N(N=0.1)+SIN(f=7.3,A=0.5,phase=1)")
     space = model.state_space(RATE)
     assert space.labels == ("SIN", "SIN")
     np.testing.assert_allclose(np.abs(np.linalg.eigvals(space.F)), 1.0)
@@ -102,10 +99,10 @@ def exact_log_likelihood(x, model):
     ],
 )
 def test_log_likelihood_is_the_exact_one(text):
-    model = parse_model(text)
+    model = al.parse_model(text)
     recording = model.simulate(n=1200, rate=RATE, seed=3, unit="rad/s")
     exact = exact_log_likelihood(recording.samples, model)
-    found = innovations(recording, model)
+    found = al.innovations(recording, model)
     assert found.n == 1199
     assert abs(found.log_likelihood - exact) / 1199 < 1e-3
     assert np.isnan(found.nis[0])
@@ -125,7 +122,7 @@ FULL = "N(N=0.0126)+B(B=0.002)+K(K=9.07e-5)+GM(q_c=1.9e-3,T=30)+RES(f=7.3,zeta=0
     ],
 )
 def test_eight_states_are_within_a_per_cent(text):
-    space = parse_model(text).state_space(RATE, states=8)
+    space = al.parse_model(text).state_space(RATE, states=8)
     assert space.states <= 8
     assert space.cost.allan_error <= 0.01
     assert space.cost.log_likelihood <= 1e-3
@@ -133,28 +130,28 @@ def test_eight_states_are_within_a_per_cent(text):
 
 
 def test_the_reduced_filter_has_nearly_the_likelihood():
-    model = parse_model(FULL)
+    model = al.parse_model(FULL)
     recording = model.simulate(n=50_000, rate=RATE, seed=5, unit="rad/s")
-    whole, small = innovations(recording, model), innovations(recording, model, states=8)
+    whole, small = al.innovations(recording, model), al.innovations(recording, model, states=8)
     assert small.space.states <= 8
     assert abs(whole.log_likelihood - small.log_likelihood) / whole.n < 1e-3
 
 
 def test_fewer_states_cost_more_and_say_so():
-    model = parse_model(FULL)
+    model = al.parse_model(FULL)
     costs = [model.state_space(RATE, states=k).cost for k in (2, 5, 10)]
     assert costs[0].allan_error > costs[1].allan_error > costs[2].allan_error
     assert costs[0].log_likelihood > costs[2].log_likelihood
-    with pytest.raises(InputError, match="at least 1"):
+    with pytest.raises(al.InputError, match="at least 1"):
         model.state_space(RATE, states=0)
-    with pytest.raises(InputError, match="cannot be reduced"):
-        parse_model("PL(a=-2.5,level=0.02)+N(N=1)").state_space(RATE, states=4)
+    with pytest.raises(al.InputError, match="cannot be reduced"):
+        al.parse_model("PL(a=-2.5,level=0.02)+N(N=1)").state_space(RATE, states=4)
 
 
 def test_innovations_of_a_wrong_model_show_where():
-    truth = parse_model("N(N=0.01)+GM(q_c=0.02,T=2)")
+    truth = al.parse_model("N(N=0.01)+GM(q_c=0.02,T=2)")
     recording = truth.simulate(n=40_000, rate=RATE, seed=2, unit="rad/s")
-    right, wrong = innovations(recording, truth), innovations(recording, "N(N=0.0143)")
+    right, wrong = al.innovations(recording, truth), al.innovations(recording, "N(N=0.0143)")
     assert right.whiteness > 1e-3
     assert wrong.whiteness < 1e-9
     assert right.log_likelihood > wrong.log_likelihood
@@ -167,21 +164,23 @@ def test_innovations_of_a_wrong_model_show_where():
 
 
 def test_missing_samples_and_known_functions():
-    model = parse_model("N(N=0.01)+K(K=0.3)+R(R=0.5)")
+    model = al.parse_model("N(N=0.01)+K(K=0.3)+R(R=0.5)")
     recording = model.simulate(n=4000, rate=RATE, seed=2, unit="rad/s")
     x = np.array(recording.samples)
     x[1000:1500] = np.nan
-    found = al.innovations(Recording(x + 9.81, rate=RATE, unit="rad/s"), model)
+    found = al.innovations(al.Recording(x + 9.81, rate=RATE, unit="rad/s"), model)
     assert np.isnan(found.nis[1000:1500]).all()
     assert found.n == 3499
     assert found.variances[1499] > 10 * found.variances[999]
     assert abs(found.mean_nis - 1.0) < 4 * np.sqrt(2 / 3499)
-    with pytest.raises(TooShortError):
-        innovations(Recording(np.array([1.0, np.nan, np.nan]), rate=1.0, unit="rad/s"), "N(N=1)")
+    with pytest.raises(al.TooShortError):
+        al.innovations(
+            al.Recording(np.array([1.0, np.nan, np.nan]), rate=1.0, unit="rad/s"), "N(N=1)"
+        )
 
 
 def test_smoothing_fills_a_gap_as_a_straight_line_of_a_random_walk():
-    space = parse_model("K(K=1)+N(N=1e-6)").state_space(1.0, duration=100.0)
+    space = al.parse_model("K(K=1)+N(N=1e-6)").state_space(1.0, duration=100.0)
     x = np.arange(100.0) * 0.0
     x[60:] = 4.0
     x[20:60] = np.nan
@@ -190,13 +189,13 @@ def test_smoothing_fills_a_gap_as_a_straight_line_of_a_random_walk():
 
 
 def test_refusals():
-    with pytest.raises(InputError, match="has no value"):
-        state_space(parse_model("N+B"), RATE)
-    with pytest.raises(InputError, match="no random part"):
-        state_space(parse_model("R(R=1)"), RATE)
-    louder = parse_model("N(N=1)+LEVEL(start=1,end=2,factor=3)")
+    with pytest.raises(al.InputError, match="has no value"):
+        state_space(al.parse_model("N+B"), RATE)
+    with pytest.raises(al.InputError, match="no random part"):
+        state_space(al.parse_model("R(R=1)"), RATE)
+    louder = al.parse_model("N(N=1)+LEVEL(start=1,end=2,factor=3)")
     recording = louder.simulate(n=1000, rate=RATE, seed=1, unit="rad/s")
-    with pytest.raises(InputError, match="trim the recording"):
-        innovations(recording, louder)
-    assert state_space(parse_model("N(N=1)+R(R=1)"), RATE).known[0].kind == "rate_ramp"
+    with pytest.raises(al.InputError, match="trim the recording"):
+        al.innovations(recording, louder)
+    assert state_space(al.parse_model("N(N=1)+R(R=1)"), RATE).known[0].kind == "rate_ramp"
     assert state_space(al.AngleRandomWalk(N=1.0), RATE).to_dict()["R"] == [[100.0]]

@@ -7,7 +7,6 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.effects import Model
 from allanite.summary import level, reading, summary
 
 RATE, LENGTH = 100.0, 300_000
@@ -83,7 +82,7 @@ def test_the_cells_of_sections_are_those_of_the_record():
     for fit in fits:
         number = fit.data.resolved_sections((17.0, 18.0), 16, 8.0)
         assert number == 16
-        cells = fit.data.sections(Model(()), number).cells((16.0, 20.0), 0.05)
+        cells = fit.data.sections(al.Model(()), number).cells((16.0, 20.0), 0.05)
         ratio = cells.power / cells.expected(fit.data.terms(fit.model))
         free = cells.count.sum(axis=1)
         # 5 standard deviations of χ²/f.

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import InputError
 
 N = 400
 X = np.random.default_rng(0).standard_normal((N, 3))
@@ -23,7 +22,7 @@ def test_names_of_two_lines(tmp_path):
 def test_a_pointer_of_git_lfs_is_named(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 456492\n")
-    with pytest.raises(InputError, match="pointer of Git LFS"):
+    with pytest.raises(al.InputError, match="pointer of Git LFS"):
         al.read(path)
 
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import allanite as al
 from allanite import _core
-from allanite.common.errors import InputError
 
 nan = float("nan")
 
@@ -97,7 +97,7 @@ def test_exponents_of_fortran_are_those_of_c(tmp_path_factory, value, mark, digi
 
 def test_words_with_a_d_are_no_numbers(log):
     for word in ("3D", "D3", "1D", "day5", "1D2D3"):
-        with pytest.raises(InputError):
+        with pytest.raises(al.InputError):
             _core.read_text(log(f"1,2\n3,4\n5,{word}\n"))
 
 
@@ -171,20 +171,20 @@ ERRORS = {
 def test_errors_say_where(log, name):
     content, message = ERRORS[name]
     path = log(content)
-    with pytest.raises(InputError, match=message) as caught:
+    with pytest.raises(al.InputError, match=message) as caught:
         _core.read_text(path)
     assert str(caught.value).startswith(path)
     assert "\n" not in str(caught.value)
 
 
 def test_no_file_a_directory_no_column(tmp_path, log):
-    with pytest.raises(InputError, match=r"nowhere\.csv: no such file"):
+    with pytest.raises(al.InputError, match=r"nowhere\.csv: no such file"):
         _core.read_text(str(tmp_path / "nowhere.csv"))
-    with pytest.raises(InputError, match="is a directory"):
+    with pytest.raises(al.InputError, match="is a directory"):
         _core.read_text(str(tmp_path))
-    with pytest.raises(InputError, match="no column 3; it has 2"):
+    with pytest.raises(al.InputError, match="no column 3; it has 2"):
         _core.read_text(log("1,2\n"), columns=[2])
-    with pytest.raises(InputError, match="one character"):
+    with pytest.raises(al.InputError, match="one character"):
         _core.read_text(log("1,2\n"), "ab")
 
 
@@ -203,7 +203,7 @@ def test_large_file_in_pieces(log):
     assert [len(chunk) for chunk in chunks] == [70_001, 70_001, 59_998]
     np.testing.assert_array_equal(np.concatenate(chunks), x)
     lines[171_001] += "?"
-    with pytest.raises(InputError, match=r"row 171002, column 4 \(d\)"):
+    with pytest.raises(al.InputError, match=r"row 171002, column 4 \(d\)"):
         _core.read_text(log("\n".join(lines)))
 
 
@@ -269,5 +269,5 @@ def test_what_is_written_is_read(tmp_path_factory, data, width, delimiter, end, 
 def test_a_short_row_does_not_make_commas_decimal(tmp_path):
     log = tmp_path / "log.csv"
     log.write_text("1,2\n3,4\n5,6\n7\n")
-    with pytest.raises(InputError, match="row 4"):
+    with pytest.raises(al.InputError, match="row 4"):
         _core.read_text(str(log))

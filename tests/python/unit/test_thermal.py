@@ -12,7 +12,6 @@ import pytest
 
 import allanite as al
 import thermal_sensors as ts
-from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Covariate
 from allanite.effects._follower import lagged
 from documents import valid
@@ -239,18 +238,18 @@ def test_a_lag_begins_anew_in_each_run():
 @pytest.mark.parametrize(
     ("logs", "error", "said"),
     [
-        (list, InputError, "no recordings"),
+        (list, al.InputError, "no recordings"),
         (
             lambda: [al.Recording(np.random.default_rng(1).normal(size=500), rate=1, unit="deg/s")],
-            InputError,
+            al.InputError,
             "no temperature column was found in every log",
         ),
-        (lambda: [three_axes(1), three_axes(1).decimate(2)], InputError, "0.5 Hz, but"),
+        (lambda: [three_axes(1), three_axes(1).decimate(2)], al.InputError, "0.5 Hz, but"),
         (
             lambda: [
                 recording({"gyro_x": np.random.default_rng(1).normal(size=500)}, np.full(500, 20.0))
             ],
-            TooShortError,
+            al.TooShortError,
             "record a log while the temperature changes",
         ),
     ],
@@ -262,7 +261,7 @@ def test_bad_input_is_one_line(logs, error, said):
 
 def test_a_clock_has_no_parameters_for_px4():
     log = three_axes(1, letters="y", stem="clock_", unit="1")
-    with pytest.raises(InputError, match="the logs contain neither"):
+    with pytest.raises(al.InputError, match="the logs contain neither"):
         al.thermal(log).export("px4")
 
 

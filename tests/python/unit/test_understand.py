@@ -9,7 +9,6 @@ import pytest
 import allanite as al
 from allanite.cli import main
 from allanite.cli.words import WORDS
-from allanite.common.errors import InputError
 from allanite.readers.column_numbers import kind_of_numbers
 from allanite.readers.unit_names import unit_in_name
 
@@ -58,7 +57,7 @@ def test_the_index_of_pandas_is_no_sensor(tmp_path):
     pandas.DataFrame(X, columns=["gx", "gy", "gz"]).to_csv(path)
     assert al.read(path, rate=100).columns == ("gx", "gy", "gz")
     assert [c.role for c in al.inspect(path).columns] == ["other", "sensor", "sensor", "sensor"]
-    with pytest.raises(InputError, match="no sampling rate"):
+    with pytest.raises(al.InputError, match="no sampling rate"):
         al.read(path)
 
 
@@ -137,7 +136,7 @@ def test_inspect_tells_what_is_lacking(tmp_path):
     assert (found.rate, found.problem is None) == (None, False)
     assert "rate=" in found.problem
     assert "unit" in found.columns[0].doubts[0]
-    with pytest.raises(InputError, match="no such file"):
+    with pytest.raises(al.InputError, match="no such file"):
         al.inspect(tmp_path / "absent.csv")
 
 
@@ -181,12 +180,12 @@ def test_two_units_are_those_of_two_kinds_of_sensor(tmp_path):
     for unit in ("deg/s,m/s^2", "m/s^2, deg/s"):
         assert al.read(path, rate=50, unit=unit).units == ("deg/s", "deg/s", "m/s^2")
     stated = csv(tmp_path, "gx [rad/s],ax", *X[:, :2].T)
-    with pytest.raises(InputError, match=r"column gx is in rad/s, but unit='deg/s' is given"):
+    with pytest.raises(al.InputError, match=r"column gx is in rad/s, but unit='deg/s' is given"):
         al.read(stated, rate=50, unit="deg/s,g")
     assert al.read(stated, rate=50, unit="rad/s,g").units == ("rad/s", "g")
-    with pytest.raises(InputError, match="two units of one kind"):
+    with pytest.raises(al.InputError, match="two units of one kind"):
         al.read(path, rate=50, unit="deg/s,rad/s")
-    with pytest.raises(InputError, match="does not show which of deg/s,g is its unit"):
+    with pytest.raises(al.InputError, match="does not show which of deg/s,g is its unit"):
         al.read(csv(tmp_path, "one,two", *X[:, :2].T), rate=50, unit="deg/s,g")
 
 
@@ -214,7 +213,7 @@ def test_frames():
     assert (r.columns, r.unit, r.rate) == (("gx",), "deg/s", pytest.approx(50))
     assert al.read(indexed["gx"]).rate == pytest.approx(50)
     assert al.inspect(column).rate == pytest.approx(50)
-    with pytest.raises(InputError, match="no column of numbers"):
+    with pytest.raises(al.InputError, match="no column of numbers"):
         al.read(pandas.DataFrame({"a": ["x", "y"]}))
 
 
@@ -246,7 +245,7 @@ def test_gzip(tmp_path):
     whole = packed.read_bytes()
     for cut in (1, 12, len(whole) // 2, len(whole) - 4):
         packed.write_bytes(whole[:cut])
-        with pytest.raises(InputError, match=r"log\.csv\.gz") as caught:
+        with pytest.raises(al.InputError, match=r"log\.csv\.gz") as caught:
             al.read(packed)
         assert "\n" not in str(caught.value)
 
@@ -389,7 +388,7 @@ def test_a_clock_named_like_its_sensor(tmp_path):
     assert r.columns == ("gyro_1", "gyro_2")
     # One that comes back is none.
     late[50] = late[48]
-    with pytest.raises(InputError, match="no sampling rate"):
+    with pytest.raises(al.InputError, match="no sampling rate"):
         al.read(csv(tmp_path, "gyro_0,gyro_1,gyro_2", late, X[:, 0], X[:, 1]))
 
 

@@ -8,13 +8,12 @@ import pickle
 import numpy as np
 import pytest
 
-from allanite.common.errors import InputError
-from allanite.common.parameters import Estimate
+import allanite as al
 from allanite.fit.estimates import widened
 
 
 def make():
-    return Estimate(0.0126, 0.0001, (0.0124, 0.0128), "rad/s·s^½", True, "N")
+    return al.Estimate(0.0126, 0.0001, (0.0124, 0.0128), "rad/s·s^½", True, "N")
 
 
 def test_is_a_float():
@@ -49,12 +48,12 @@ def test_other_units_scale_everything():
     assert y.interval == pytest.approx((0.0124 * factor, 0.0128 * factor))
     assert y.unit == "deg/sqrt(h)"
     assert y.to("rad/s·s^½") == pytest.approx(0.0126)
-    with pytest.raises(InputError, match="different quantities"):
+    with pytest.raises(al.InputError, match="different quantities"):
         make().to("mg/sqrt(Hz)")
 
 
 def test_json_has_no_nan():
-    d = Estimate(math.nan, math.nan, (0.0, math.inf), "rad/s").to_dict()
+    d = al.Estimate(math.nan, math.nan, (0.0, math.inf), "rad/s").to_dict()
     assert json.loads(json.dumps(d, allow_nan=False)) == {
         "value": None, "std_error": None, "interval": [0.0, None], "unit": "rad/s",
         "detected": True,
@@ -66,12 +65,12 @@ def test_json_has_no_nan():
     ("estimate", "text"),
     [
         (make(), "0.0126 ± 0.0001 rad/s·s^½"),
-        (Estimate(0.012634, 0.00012, unit="rad/s"), "0.01263 ± 0.00012 rad/s"),
-        (Estimate(9.0679e-5, 2.3e-6, unit="rad/s/s^½"), "(9.07 ± 0.23)e-05 rad/s/s^½"),
-        (Estimate(1234.5, 12, unit="s"), "1234 ± 12 s"),
-        (Estimate(3.0, None, unit="s"), "3 s"),
+        (al.Estimate(0.012634, 0.00012, unit="rad/s"), "0.01263 ± 0.00012 rad/s"),
+        (al.Estimate(9.0679e-5, 2.3e-6, unit="rad/s/s^½"), "(9.07 ± 0.23)e-05 rad/s/s^½"),
+        (al.Estimate(1234.5, 12, unit="s"), "1234 ± 12 s"),
+        (al.Estimate(3.0, None, unit="s"), "3 s"),
         (
-            Estimate(0.0, 1.0, (0.0, 0.31), "deg/s", False),
+            al.Estimate(0.0, 1.0, (0.0, 0.31), "deg/s", False),
             "< 0.31 deg/s (not detected, 95 % limit)",
         ),
     ],

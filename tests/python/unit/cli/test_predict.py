@@ -9,8 +9,7 @@ from click.testing import CliRunner
 import allanite as al
 from allanite.cli import cli
 from allanite.cli.output import save_fits
-from allanite.common.errors import InputError
-from allanite.effects.files import model_to_dict, parse_model
+from allanite.effects.files import model_to_dict
 
 pytestmark = pytest.mark.slow
 
@@ -41,7 +40,9 @@ def test_a_model_alone():
 
 
 def test_a_log_is_measured(tmp_path):
-    recording = parse_model("N(N=0.01)+B(B=1e-3)").simulate(n=60_000, rate=10.0, seed=1, unit="mg")
+    recording = al.parse_model("N(N=0.01)+B(B=1e-3)").simulate(
+        n=60_000, rate=10.0, seed=1, unit="mg"
+    )
     np.savetxt(tmp_path / "a.csv", recording.samples, header="acc_x", comments="")
     result = run(
         str(tmp_path / "a.csv"), "--model", "N+B", "--aided", "5", "--until", "20",
@@ -73,7 +74,8 @@ def two(tmp_path):
     log = al.Recording(x, rate=10, unit="deg/s", columns=["gx", "gy"])
     np.savez(tmp_path / "log.npz", data=x, rate_hz=10.0, channels=["gx", "gy"], unit="deg/s")
     save_fits(
-        [parse_model("N+K").fit(log["gx"]), parse_model("N").fit(log["gy"])], tmp_path / "fit.json"
+        [al.parse_model("N+K").fit(log["gx"]), al.parse_model("N").fit(log["gy"])],
+        tmp_path / "fit.json",
     )
     al.characterize(log, "N").save(tmp_path / "axes.json")
     return tmp_path
@@ -97,27 +99,27 @@ def test_of_a_file_of_several_axes_that_of_the_column_is_taken(two, name):
         given = [command, log, "--model", models, "--column", "gy", "--json"]
         found = CliRunner().invoke(cli, given, catch_exceptions=False).output
         assert [e["kind"] for e in json.loads(found)["effects"]] == ["angle_random_walk"]
-    with pytest.raises(InputError, match=f"{name}: unknown column 'gz': the columns are gx, gy"):
+    with pytest.raises(al.InputError, match=f"{name}: unknown column 'gz': the columns are gx, gy"):
         run(*aided, "--column", "gz")
     with np.load(log) as whole:
         np.savez(two / "other.npz", **{**whole, "channels": ["gz", "gy"]})
-    with pytest.raises(InputError, match=f"{name} has no model of column gz, only of gx, gy"):
+    with pytest.raises(al.InputError, match=f"{name} has no model of column gz, only of gx, gy"):
         run(str(two / "other.npz"), *aided)
 
 
 def test_a_file_of_several_axes_where_one_model_is_meant(two):
-    with pytest.raises(InputError, match=r"fit\.json contains models of several columns"):
-        parse_model(str(two / "fit.json"))
+    with pytest.raises(al.InputError, match=r"fit\.json contains models of several columns"):
+        al.parse_model(str(two / "fit.json"))
     path = two / "odd.json"
     path.write_text('{"schema": "allanite/fit/1", "columns": [1]}')
-    with pytest.raises(InputError, match=r"odd\.json: 'columns'"):
+    with pytest.raises(al.InputError, match=r"odd\.json: 'columns'"):
         run("--model", str(path), "--aided", "10")
 
 
 def test_refusals():
-    with pytest.raises(InputError, match="--unit UNIT and --rate HZ"):
+    with pytest.raises(al.InputError, match="--unit UNIT and --rate HZ"):
         run("--model", "N(N=1)", "--aided", "10")
-    with pytest.raises(InputError, match="--aided"):
+    with pytest.raises(al.InputError, match="--aided"):
         run("--model", "N(N=1)", "--aided", "-1", "--unit", "mg", "--rate", "1")
 
 
@@ -185,7 +187,7 @@ def test_six_axes_together_swing_with_the_schuler_period(tmp_path):
 def run_six(folder, gyro, accel, *words):
     documents = []
     for column, unit, text in (("gyro_x", "rad/s", gyro), ("acc_y", "m/s^2", accel)):
-        document = {**model_to_dict(parse_model(text)), "schema": "allanite/fit/1"}
+        document = {**model_to_dict(al.parse_model(text)), "schema": "allanite/fit/1"}
         documents.append(
             {**document, "recording": {"column": column, "unit": unit, "rate_hz": 1.0}}
         )

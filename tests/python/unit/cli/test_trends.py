@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import InputError
 from allanite.trends.design import YEAR, seconds_of
 from documents import valid
 
@@ -176,7 +175,7 @@ def test_the_command_takes_the_unit_of_the_header(run, tmp_path, unit):
 @pytest.mark.parametrize("model", [None, "N+B+K"])
 def test_samples_without_noise_are_refused(slope, model):
     x = 3.0 + slope * np.arange(100)
-    with pytest.raises(InputError, match="no noise" if slope else "all samples are equal"):
+    with pytest.raises(al.InputError, match="no noise" if slope else "all samples are equal"):
         al.trend(al.Recording(x, rate=1 / DAY), unit="mm", model=model)
 
 

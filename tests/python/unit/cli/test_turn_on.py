@@ -8,8 +8,8 @@ import pytest
 
 import allanite as al
 from allanite.axes.turn_on import turn_on_biases
-from allanite.effects.files import model_to_dict, parse_model
-from allanite.exports import axes_of, export
+from allanite.effects.files import model_to_dict
+from allanite.exports import axes_of
 from allanite.scale.logs import rows_of
 from command_line import strict
 
@@ -61,7 +61,7 @@ def test_temperature_is_an_explanation_where_it_is_one():
 
 
 def documents(turn_on=True):
-    model = model_to_dict(parse_model("N(N=1e-3)+K(K=1e-5)"))
+    model = model_to_dict(al.parse_model("N(N=1e-3)+K(K=1e-5)"))
     log = {"rate_hz": RATE, "duration_s": 300.0}
     fit = {**model, "recording": {**log, "column": "gx", "unit": "rad/s"}}
     accel = {**model, "recording": {**log, "column": "ax", "unit": "m/s^2"}}
@@ -77,32 +77,32 @@ def test_filters_get_the_initial_deviation():
     spread = one.sigma * np.sqrt(1 + 1 / one.logs)
     whole = np.hypot(spread, one.mean)
     axes = axes_of(documents())
-    text = export(axes, "px4")
+    text = al.export(axes, "px4")
     value = {key: float(re.search(rf"EKF2_{key}BIAS_INIT (\S+)", text)[1]) for key in "GA"}
     assert value["G"] == pytest.approx(whole, rel=1e-5)
     assert value["A"] == pytest.approx(spread, rel=1e-5)
     assert "gravity hides the mean" in text
-    text = export(axes, "okvis2")
+    text = al.export(axes, "okvis2")
     assert float(re.search(r"sigma_bg: (\S+)", text)[1]) == pytest.approx(whole, rel=1e-5)
     assert float(re.search(r"sigma_ba: (\S+)", text)[1]) == pytest.approx(spread, rel=1e-5)
-    text = export(axes, "gtsam")
+    text = al.export(axes, "gtsam")
     sigmas = re.search(r"bias_prior = .*array\(\[(\S+)\] \* 3 \+ \[(\S+)\] \* 3\)", text)
     assert sigmas is not None
     assert [float(v) for v in sigmas.groups()] == pytest.approx([spread, whole], rel=1e-5)
-    text = export(axes, "robot_localization")
+    text = al.export(axes, "robot_localization")
     row = re.search(r"initial_estimate_covariance: \[([^\]]+)\]", text)
     assert row is not None
     initial = np.diag(np.array(row[1].split(","), dtype=float).reshape(15, 15))
     np.testing.assert_allclose(initial[9:12], whole**2, rtol=1e-5)
     np.testing.assert_allclose(initial[12:], spread**2, rtol=1e-5)
-    text = export(axes, "insekf")
+    text = al.export(axes, "insekf")
     assert float(re.search(r"'Gyroscope_Bias', (\S+)\^2", text)[1]) == pytest.approx(
         whole, rel=1e-5
     )
-    space = json.loads(export(axes, "statespace"))["axes"]
+    space = json.loads(al.export(axes, "statespace"))["axes"]
     assert space[0]["turn_on_variance"] == pytest.approx(whole**2)
     # A conservative filter: the upper end of the interval.
-    upper = json.loads(export(axes, "statespace", overbound=True))["axes"][1]["turn_on_variance"]
+    upper = json.loads(al.export(axes, "statespace", overbound=True))["axes"][1]["turn_on_variance"]
     assert upper == pytest.approx(one.interval[1] ** 2 * (1 + 1 / one.logs))
 
 
@@ -110,7 +110,7 @@ def test_filters_get_the_initial_deviation():
     "target", ["px4", "px4-params", "okvis2", "gtsam", "robot_localization", "insekf"]
 )
 def test_one_log_says_what_is_known_and_that_the_rest_is_not(target):
-    text = export(axes_of(documents(turn_on=False)), target)
+    text = al.export(axes_of(documents(turn_on=False)), target)
     # Comments wrap at 120 characters.
     flat = re.sub(r"\s*\n\s*(?:#|%|//|;)\s*", " ", text)
     assert "the bias at switch-on is not known from one log" in flat

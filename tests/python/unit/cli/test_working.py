@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.exports import axes_of, export
+from allanite.exports import axes_of
 from command_line import refused
 
 RATE, FINE = 100, 8
@@ -135,7 +135,7 @@ def test_a_filter_with_the_file_is_consistent_at_work(band):
         low, high = fit["N"].interval
         inside += low < N < high
         document = {**fit.to_dict(), "working": at_work.to_dict()}
-        text = export(axes_of([document]), "kalibr", horizon=30.0)
+        text = al.export(axes_of([document]), "kalibr", horizon=30.0)
         numbers = [
             float(re.search(rf"^gyroscope_{key}: (\S+)", text, re.MULTILINE)[1])
             for key in ("noise_density", "random_walk")
@@ -213,7 +213,7 @@ def test_inflation_multiplies_every_number_and_is_recorded(target):
     fit = al.fit_model(logs(5, None)[0], "N+K").to_dict()
     accel = json.loads(json.dumps(fit).replace("rad/s", "m/s^2").replace("gx", "ax"))
     axes = axes_of([fit, accel])
-    plain, five = export(axes, target), export(axes, target, inflate=5.0)
+    plain, five = al.export(axes, target), al.export(axes, target, inflate=5.0)
     assert "all deviations x5: the user's choice" in five.replace("’", "'")
     if target == "json":
         found = [json.loads(t)["axes"][0]["coefficients"]["N"]["value"] for t in (plain, five)]

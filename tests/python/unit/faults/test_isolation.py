@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from allanite.common.errors import InputError, InternalError, TooShortError
+import allanite as al
+from allanite.common.errors import InternalError
 from allanite.common.isolation import Limits, call_isolated
 
 posix = pytest.mark.skipif(os.name != "posix", reason="limits of a process are POSIX")
@@ -75,7 +76,7 @@ def test_a_column_of_a_matrix_comes_back_contiguous(call):
 
 @posix
 def test_a_crash_is_one_line(call):
-    with pytest.raises(InputError, match=r"the library crashes on this file \(SIGSEGV\)"):
+    with pytest.raises(al.InputError, match=r"the library crashes on this file \(SIGSEGV\)"):
         call("crash")
 
 
@@ -83,9 +84,11 @@ def test_a_crash_is_one_line(call):
 @posix
 def test_a_function_that_never_ends_is_stopped(call):
     before = time.monotonic()
-    with pytest.raises(InputError, match=r"does not finish .*stopped after 1 s of processor time"):
+    with pytest.raises(
+        al.InputError, match=r"does not finish .*stopped after 1 s of processor time"
+    ):
         call("spin", Limits(cpu=1, wall=300))
-    with pytest.raises(InputError, match=r"does not finish .*stopped after 0.5 s"):
+    with pytest.raises(al.InputError, match=r"does not finish .*stopped after 0.5 s"):
         call("sleep", Limits(cpu=20, wall=0.5))
     assert time.monotonic() - before < 60
 
@@ -93,19 +96,19 @@ def test_a_function_that_never_ends_is_stopped(call):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="macOS does not limit the address space")
 def test_the_memory_is_limited(call, monkeypatch):
-    with pytest.raises(InputError, match="needs more memory than"):
+    with pytest.raises(al.InputError, match="needs more memory than"):
         call("fill", Limits(cpu=20, wall=300, memory=3e8))
     monkeypatch.setenv("ALLANITE_MEMORY", "300M")
-    with pytest.raises(InputError, match=r"more memory than 0\.3 GB \(ALLANITE_MEMORY=300M\)"):
+    with pytest.raises(al.InputError, match=r"more memory than 0\.3 GB \(ALLANITE_MEMORY=300M\)"):
         call("fill", Limits(cpu=20, wall=300))
 
 
 @pytest.mark.slow
 def test_errors_come_back(call):
-    with pytest.raises(InputError, match="no rate: give rate=") as caught:
+    with pytest.raises(al.InputError, match="no rate: give rate=") as caught:
         call("refuse")
     assert caught.value.missing == "rate"
-    with pytest.raises(TooShortError, match="no row"):
+    with pytest.raises(al.TooShortError, match="no row"):
         call("short")
     with pytest.raises(InternalError, match=r"KeyError: 'bug' \(.*isolated_functions\.py:\d+\)"):
         call("fail")

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.scale import Watch
 from command_line import started, until
 from counts import records
 
@@ -32,7 +31,7 @@ class Soak:
 
     def __init__(self, folder):
         self.log, self.state, self.folder = folder / "log.csv", folder / "state", folder
-        self.alone, self.rng = Watch(al.parse_model(MODEL), 100.0), np.random.default_rng(5)
+        self.alone, self.rng = al.Watch(al.parse_model(MODEL), 100.0), np.random.default_rng(5)
         self.written = self.blocks = self.largest = 0
         self.log.write_text("gx\n")
 
@@ -97,7 +96,7 @@ def test_a_watch_that_is_killed_ends_as_one_that_ran_alone(tmp_path):
                     soak.wait(process)
                     process.send_signal(signal.SIGTERM)
                     assert process.wait(60) == 143
-    again = Watch(al.parse_model(MODEL), 100.0)
+    again = al.Watch(al.parse_model(MODEL), 100.0)
     again.restore(soak.state)
     assert again.taken == again.summary.n == soak.written
     assert (again.segments, again.e_value) == (soak.alone.segments, soak.alone.e_value)

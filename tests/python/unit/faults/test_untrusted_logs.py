@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.errors import AllaniteError, InputError
 from allanite.common.memory import VARIABLE
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="pipes and devices are POSIX")
@@ -20,7 +19,7 @@ def refused(path, match):
     """Read a log that must be refused in one short line, with little processor time and memory."""
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     started = time.process_time()
-    with pytest.raises(AllaniteError, match=match) as caught:
+    with pytest.raises(al.AllaniteError, match=match) as caught:
         al.read(path, rate=100)
     message = str(caught.value)
     assert message.isprintable()
@@ -305,5 +304,7 @@ def test_a_lack_of_memory_is_no_damage(tmp_path, forked, monkeypatch):
     pytest.importorskip("h5py")
     (tmp_path / "x.h5").write_bytes(b"something")
     if os.uname().sysname == "Linux":
-        with pytest.raises(InputError, match=r"more memory than 0\.3 GB \(ALLANITE_MEMORY=300M\)"):
+        with pytest.raises(
+            al.InputError, match=r"more memory than 0\.3 GB \(ALLANITE_MEMORY=300M\)"
+        ):
             al.read(tmp_path / "x.h5", rate=1)

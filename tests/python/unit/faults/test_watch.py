@@ -13,7 +13,6 @@ import pytest
 import allanite as al
 from allanite.cli.first_rows import WatchedColumn
 from allanite.cli.live_source import MAX_LINE, Stop, samples_of_source
-from allanite.scale import Watch
 from command_line import piped, refused, started, strict, until
 from moving_records import MOVING
 
@@ -39,14 +38,14 @@ def last(out):
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [1e20, 1e155, 1e308, -1e308])
 def test_a_huge_sample_leaves_numbers_and_later_changes_are_found(tmp_path, size):
-    watch, x = Watch(al.parse_model("N(N=0.1)"), 100.0), noise(20_000)
+    watch, x = al.Watch(al.parse_model("N(N=0.1)"), 100.0), noise(20_000)
     x[5000] = size
     watch.update(x)
     assert np.isfinite(watch.e_value)
     strict(json.dumps(watch.to_dict()))
     watch.save(tmp_path / "state")
     strict((tmp_path / "state").read_text())
-    again = Watch(al.parse_model("N(N=0.1)"), 100.0)
+    again = al.Watch(al.parse_model("N(N=0.1)"), 100.0)
     again.restore(tmp_path / "state")
     assert again.e_value == watch.e_value
     again.update(2.0 * noise(20_000, 2))
@@ -55,7 +54,7 @@ def test_a_huge_sample_leaves_numbers_and_later_changes_are_found(tmp_path, size
 
 
 def test_a_single_outlier_is_no_alarm():
-    watch, x = Watch(al.parse_model("N(N=0.1)"), 100.0), noise(100_000)
+    watch, x = al.Watch(al.parse_model("N(N=0.1)"), 100.0), noise(100_000)
     x[50_000] = 1e4
     watch.update(x)
     assert watch.alarm is None
@@ -63,7 +62,7 @@ def test_a_single_outlier_is_no_alarm():
 
 def test_an_infinite_sample_is_refused_and_nothing_is_lost(run, tmp_path):
     with pytest.raises(al.InputError, match="sample 3 is infinite"):
-        Watch(al.parse_model("N(N=0.1)"), 100.0).update([0.0, 1.0, np.inf])
+        al.Watch(al.parse_model("N(N=0.1)"), 100.0).update([0.0, 1.0, np.inf])
     log = tmp_path / "log.csv"
     log.write_text(text(noise(200)) + "inf\n0.1\n")
     code, out, err = run("watch", log, *MODEL, "--state", tmp_path / "state")
@@ -73,13 +72,13 @@ def test_an_infinite_sample_is_refused_and_nothing_is_lost(run, tmp_path):
 
 
 def test_counters_for_prometheus_are_whole_numbers():
-    watch = Watch(al.parse_model("N(N=0.1)"), 100.0)
+    watch = al.Watch(al.parse_model("N(N=0.1)"), 100.0)
     watch.taken = 123_456_789
     assert "allanite_samples_total 123456789\n" in watch.prometheus()
 
 
 def test_a_segment_across_an_interruption_decides_nothing():
-    watch = Watch(al.parse_model("N(N=0.1)"), 100.0)
+    watch = al.Watch(al.parse_model("N(N=0.1)"), 100.0)
     watch.update(noise(1500))
     watch.interrupt()
     assert np.isnan(watch._pending).sum() == 1500 - 1024

@@ -7,7 +7,7 @@ import pytest
 
 import allanite as al
 from allanite.plots import plot_check, plot_deviation, plot_fit, plot_study, plot_time
-from allanite.study import Rung, Study
+from allanite.study import Rung
 
 RATE = 50.0
 
@@ -41,7 +41,7 @@ def check(fits):
 def study(fits, check):
     added = (None, *(f.model.effects[-1] for f in fits[1:]))
     ladder = tuple(Rung(f, a) for f, a in zip(fits, added, strict=True))
-    return Study(fits[0].recording, ladder, check, "nothing helps")
+    return al.Study(fits[0].recording, ladder, check, "nothing helps")
 
 
 @pytest.fixture(scope="session")

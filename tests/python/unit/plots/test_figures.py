@@ -7,14 +7,13 @@ import pytest
 
 import allanite as al
 from allanite.common.units import conversion
-from allanite.comparison import Curves, Drawn
+from allanite.comparison import Drawn
 from allanite.criticism import criticise
 from allanite.fit.likelihood.whitened import whiten
 from allanite.plots import plot_check, plot_compare, plot_deviation, plot_study, plot_time
 from allanite.plots.curves import interval
 from allanite.plots.spec import Bars, HeatMap, Line, Note, Points, Rule, Span
-from allanite.study import Rung, Study
-from allanite.suggestion import Check
+from allanite.study import Rung
 
 pytestmark = pytest.mark.slow
 
@@ -33,7 +32,7 @@ def test_check_shades_what_fails_and_names_the_first_suggestion(check):
 def test_check_without_a_failure_shades_nothing():
     samples = np.random.default_rng(2).standard_normal(4000)
     fit = al.fit_model(al.Recording(samples, rate=10.0, unit="deg/s"), "N")
-    figure = plot_check(Check(fit, criticise(fit, whiten(fit.solution, fit.data)), ()))
+    figure = plot_check(al.Check(fit, criticise(fit, whiten(fit.solution, fit.data)), ()))
     assert not any(panel.find(Span) for panel in figure.panels)
     assert "No effect is significantly missing" in figure.subtitle
 
@@ -75,7 +74,7 @@ def test_study_shows_the_ladder_and_both_ends(study):
 
 
 def test_study_of_one_step(fits, check):
-    figure = plot_study(Study(fits[0].recording, (Rung(fits[0]),), check, "nothing helps"))
+    figure = plot_study(al.Study(fits[0].recording, (Rung(fits[0]),), check, "nothing helps"))
     # Bars would compare the step with itself.
     assert [p.title.split()[0] for p in figure.panels] == ["Allan", "Power"]
     assert not any(p.find(Bars) for p in figure.panels)
@@ -84,14 +83,14 @@ def test_study_of_one_step(fits, check):
 
 def test_a_removed_effect_is_a_step_of_the_ladder(fits, check):
     ladder = (Rung(fits[1]), Rung(fits[0], None, ("gauss_markov",)))
-    figure = plot_study(Study(fits[0].recording, ladder, check, "adequate"))
+    figure = plot_study(al.Study(fits[0].recording, ladder, check, "adequate"))
     assert figure.panels[0].y.ticks[1][1] == "− Gauss-Markov process"
 
 
 def test_what_took_the_place_of_another_is_a_step_too(fits, check):
     lag, line = fits[2].model.effects[-2:]
     ladder = (Rung(fits[0]), Rung(fits[2], line, ("bias_instability",), brought=(lag,)))
-    study = Study(fits[0].recording, ladder, check, "adequate")
+    study = al.Study(fits[0].recording, ladder, check, "adequate")
     figure = plot_study(study)
     assert figure.subtitle.startswith("2 effects added")
     lines = figure.panels[0].y.ticks[1][1].split("\n")
@@ -118,7 +117,7 @@ def rows(ratio):
 def time_check(check, cells, worst=None):
     from dataclasses import replace
 
-    return Check(check.fit, replace(check.where, time=cells, worst_time=worst), ())
+    return al.Check(check.fit, replace(check.where, time=cells, worst_time=worst), ())
 
 
 def test_time_map_places_each_cell(check):
@@ -152,7 +151,7 @@ def test_deviation_keeps_its_interval_and_name(fits):
 def curves():
     tau = np.array([1.0, 10.0, 100.0])
     flat = np.ones(3)
-    return Curves(
+    return al.Curves(
         (
             Drawn("log a", "recording", "deg/s", tau, flat, 0.9 * flat, 1.1 * flat),
             Drawn("model b", "model", "rad/s", tau, flat),
