@@ -100,7 +100,7 @@ def anchor(title: str) -> str:
 
 def section(record: Record, path: Path) -> str:
     """Everything about one recording."""
-    recording = al.read(path, column=record.column).called(record.file)
+    recording = al.read(path, column=record.column).with_path(record.file)
     # The time limit would make results depend on the load of the machine.
     study = al.improve(recording, record.model, seconds=3600.0)
     first = study.check if len(study.ladder) == 1 else study.ladder[0].fit.check()

@@ -29,7 +29,7 @@ def main() -> None:
         sys.exit("no chromium: apt-get install chromium")
     samples = al.parse_model(MODEL).simulate(duration=7200, rate=100, seed=1, unit="deg/s").samples
     recording = al.Recording(samples, rate=100, unit="deg/s", columns=["gyro_x"])
-    report = al.make_report(recording.called("gyroscope.npz"))
+    report = al.make_report(recording.with_path("gyroscope.npz"))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         page = report.save(folder / "report.html")

@@ -432,7 +432,7 @@ def _prepared_recording(
 
     if path == STANDARD_INPUT:
         path = INPUT_NAME
-        recording = recording.called(INPUT_NAME)
+        recording = recording.with_path(INPUT_NAME)
     if options.trim == "quiet":
         recording = recording.quiet()
     elif options.trim is not None:
@@ -477,7 +477,7 @@ def _show_early_findings(recording: Recording, options: LogOptions) -> None:
     from allanite.recording.at_rest import motion_findings
 
     if not (options.quiet or options.as_json):
-        early = filter(is_shown_early, recording.told)
+        early = filter(is_shown_early, recording.added_findings)
         for finding in (*early, *motion_findings(recording)):
             mark = "!" if finding.severity == "warning" else "·"
             click.echo(f"{mark} {finding.worded(words_of(options.trim))}", err=True)

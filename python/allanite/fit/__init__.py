@@ -95,7 +95,7 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
     """
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}; use one of {', '.join(METHODS)}")
-    if isinstance(recording, Summary) and recording.whole:
+    if isinstance(recording, Summary) and recording.keeps_all_samples:
         recording = recording.recording()
     if isinstance(recording, Recording):
         recording = recording.measured

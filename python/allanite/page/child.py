@@ -94,8 +94,9 @@ def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
         "covariates": dict(recording.covariates),
         "covariate_units": dict(recording.covariate_units),
         "stamps": None if recording.stamps is None else _fields_of_dataclass(recording.stamps),
-        "told": [
-            {**_fields_of_dataclass(one), "values": dict(one.values)} for one in recording.told
+        "added_findings": [
+            {**_fields_of_dataclass(one), "values": dict(one.values)}
+            for one in recording.added_findings
         ],
         "log_columns": [
             {**_fields_of_dataclass(one), "sources": dict(one.sources)}
@@ -124,7 +125,7 @@ def _recording_of_fields(found: dict[str, Any]) -> Recording:
             "stamps": None
             if stamps is None
             else Stamps(**{k: _lists_as_tuples(v) for k, v in stamps.items()}),
-            "told": tuple(Finding(**one) for one in found["told"]),
+            "added_findings": tuple(Finding(**one) for one in found["added_findings"]),
             "log_columns": tuple(LogColumn(**one) for one in found["log_columns"]),
         }
     )
@@ -149,8 +150,8 @@ def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
     options.pop("units", None)
     seen = inspect(Path(path), **options)
     found = seen.to_dict()
-    for told, finding in zip(found["findings"], seen.findings, strict=True):
-        told["message"] = finding.worded(WORDS)
+    for shown, finding in zip(found["findings"], seen.findings, strict=True):
+        shown["message"] = finding.worded(WORDS)
 
     try:
         table = read_table(Path(path), all_numbers)

@@ -190,7 +190,7 @@ def _open_example(tab: Tab) -> None:
     name = "example.npz"
     if name not in [s.name for s in tab.sources]:
         found = parse_model(EXAMPLE).simulate(duration=3600.0, rate=50.0, seed=1, unit="rad/s")
-        tab.sources.append(Source(name, recording=found.called(name)))
+        tab.sources.append(Source(name, recording=found.with_path(name)))
     tab.open([s.name for s in tab.sources].index(name))
 
 

@@ -136,7 +136,7 @@ class Source:
                 """`Recording` of the file, read in a child process and named like the source."""
                 assert self.path is not None
                 with about(self.name, instead=self.path):
-                    return read_in_child(self.path, reading.options(), watch).called(self.name)
+                    return read_in_child(self.path, reading.options(), watch).with_path(self.name)
 
             same = reading == self.reading
             recording = self.shared.get(self.path, read, watch) if same else read()

@@ -119,7 +119,7 @@ def summary_of_log(
             findings += no_unit_findings(
                 [first.names[i] for i in layout.samples if first.units[i] is None]
             )
-        return replace(summary, told=tuple(findings))
+        return replace(summary, added_findings=tuple(findings))
 
 
 def _stamps_of(rows: _Rows, layout: Layout, request: Request) -> Stamps | None:

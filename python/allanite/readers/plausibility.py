@@ -79,7 +79,7 @@ def assumed_units(recording: Recording) -> dict[str, str]:
     Gyroscopes are assumed in deg/s (in rad/s their motion would be larger), accelerometers in m/s². Columns of whole
     numbers are raw counts and are left out.
     """
-    if not any(finding.kind == "no_unit" for finding in recording.told):
+    if not any(finding.kind == "no_unit" for finding in recording.added_findings):
         return {}
     return {
         name: usual_units([name])
@@ -160,7 +160,7 @@ def _doubts_of_triads(recording: Recording) -> list[_Doubt]:
     """
     if recording.quantity != "rate" or recording.samples.ndim == 1:
         return []
-    unitless = any(finding.kind == "no_unit" for finding in recording.told)
+    unitless = any(finding.kind == "no_unit" for finding in recording.added_findings)
     places = [
         at
         for at, (name, unit) in enumerate(zip(recording.columns, recording.units, strict=True))

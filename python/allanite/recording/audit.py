@@ -56,9 +56,9 @@ def audit(recording: Recording) -> list[Finding]:
     recording = recording.measured
     findings = list(stamp_findings(recording.stamps, recording.rate)) if recording.stamps else []
     # A missing unit comes last, since faults of the data matter more.
-    last = [finding for finding in recording.told if finding.kind == "no_unit"]
-    told = [finding for finding in recording.told if finding.kind != "no_unit"]
-    findings = [*motion_findings(recording), *told, *findings]
+    last = [finding for finding in recording.added_findings if finding.kind == "no_unit"]
+    other = [finding for finding in recording.added_findings if finding.kind != "no_unit"]
+    findings = [*motion_findings(recording), *other, *findings]
     units = recording.units
     for i, name in enumerate(recording.columns):
         x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, i]

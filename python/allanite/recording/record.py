@@ -43,10 +43,6 @@ class Record(Protocol):
         """Sequence of `Finding`: findings about the samples and time stamps."""
 
     @property
-    def whole(self) -> bool:
-        """True if the record keeps every sample, as time series and fits of single samples need."""
-
-    @property
     def tau0(self) -> float:
         """Sampling interval, s."""
         return 1.0 / self.rate

@@ -101,7 +101,7 @@ class Recording(Record):
     (12, True, (6000,), 6000)
     >>> list(recording.deviations("mdev"))
     ['gx', 'gy']
-    >>> recording.in_units({"gx": "rad/s"}).units, recording.called("a.csv").path
+    >>> recording.in_units({"gx": "rad/s"}).units, recording.with_path("a.csv").path
     (('rad/s', 'deg/s'), 'a.csv')
     >>> found = al.Recording([*x[:, 0], 9.0], rate=100, unit="deg/s").audit
     >>> gx.with_findings(found).audit[0].kind
@@ -124,7 +124,7 @@ class Recording(Record):
     stamps: Stamps | None
     epoch: float | None
     times: Array | None
-    told: tuple[Finding, ...]
+    added_findings: tuple[Finding, ...]
     log_columns: tuple[LogColumn, ...]
     _audit: list[Finding] | None
     _measured: Recording | bool | None
@@ -195,7 +195,7 @@ class Recording(Record):
                 stamps=stamps,
                 epoch=epoch,
                 times=None if times is None else read_only(times),
-                told=(),
+                added_findings=(),
                 log_columns=(),
                 _audit=None,
                 _measured=None,
@@ -225,6 +225,9 @@ class Recording(Record):
         return self if names == self.units else self._with(units=names)
 
     told_of = Former("with_findings")
+    told = Former("added_findings")
+    called = Former("with_path")
+    whole = Former("keeps_all_samples")
 
     def with_findings(
         self, findings: Sequence[Finding], log_columns: Sequence[LogColumn] | None = None
@@ -239,13 +242,17 @@ class Recording(Record):
             Every column of the log, used or not.
         """
         columns = self.log_columns if log_columns is None else tuple(log_columns)
-        return self._with(told=(*self.told, *findings), log_columns=columns, _motion=self._motion)
+        return self._with(
+            added_findings=(*self.added_findings, *findings),
+            log_columns=columns,
+            _motion=self._motion,
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         state = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in COMPUTED}
         state["covariates"] = dict(self.covariates)
         state["covariate_units"] = dict(self.covariate_units)
-        return (_restore, (state,))
+        return (recording_of_fields, (state,))
 
     # -- what it is ------------------------------------------------------------------------------
 
@@ -255,8 +262,8 @@ class Recording(Record):
         return int(self.samples.shape[0])
 
     @property
-    def whole(self) -> bool:
-        """Always True: a recording keeps every sample."""
+    def keeps_all_samples(self) -> bool:
+        """Always True; a `Summary` keeps only the samples of short records."""
         return True
 
     @property
@@ -430,11 +437,17 @@ class Recording(Record):
             name: read_only(group_means(values, k)) for name, values in self.covariates.items()
         }
         # The stamps belong to the samples that were averaged, so their findings are kept instead.
-        told = () if self.stamps is None else tuple(stamp_findings(self.stamps, self.rate))
-        new = {"samples": read_only(samples), "rate": self.rate / k, "stamps": None, "times": None}
-        return self._with(**new, told=(*self.told, *told), covariates=MappingProxyType(extra))
+        findings = () if self.stamps is None else stamp_findings(self.stamps, self.rate)
+        return self._with(
+            samples=read_only(samples),
+            rate=self.rate / k,
+            stamps=None,
+            times=None,
+            covariates=MappingProxyType(extra),
+            added_findings=(*self.added_findings, *findings),
+        )
 
-    def called(self, path: str) -> Recording:
+    def with_path(self, path: str) -> Recording:
         """Copy of the recording whose attribute `path` is the given path."""
         return self._with(path=path, _motion=self._motion)
 
@@ -555,20 +568,18 @@ def _unit_names(unit: Any) -> tuple[str, ...]:
     return names
 
 
-def _restore(state: dict[str, Any]) -> Recording:
-    """`Recording` from the dict of fields that `Recording.__reduce__` pickled. Makes the arrays of the dict read-only."""
+def recording_of_fields(state: Mapping[str, Any]) -> Recording:
+    """`Recording` from a mapping of all field names of `Recording` to their values, without checks.
+
+    The arrays of samples and covariates become read-only. Cached results, such as the audit, are left out of `state`.
+    """
     recording = object.__new__(Recording)
-    state = with_aligned_arrays(state)
-    state = {"epoch": None, "times": None, **state}
-    read_only(state["samples"])
-    state["covariates"] = MappingProxyType(
-        {k: read_only(v) for k, v in state["covariates"].items()}
-    )
-    state["covariate_units"] = MappingProxyType(state["covariate_units"])
-    recording._set_fields(**state, **dict.fromkeys(COMPUTED))
+    found = with_aligned_arrays(dict(state))
+    covariates = {name: read_only(values) for name, values in found["covariates"].items()}
+    found |= {
+        "samples": read_only(found["samples"]),
+        "covariates": MappingProxyType(covariates),
+        "covariate_units": MappingProxyType(found["covariate_units"]),
+    }
+    recording._set_fields(**found, **dict.fromkeys(COMPUTED))
     return recording
-
-
-def recording_of_fields(fields: Mapping[str, Any]) -> Recording:
-    """`Recording` from a mapping of all field names of `Recording` to their values, without checks."""
-    return _restore(dict(fields))

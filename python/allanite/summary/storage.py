@@ -50,7 +50,7 @@ def save(summary: Summary, path: str | Path) -> None:
             "covariates_named": summary.covariates_named,
             "covariate_units": summary.covariate_units,
             "path": summary.path,
-            "told": [asdict(finding) for finding in summary.told],
+            "told": [asdict(finding) for finding in summary.added_findings],
             "stretches": [without_arrays(one.state(), put) for one in summary.stretches],
         }
         text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)

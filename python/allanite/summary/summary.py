@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.former import Former
 from allanite.common.numbers import number
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
@@ -56,7 +57,7 @@ class Summary(Record):
     path : str or None
     stretches : tuple of StreamSegment
         Segments of the stream in the order of time; the samples between them are missing.
-    told : tuple of Finding
+    added_findings : tuple of Finding
         Findings that were given to the summary; `audit` begins with them.
 
     Examples
@@ -83,10 +84,13 @@ class Summary(Record):
     covariate_units: dict[str, str]
     path: str | None
     stretches: tuple[StreamSegment, ...]
-    told: tuple[Finding, ...] = ()
+    added_findings: tuple[Finding, ...] = ()
 
     #: Samples are rates.
     quantity = "rate"
+
+    told = Former("added_findings")
+    whole = Former("keeps_all_samples")
 
     # -- size ------------------------------------------------------------------------------------
 
@@ -111,7 +115,7 @@ class Summary(Record):
         return self.extremes.gaps + len(self.stretches) - 1
 
     @property
-    def whole(self) -> bool:
+    def keeps_all_samples(self) -> bool:
         """True if the summary keeps all samples, so that `recording` and `rate_samples` work.
 
         At most 2¹⁸ samples are kept of one stream, and at most 2¹⁹ in total of joined streams.
@@ -187,8 +191,8 @@ class Summary(Record):
             elif one.stop > one.start or not joined:
                 joined.append(one)
                 fresh.append(False)
-        told = tuple(dict.fromkeys([*self.told, *(f for other in others for f in other.told)]))
-        return replace(self, stretches=tuple(joined), told=told)
+        findings = dict.fromkeys(f for one in (self, *others) for f in one.added_findings)
+        return replace(self, stretches=tuple(joined), added_findings=tuple(findings))
 
     # -- results ---------------------------------------------------------------------------------
 
@@ -220,7 +224,7 @@ class Summary(Record):
         InputError
             The samples are not kept.
         """
-        if not self.whole:
+        if not self.keeps_all_samples:
             raise InputError(
                 f"the summary of {self.n} samples does not keep the samples: read the log for the segment that you need"
             )
@@ -276,9 +280,9 @@ class Summary(Record):
         Gaps that a stored finding counts are not repeated. Repeated samples count if they are over half of all,
         outliers if the kurtosis of the steps exceeds 4.5.
         """
-        out = list(self.told)
+        out = list(self.added_findings)
         # A gap of the time column is reported once.
-        known = {0, *(f.values.get("missing") for f in self.told if f.kind == "gaps")}
+        known = {0, *(f.values.get("missing") for f in self.added_findings if f.kind == "gaps")}
         for name, unit, one in zip(self.columns, self.units, self, strict=True):
             found = one.extremes
             if one.missing not in known:

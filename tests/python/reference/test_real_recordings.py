@@ -207,7 +207,7 @@ def test_a_summary_of_adis_tells_what_the_record_does(record):
         ("acc_x", ["bandwidth", "drifting_resonance", "modulated_vibration"]),
     ):
         summary = al.summarize(record("adis16405_imu1.npz", column))
-        assert not summary.whole
+        assert not summary.keeps_all_samples
         study = al.improve(summary)
         found = {e.kind for e in study.fit.model}
         assert set(kinds) <= found, study

@@ -101,7 +101,7 @@ def test_a_column_without_values_explains_nothing(tmp_path):
     rows = [f"{k % 7}," for k in range(200)]
     r = al.read(write(tmp_path, "\n".join(["gx,temperature", *rows])), rate=1)
     assert not r.covariates
-    assert [f.found for f in r.told if f.kind == "no_values"] == [
+    assert [f.found for f in r.added_findings if f.kind == "no_values"] == [
         "column temperature is not used: only 0 values in 200 rows"
     ]
 
@@ -378,7 +378,7 @@ def test_columns_that_are_not_asked_for_may_hold_text(tmp_path):
     assert al.read(path, column="gyro").columns == ("gyro",)
     r = al.read(path)
     assert r.columns == ("gyro",)
-    assert [f.found for f in r.told if f.kind == "not_used"] == [
+    assert [f.found for f in r.added_findings if f.kind == "not_used"] == [
         'not used: label (text, such as "at rest")'
     ]
 

@@ -215,7 +215,7 @@ def test_ardupilot(tmp_path):
     assert (r.rate, r.units[0], r.units[3]) == (pytest.approx(RATE), "rad/s", "m/s^2")
     np.testing.assert_allclose(r.samples[:, 0], X[:, 0] * 0.01, rtol=1e-6)
     assert r.covariates["temperature"][-1] == pytest.approx(30 + (N - 1) / 100)
-    assert "IMU.1" in " ".join(f.message for f in r.told)
+    assert "IMU.1" in " ".join(f.message for f in r.added_findings)
     second = al.read(path, topic="IMU.1", column="gyro_x")
     np.testing.assert_allclose(second.samples, X[:, 0] * 0.01 + 1, rtol=1e-6)
     with pytest.raises(al.InputError, match="no message GPS among IMU"):

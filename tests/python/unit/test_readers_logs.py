@@ -290,8 +290,8 @@ def test_ros_sensors_with_two_rates(tmp_path, capsys):
     gyro, acc = read_sensors(path)
     assert (gyro.columns, gyro.rate) == (("gyro_x", "gyro_y", "gyro_z"), pytest.approx(RATE))
     assert (acc.columns, acc.rate) == (("acc_x", "acc_y", "acc_z"), pytest.approx(RATE / 2))
-    (told,) = [f for f in al.read(path).told if f.kind == "other_rate"]
-    assert not [f for f in gyro.told if f.kind == "other_rate"]
+    (told,) = [f for f in al.read(path).added_findings if f.kind == "other_rate"]
+    assert not [f for f in gyro.added_findings if f.kind == "other_rate"]
     assert "topic /accel holds another sensor of this device" in told.message
     assert len(read_sensors(path, topic="/accel")) == 1
     # One command, one output file.

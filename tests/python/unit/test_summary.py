@@ -84,7 +84,7 @@ MODELS = {
 def test_a_fit_of_the_summary_is_that_of_the_record(short, asked):
     r = simulated(MODELS[asked], seed=3)
     s = al.summarize(r)
-    assert not s.whole
+    assert not s.keeps_all_samples
     ours, theirs = al.parse_model(asked).fit(s), al.parse_model(asked).fit(r)
     for found, expected in zip(ours.estimates, theirs.estimates, strict=True):
         for name, value in expected.items():
@@ -140,7 +140,7 @@ def test_a_temperature_explains_its_part(short):
 def test_a_short_record_is_kept_whole():
     r = simulated("N(N=1)+K(K=0.01)").trim(0.0, 2000.0)
     s = al.summarize([r.trim(0.0, 1000.0), r.trim(1000.0)])
-    assert s.whole
+    assert s.keeps_all_samples
     assert np.array_equal(s.recording().samples, r.samples)
     assert (
         al.parse_model("N+K").fit(s).to_dict()["effects"]

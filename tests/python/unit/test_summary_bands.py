@@ -24,7 +24,7 @@ def short(monkeypatch):
 def _both(x):
     recording = al.Recording(x, rate=RATE, unit="rad/s")
     made = al.summarize(recording)
-    assert not made.whole
+    assert not made.keeps_all_samples
     return made, recording
 
 
