@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.fit.likelihood.whittle import normal_scores
 
@@ -34,12 +34,12 @@ class TimeMap:
     `ratio` and `z` have the shape (bands, segments); the other fields are the limits of segments, s, and of bands, Hz.
     """
 
-    start_s: NDArray[np.float64]
-    end_s: NDArray[np.float64]
-    low_hz: NDArray[np.float64]
-    high_hz: NDArray[np.float64]
-    ratio: NDArray[np.float64]
-    z: NDArray[np.float64]
+    start_s: Array
+    end_s: Array
+    low_hz: Array
+    high_hz: Array
+    ratio: Array
+    z: Array
 
     __repr__ = brief
 
@@ -111,7 +111,7 @@ def time_map(data: Data, whitened: Whitened) -> TimeMap:
     )
 
 
-def overdispersion(power: NDArray[np.float64], each: float = 1.0) -> float:
+def overdispersion(power: Array, each: float = 1.0) -> float:
     """Factor, at least 1, by which means of a power over time scatter more than χ² predicts.
 
     Each value of `power` is the mean of `each` squares. For each tried number of cells, the ratio of the variances is

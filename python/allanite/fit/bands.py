@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
 
@@ -41,11 +42,11 @@ class Bands:
         Confidence level of both.
     """
 
-    low_factor: NDArray[np.float64]
-    high_factor: NDArray[np.float64]
-    low_everywhere: NDArray[np.float64]
-    high_everywhere: NDArray[np.float64]
-    edf: NDArray[np.float64]
+    low_factor: Array
+    high_factor: Array
+    low_everywhere: Array
+    high_everywhere: Array
+    edf: Array
     level: float
 
     __repr__ = brief
@@ -56,11 +57,7 @@ class Bands:
 
 
 def bands(
-    terms: Sequence[Term],
-    n: int,
-    factors: ArrayLike,
-    level: float = 0.95,
-    kind: str = "oadev",
+    terms: Sequence[Term], n: int, factors: ArrayLike, level: float = 0.95, kind: str = "oadev"
 ) -> Bands:
     """`Bands`: factors for pointwise and simultaneous intervals of a deviation whose noise is known.
 
@@ -111,7 +108,7 @@ def bands(
     return Bands(low[0], high[0], low[1], high[1], edf, level)
 
 
-def expected_variance(terms: Sequence[Term], factors: NDArray[np.int64]) -> NDArray[np.float64]:
+def expected_variance(terms: Sequence[Term], factors: NDArray[np.int64]) -> Array:
     """Array of the expected Allan variance of a sum of spectral terms at each averaging factor, U², shape (k,)."""
     m = factors.astype(float)
     return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
@@ -119,7 +116,7 @@ def expected_variance(terms: Sequence[Term], factors: NDArray[np.int64]) -> NDAr
 
 def degrees_of_freedom(
     terms: Sequence[Term], n: int, factors: ArrayLike, kind: str = "oadev"
-) -> NDArray[np.float64]:
+) -> Array:
     """Array of the exact equivalent degrees of freedom 2σ⁴/var(σ̂²) at each averaging factor, shape (k,).
 
     `terms` are the noise, `n` is the number of samples, and `kind` an estimator as of `bands`.
@@ -137,7 +134,7 @@ def _quantiles(
     edf: float,
     probabilities: list[float],
     kind: str,
-) -> NDArray[np.float64]:
+) -> Array:
     """Array of the quantiles of the variance ratio σ̂²/σ² (estimated to true) at one averaging factor, for `probabilities`.
 
     Below 40 degrees of freedom the exact law of the sum of squares is used; above, or for quantization alone, the χ²
@@ -150,7 +147,7 @@ def _quantiles(
     return np.asarray(gammaincinv(edf / 2.0, probabilities), dtype=np.float64) * (2.0 / edf)
 
 
-def _simultaneous_tail(correlation: NDArray[np.float64], level: float) -> float:
+def _simultaneous_tail(correlation: Array, level: float) -> float:
     """Tail probability at each end of a pointwise interval for which all intervals hold together with probability `level`.
 
     `correlation` is that of the estimates. The value comes from 20 000 normal draws with a fixed seed.

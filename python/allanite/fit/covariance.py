@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.effects import Deterministic, Stochastic
 from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.peaks import bins_near, is_fitted_to_ordinates
@@ -19,9 +19,7 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Process, Solution
 
 
-def joint_covariance(
-    solution: Solution, data: Data
-) -> tuple[list[tuple[int, str]], NDArray[np.float64]]:
+def joint_covariance(solution: Solution, data: Data) -> tuple[list[tuple[int, str]], Array]:
     """Pair: names and covariance matrix of all active parameters of random effects and modifiers; both may be empty.
 
     Names are (index of the effect, parameter). Effects that are 0, held values and texts are omitted. The covariance is
@@ -30,7 +28,7 @@ def joint_covariance(
     """
     model, spectrum = solution.model, solution.spectrum
     names: list[tuple[int, str]] = []
-    slopes: list[NDArray[np.float64]] = []
+    slopes: list[Array] = []
     processes = iter(solution.processes)
     for position, effect in enumerate(model):
         if isinstance(effect, Deterministic):
@@ -64,11 +62,8 @@ def joint_covariance(
 
 
 def _with_narrow_bands(
-    names: list[tuple[int, str]],
-    covariance: NDArray[np.float64],
-    solution: Solution,
-    data: Data,
-) -> tuple[list[tuple[int, str]], NDArray[np.float64]]:
+    names: list[tuple[int, str]], covariance: Array, solution: Solution, data: Data
+) -> tuple[list[tuple[int, str]], Array]:
     """Pair: parameter names and covariance, in which narrow bands have the variances from single ordinates.
 
     Parameters of narrow bands are uncorrelated with all others. Names that are not in `names` are appended. The given
@@ -94,7 +89,7 @@ def _with_narrow_bands(
     return names, covariance
 
 
-def _covariance(solution: Solution, data: Data, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+def _covariance(solution: Solution, data: Data, slopes: Array) -> Array:
     """Array of the covariance of p parameters, shape (p, p), from the slopes ∂ln S/∂parameter, shape (bins, p).
 
     The sandwich covariance if samples are missing, otherwise the inverse Fisher information.
@@ -103,9 +98,7 @@ def _covariance(solution: Solution, data: Data, slopes: NDArray[np.float64]) -> 
     return _independent_covariance(solution, slopes) if shared is None else shared
 
 
-def _sandwich_covariance(
-    data: Data, weight: NDArray[np.float64], slopes: NDArray[np.float64]
-) -> NDArray[np.float64] | None:
+def _sandwich_covariance(data: Data, weight: Array, slopes: Array) -> Array | None:
     """Covariance matrix of the parameters (sandwich estimator) for missing samples, or None if no sample is missing.
 
     Missing samples correlate the power of different bins, which the inverse Fisher information neglects.
@@ -137,7 +130,7 @@ def _sandwich_covariance(
     return np.asarray(2.0 * answer @ (rows.T @ shared @ rows) @ answer)
 
 
-def _independent_covariance(solution: Solution, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+def _independent_covariance(solution: Solution, slopes: Array) -> Array:
     """Array of the covariance of p parameters, shape (p, p), if bins are independent: the inverse Fisher information.
 
     `slopes` are ∂ln S/∂parameter, shape (bins, p).

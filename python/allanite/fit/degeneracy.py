@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.arrays import Array
 from allanite.fit.covariance import joint_covariance
 from allanite.fit.models import parameter_label
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from allanite.effects import Model
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
@@ -38,7 +37,7 @@ class Correlations:
     """
 
     names: tuple[str, ...]
-    matrix: NDArray[np.float64]
+    matrix: Array
 
     def __post_init__(self) -> None:
         self.matrix.flags.writeable = False

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.common.printing import column_unit
 from allanite.common.units import coefficient_unit
@@ -327,11 +328,7 @@ def _shape_estimate(
 
 
 def _modifier_values(
-    effect: Effect,
-    shaped: dict[str, float],
-    data: Data,
-    unit: str,
-    column_units: Mapping[str, str],
+    effect: Effect, shaped: dict[str, float], data: Data, unit: str, column_units: Mapping[str, str]
 ) -> dict[str, Any]:
     """Dict of the values of a modifier by parameter name; numbers become `Estimate`, tuples, texts and None stay.
 
@@ -355,11 +352,7 @@ def _modifier_values(
 
 
 def _deterministic_values(
-    solution: Solution,
-    own: Regressed,
-    data: Data,
-    unit: str,
-    column_units: Mapping[str, str],
+    solution: Solution, own: Regressed, data: Data, unit: str, column_units: Mapping[str, str]
 ) -> dict[str, Any]:
     """Dict of the values of a deterministic effect by parameter name; numbers become `Estimate`, other values stay.
 
@@ -415,10 +408,7 @@ def _phase_by_frequency(
 
 
 def _amplitude_error(
-    effect: Deterministic,
-    name: str,
-    amplitudes: NDArray[np.float64],
-    covariance: NDArray[np.float64],
+    effect: Deterministic, name: str, amplitudes: Array, covariance: Array
 ) -> float | None:
     """Standard error of a value computed from amplitudes, by the delta method; None if the value is undefined.
 
@@ -471,7 +461,7 @@ def deterministic_shape_error(
 
 def shape_slope(
     effect: Deterministic, name: str, ordinates: NDArray[np.int64], data: Data
-) -> NDArray[np.float64] | None:
+) -> Array | None:
     """Array of the derivative of an effect's cosine ordinates with respect to the shape `name`, shape of `ordinates`.
 
     None if the shape cannot be changed.

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.fit.likelihood.discrepancy import SCALES
 from allanite.fit.likelihood.random_part import RandomPart
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.spectrum import Bins
 
-Array = NDArray[np.float64]
 #: Number of folds of the ordinates. Chosen by judgment; not measured.
 FOLDS = 5
 #: Minimum number of samples of a record with a predictive score. Chosen by judgment; not measured.

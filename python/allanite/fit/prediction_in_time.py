@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.fit.likelihood.whitened import expected_level, white_power, whiten
 from allanite.fit.shapes.deterministic import ordinates_near
 from allanite.fit.shapes.drifting import ordinates_of_drift
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-Array = NDArray[np.float64]
 #: Number of blocks of time, each of which is left out once. Chosen by judgment; not measured.
 BLOCKS = 8
 #: Number of lowest ordinates in which slow functions are predicted. Chosen by judgment; not measured.

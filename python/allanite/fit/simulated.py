@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.threads import Pool
 from allanite.fit.estimates import parameter_unit
@@ -18,8 +19,6 @@ from allanite.spectrum import bridge_gaps
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from numpy.typing import NDArray
 
     from allanite.effects import Effect, Parameter
     from allanite.fit.result import Fit
@@ -48,9 +47,9 @@ class SimulatedCheck:
     """
 
     chi2: float
-    simulated_chi2: NDArray[np.float64]
+    simulated_chi2: Array
     fitted: dict[str, float]
-    simulated: dict[str, NDArray[np.float64]]
+    simulated: dict[str, Array]
     units: dict[str, str]
 
     def __post_init__(self) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.fit.classical.gls_intervals import interval
@@ -49,12 +50,12 @@ class GlsFit:
         Expected variances and covariances for any squared coefficients.
     """
 
-    squares: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    squares: Array
+    covariance: Array
     chi2: float
     dof: int
-    expected: NDArray[np.float64]
-    target: NDArray[np.float64]
+    expected: Array
+    target: Array
     mixtures: Mixtures
 
     __repr__ = brief
@@ -64,16 +65,16 @@ class GlsFit:
             getattr(self, name).flags.writeable = False
 
     @property
-    def coefficients(self) -> NDArray[np.float64]:
+    def coefficients(self) -> Array:
         """Array of the fitted coefficients √`squares`, shape (p,)."""
         return np.sqrt(self.squares)
 
     @property
-    def std_errors(self) -> NDArray[np.float64]:
+    def std_errors(self) -> Array:
         """Array of the standard errors of `squares` (not of the coefficients), shape (p,)."""
         return np.sqrt(np.diag(self.covariance))
 
-    def intervals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def intervals(self) -> tuple[Array, Array, Array]:
         """Tuple (low, high, p) of arrays with one element for each coefficient: 95 % interval and p-value.
 
         A p-value is the probability of an estimate at least as large if the coefficient is 0. Where it is at least
@@ -95,10 +96,7 @@ def gls_factors(n: int) -> NDArray[np.int64]:
 
 
 def fit_gls(
-    allan_variances: ArrayLike,
-    factors: ArrayLike,
-    n: int,
-    unit_terms: Sequence[Sequence[Term]],
+    allan_variances: ArrayLike, factors: ArrayLike, n: int, unit_terms: Sequence[Sequence[Term]]
 ) -> GlsFit:
     """`GlsFit`: non-negative squared coefficients fitted to an Allan curve by generalized least squares.
 
@@ -130,7 +128,7 @@ def fit_gls(
     target, m = _checked_curve(allan_variances, factors, len(unit_terms))
     mixtures = Mixtures.of(unit_terms, n, m, target)
     # First guess of the covariance: relative errors grow with the square root of the factor.
-    covariance: NDArray[np.float64] = np.diag(target**2 * m.astype(np.float64))
+    covariance: Array = np.diag(target**2 * m.astype(np.float64))
     squares, spread, chi2 = _kernels.gls_nonnegative(mixtures.columns, target, covariance)
     for _ in range(MAX_ROUNDS):
         before = mixtures.columns @ squares
@@ -147,7 +145,7 @@ def fit_gls(
 
 def _checked_curve(
     allan_variances: ArrayLike, factors: ArrayLike, effects: int
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+) -> tuple[Array, NDArray[np.int64]]:
     """Pair of arrays: Allan variances as floats and their factors as integers, after the checks of `fit_gls`.
 
     Raises `InputError` for different shapes, variances that are not positive or no effects; `TooShortError` for fewer

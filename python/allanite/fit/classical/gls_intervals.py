@@ -15,13 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from allanite.fit.classical.mixtures import Mixtures
 
-    Array = NDArray[np.float64]
+    Array = Array
 
 #: Probability in each tail outside a 95 % interval.
 TAIL_PROBABILITY = 0.025

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.errors import TooShortError
 from allanite.common.parameters import NORMAL
 from allanite.effects import standard
@@ -144,12 +145,7 @@ def _thinned(m: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _read(
-    line: StraightLine,
-    tau: NDArray[np.float64],
-    m: NDArray[np.int64],
-    sigma: NDArray[np.float64],
-    edf: NDArray[np.float64],
-    n: int,
+    line: StraightLine, tau: Array, m: NDArray[np.int64], sigma: Array, edf: Array, n: int
 ) -> LineReading:
     """`LineReading` of one line on an Allan curve of n samples; `present` is False with a reason if the line is absent.
 
@@ -200,9 +196,7 @@ def _read(
     return absent(reason)
 
 
-def _largest_values(
-    log_deviation: NDArray[np.float64], edf: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _largest_values(log_deviation: Array, edf: Array) -> Array:
     """Array of upper limits of ln of the true deviation at each τ, from the measured ln deviation and its edf.
 
     The truth exceeds a limit with the probability 1 − `CURVE_PROBABILITY`.
@@ -222,7 +216,7 @@ def _run_containing(holds: Sequence[bool], k: int) -> tuple[int, int]:
     return first, last
 
 
-def _window(tau: NDArray[np.float64], a: int) -> slice | None:
+def _window(tau: Array, a: int) -> slice | None:
     """Slice of the averaging times from index `a` to the first one at or above `WINDOW_TAU_RATIO` times `tau[a]`.
 
     None if the curve ends before, or for fewer than three times.
@@ -231,9 +225,7 @@ def _window(tau: NDArray[np.float64], a: int) -> slice | None:
     return slice(a, b + 1) if b < tau.size and b - a >= 2 else None
 
 
-def _slope(
-    x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64]
-) -> tuple[float, float]:
+def _slope(x: Array, y: Array, covariance: Array) -> tuple[float, float]:
     """Pair: generalized least-squares slope of y against x for a `covariance` of y, and the standard error of the slope."""
     design = np.column_stack([np.ones_like(x), x])
     weighted = np.linalg.solve(covariance, design)
@@ -241,9 +233,7 @@ def _slope(
     return float((inverse @ (weighted.T @ y))[1]), float(np.sqrt(inverse[1, 1]))
 
 
-def _fitted_level(
-    x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64], slope: float
-) -> tuple[float, float]:
+def _fitted_level(x: Array, y: Array, covariance: Array, slope: float) -> tuple[float, float]:
     """Pair: ln deviation at τ = 1 s of a line with given slope, and its standard error."""
     weights = np.linalg.solve(covariance, np.ones_like(x))
     total = float(weights.sum())

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     from allanite.effects.terms import Term
 
-    Array = NDArray[np.float64]
+    Array = Array
 
 #: Number of lowest ordinates that are used one by one. Chosen by judgment; not measured.
 SINGLE_ORDINATES = 512
@@ -60,11 +61,7 @@ class Mixtures:
 
     @classmethod
     def of(
-        cls,
-        unit_terms: Sequence[Sequence[Term]],
-        n: int,
-        factors: NDArray[np.int64],
-        around: Array,
+        cls, unit_terms: Sequence[Sequence[Term]], n: int, factors: NDArray[np.int64], around: Array
     ) -> Mixtures:
         """`Mixtures`: expected Allan variances and covariances of p effects at the averaging `factors`, for n samples.
 

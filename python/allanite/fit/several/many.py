@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.former import Former
 from allanite.common.parameters import NORMAL
@@ -24,8 +25,6 @@ from allanite.fit.several.many_table import comparable_parameters, many_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
 
     from allanite.common.parameters import Estimate
     from allanite.effects import Effect, Model
@@ -325,9 +324,7 @@ def _pooled(
     return Pooled(name, estimates[0].unit, value, interval, spread, p_value, agree)
 
 
-def _logarithms_and_errors(
-    estimates: list[Estimate],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+def _logarithms_and_errors(estimates: list[Estimate]) -> tuple[Array, Array] | None:
     """Pair of arrays: logarithms of estimates, and standard errors of the logarithms.
 
     None unless all estimates are detected, positive and have a standard error.

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.fit.shapes.drifting import ordinates_of_drift
 from allanite.fit.shapes.matched import regressor_ordinates
@@ -45,7 +46,7 @@ class Design:
     """
 
     ordinates: NDArray[np.int64]
-    matrix: NDArray[np.float64]
+    matrix: Array
     parts: tuple[slice, ...]
 
     __repr__ = brief
@@ -66,9 +67,9 @@ class Regression:
         ΔlogL of the regression over amplitudes of 0, nats.
     """
 
-    amplitudes: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    leverage: NDArray[np.float64]
+    amplitudes: Array
+    covariance: Array
+    leverage: Array
     gain: float
 
     __repr__ = brief
@@ -82,9 +83,7 @@ def ordinates_near(frequency: float, data: Data, half: int = LINE_WINDOW) -> NDA
     )
 
 
-def line_ordinates(
-    frequency: float | NDArray[np.float64], j: NDArray[np.int64], data: Data
-) -> NDArray[np.float64]:
+def line_ordinates(frequency: float | Array, j: NDArray[np.int64], data: Data) -> Array:
     """Array of the cosine ordinates j of sin 2πft and cos 2πft, in closed form, shape (…, k, 2).
 
     `frequency` is f in Hz, shape (…). Σ_k cos(θ(k+½)+ψ) = cos(nθ/2+ψ) sin(nθ/2)/sin(θ/2), with θ = ω ± πj/n. The
@@ -115,9 +114,7 @@ def line_ordinates(
     return out
 
 
-def _line_sums(
-    theta: NDArray[np.float64], phase: NDArray[np.float64], n: int
-) -> NDArray[np.float64]:
+def _line_sums(theta: Array, phase: Array, n: int) -> Array:
     """Array of the sums of sin(θ(k+½) + phase) and of cos(θ(k+½) + phase) over k = 0 … n − 1, shape (θ, 2)."""
     half = theta / 2.0
     below = np.sin(half)
@@ -128,11 +125,8 @@ def _line_sums(
 
 
 def comb_ordinates(
-    frequency: float | NDArray[np.float64],
-    multiples: Sequence[float],
-    j: NDArray[np.int64],
-    data: Data,
-) -> NDArray[np.float64]:
+    frequency: float | Array, multiples: Sequence[float], j: NDArray[np.int64], data: Data
+) -> Array:
     """Array of the cosine ordinates j of the sine and cosine of a line and its harmonics, shape (…, k, 2·lines).
 
     The lines have the frequencies `multiples` × `frequency`, Hz.
@@ -142,13 +136,13 @@ def comb_ordinates(
 
 
 def comb_gains(
-    frequency: NDArray[np.float64],
+    frequency: Array,
     multiples: Sequence[float],
     j: NDArray[np.int64],
-    values: NDArray[np.float64],
-    variance: NDArray[np.float64],
+    values: Array,
+    variance: Array,
     data: Data,
-) -> NDArray[np.float64]:
+) -> Array:
     """Array of the ΔlogL of a line with its harmonics at each of many frequencies, shape (f,).
 
     The lines have the frequencies `multiples` × `frequency`, Hz. Their amplitudes are regressed on the ordinates
@@ -195,7 +189,7 @@ def _ordinates_of(effect: Deterministic, data: Data) -> NDArray[np.int64]:
     return ordinates_of_drift(effect, data)
 
 
-def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> NDArray[np.float64]:
+def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> Array:
     """Array of the cosine ordinates j of the regressors of an effect, shape (k, p); a line has two, sine and cosine."""
     if effect.periodic:
         return comb_ordinates(
@@ -206,7 +200,7 @@ def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> ND
 
 def residual_ordinates_at(
     effects: Sequence[Deterministic], j: NDArray[np.int64], data: Data
-) -> NDArray[np.float64]:
+) -> Array:
     """Array of the ordinates j of the record minus those of known functions of time with values, shape (k,)."""
     left = data.ordinates[j]
     for effect in effects:
@@ -214,9 +208,7 @@ def residual_ordinates_at(
     return left
 
 
-def regress(
-    matrix: NDArray[np.float64], values: NDArray[np.float64], variance: NDArray[np.float64]
-) -> Regression:
+def regress(matrix: Array, values: Array, variance: Array) -> Regression:
     """`Regression` of ordinates `values` on the columns of `matrix`, weighted by 1/`variance`.
 
     Its gain is ½ bᵀA⁻¹b, with the normal equations A and their right side b.

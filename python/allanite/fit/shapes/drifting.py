@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.threads import stop_if_unwanted
 
 if TYPE_CHECKING:
@@ -198,7 +199,7 @@ class Band:
         more = drift - course
         first = [(frequency, more), (frequency + 0.2, more), (frequency, more + 0.7)]
 
-        def loss(x: NDArray[np.float64], *_: Any, **__: Any) -> float:
+        def loss(x: Array, *_: Any, **__: Any) -> float:
             """Negative ΔlogL of a line with the frequency x[0] and the drift `course` + x[1], in cycles per record."""
             return -near.gain(float(x[0]), float(x[1]))
 
@@ -226,7 +227,7 @@ def ordinates_of_drift(effect: Deterministic, data: Data) -> NDArray[np.int64]:
 def band_about(
     low: float,
     high: float,
-    ordinates: NDArray[np.float64],
+    ordinates: Array,
     noise: Noise,
     data: Data,
     min_values: int = MIN_BAND_FREQUENCIES,
@@ -249,7 +250,7 @@ def band_about(
 
 
 def fourier_sums(
-    ordinates: NDArray[np.float64], start: int, first: int, count: int, n: int
+    ordinates: Array, start: int, first: int, count: int, n: int
 ) -> NDArray[np.complex128]:
     """Array of the Fourier sums of n samples given by a few consecutive cosine ordinates, shape (count,).
 
@@ -270,7 +271,7 @@ def fourier_sums(
     size = odd.size + count - 1
     length = next_fast_len(size)
 
-    def sums(u: NDArray[np.float64]) -> NDArray[np.complex128]:
+    def sums(u: Array) -> NDArray[np.complex128]:
         """Array of Σ_t e^{2πiut/n} for half-integers u, 2/(1 − e^{2πiu/n})."""
         return 1.0 + 1j / np.tan(np.pi * u / n)
 
@@ -282,9 +283,7 @@ def fourier_sums(
     return out
 
 
-def loudest_frequency(
-    effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
-) -> float:
+def loudest_frequency(effect: Deterministic, ordinates: Array, noise: Noise, data: Data) -> float:
     """Frequency of the largest whitened ordinate within the limits of a line, Hz.
 
     The lowest eight ordinates are not used. If the limits contain no ordinate, the largest of all is taken and its
@@ -302,7 +301,7 @@ def loudest_frequency(
 
 
 def polish_drifting(
-    effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
+    effect: Deterministic, ordinates: Array, noise: Noise, data: Data
 ) -> Deterministic:
     """Copy of the drifting line with the frequency and drift that maximize logL for the residual `ordinates`, shape (n,).
 
@@ -312,7 +311,7 @@ def polish_drifting(
 
 
 def polished_line(
-    effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
+    effect: Deterministic, ordinates: Array, noise: Noise, data: Data
 ) -> tuple[Deterministic, float]:
     """Pair: copy of the drifting line with the frequency and drift that maximize logL, and its ΔlogL.
 

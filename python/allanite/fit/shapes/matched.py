@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.effects import (
     CATALOGUE,
     Deterministic,
@@ -34,9 +35,7 @@ COLUMN_MEANS = 16 * CACHED_ORDINATES
 MIN_INDEPENDENT_NORM = 1e-3
 
 
-def regressor_ordinates(
-    points: Sequence[Deterministic], j: NDArray[np.int64], data: Data
-) -> NDArray[np.float64]:
+def regressor_ordinates(points: Sequence[Deterministic], j: NDArray[np.int64], data: Data) -> Array:
     """Array of the cosine ordinates j of the regressors of several effects, shape (effects · regressors, ordinates).
 
     With missing samples they are multiplied by the gain of the record (`Data.attenuated`).
@@ -51,22 +50,22 @@ def regressor_ordinates(
     return data.attenuated(np.concatenate([_cached_ordinates(p, data)[:, j] for p in points]), j)
 
 
-def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
+def _cached_ordinates(effect: Deterministic, data: Data) -> Array:
     """Array of the first 8192 cosine ordinates of every regressor of an effect, shape (regressors, ordinates); cached."""
 
-    def of_effect() -> NDArray[np.float64]:
+    def of_effect() -> Array:
         """Array of the first `CACHED_ORDINATES` ordinates of each regressor of the effect, one row per regressor."""
         rows = effect.regressors(data.time, data.covariates).T
         return np.array([lowest(row) for row in rows])
 
-    def of_lagged(part: LaggedColumn) -> NDArray[np.float64]:
+    def of_lagged(part: LaggedColumn) -> Array:
         """Array of the first `CACHED_ORDINATES` ordinates of a filtered column.
 
         Cached for all effects that follow the column.
         """
         return data.lowest.get(part, lambda: lowest(part.series(data.time, data.covariates)))
 
-    def lowest(series: NDArray[np.float64]) -> NDArray[np.float64]:
+    def lowest(series: Array) -> Array:
         """Array of the first `CACHED_ORDINATES` ordinates (cosine-transform coefficients) of a series."""
         if effect.follows is not None and data.samples.size >= 2 * COLUMN_MEANS:
             return _ordinates_of_means(series, data)
@@ -78,7 +77,7 @@ def _cached_ordinates(effect: Deterministic, data: Data) -> NDArray[np.float64]:
     return data.lowest.get(effect.seen_alike, of_effect)
 
 
-def _ordinates_of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.float64]:
+def _ordinates_of_means(series: Array, data: Data) -> Array:
     """Array of the first `CACHED_ORDINATES` ordinates of a slow series, computed from `COLUMN_MEANS` means.
 
     The attenuation of the means, sin(x)/x with x = πj/(2·`COLUMN_MEANS`), at least 0.994, is corrected.
@@ -110,7 +109,7 @@ def filter_ordinates(data: Data) -> NDArray[np.int64]:
 
 
 def slow_families(
-    model: Model, columns: Mapping[str, NDArray[np.float64]]
+    model: Model, columns: Mapping[str, Array]
 ) -> dict[str, tuple[Deterministic, ...]]:
     """Dict from family to a tuple of the slow functions of time that may be added to a model, without values.
 
@@ -130,11 +129,11 @@ def slow_families(
 
 def matched_gains(
     points: list[Deterministic],
-    residual: NDArray[np.float64],
+    residual: Array,
     noise: Noise,
     data: Data,
     together_with: Sequence[Deterministic] = (),
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Array, Array]:
     """Pair: ΔlogL (½z²) of each point, shape (points,), and unit vectors of whitened ordinates, (points, ordinates).
 
     A point is a slow function of time with shape values. `residual` are residual ordinates, shape (n,). The amplitudes
@@ -156,7 +155,7 @@ def matched_gains(
     gain = 0.5 * (unit @ target) ** 2
     if whole.shape[1] > 1:
         # Each further regressor adds its orthogonal part; the direction is that of the best combination.
-        axes: list[NDArray[np.float64]] = [unit]
+        axes: list[Array] = [unit]
         for k in range(1, whole.shape[1]):
             more = whole[:, k]
             for axis in axes:
@@ -169,7 +168,7 @@ def matched_gains(
 
 def best_spans(
     cls: type[Deterministic],
-    residual: NDArray[np.float64],
+    residual: Array,
     noise: Noise,
     data: Data,
     together_with: Sequence[Deterministic] = (),
@@ -196,11 +195,8 @@ def _shifted_in_time(effect: Deterministic, start: float) -> Deterministic:
 
 
 def _basis_of_effects(
-    effects: Sequence[Deterministic],
-    j: NDArray[np.int64],
-    root: NDArray[np.float64],
-    data: Data,
-) -> NDArray[np.float64]:
+    effects: Sequence[Deterministic], j: NDArray[np.int64], root: Array, data: Data
+) -> Array:
     """Array: orthonormal basis of the whitened ordinates j of slow functions of time, shape (ordinates, columns).
 
     `root` is 1/√variance of the ordinates. Other effects are ignored; no columns without slow functions.
@@ -209,7 +205,7 @@ def _basis_of_effects(
     return basis_of(np.concatenate(rows)) if rows else np.zeros((j.size, 0))
 
 
-def orthogonal_to(basis: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def orthogonal_to(basis: Array, rows: Array) -> Array:
     """Array of the components of `rows`, shape (r, ordinates), orthogonal to an orthonormal basis, shape (ordinates, k).
 
     A row that is nearly in the span of the basis becomes 0.
@@ -221,7 +217,7 @@ def orthogonal_to(basis: NDArray[np.float64], rows: NDArray[np.float64]) -> NDAr
     return np.asarray(left)
 
 
-def basis_of(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def basis_of(rows: Array) -> Array:
     """Array: orthonormal basis that spans the rows, shape (ordinates, at most rows).
 
     Directions with a singular value of at most 1e-3 of unit rows are omitted.
@@ -230,17 +226,17 @@ def basis_of(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(left[:, singular > MIN_INDEPENDENT_NORM])
 
 
-def _unit_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _unit_rows(rows: Array) -> Array:
     """Array of rows divided by their Euclidean norms; zero rows stay zero."""
     return rows / _row_norms(rows)
 
 
-def _row_norms(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _row_norms(rows: Array) -> Array:
     """Array of the Euclidean norms of rows, 1 for zero rows, shape (rows, 1)."""
     norm = np.sqrt(_squared_norms(rows))
     return np.where(norm > 0.0, norm, 1.0)[:, None]
 
 
-def _squared_norms(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _squared_norms(rows: Array) -> Array:
     """Array of the squared Euclidean norms of rows, shape (rows,)."""
     return np.asarray(np.einsum("ij,ij->i", rows, rows))

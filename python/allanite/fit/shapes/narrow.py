@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.threads import stop_if_unwanted
 from allanite.effects import Effect, Model, Stochastic
 from allanite.fit.likelihood.expected import density, expected_power
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.random_part import RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
-Array = NDArray[np.float64]
 #: Ratio of successive half-widths that are tried. Chosen by judgment; not measured.
 HALF_WIDTH_RATIO = 2.0
 #: Minimum half-width of a band, in ordinates: the resolution of the spectrum; a narrower band is a line.

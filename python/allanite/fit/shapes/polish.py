@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.fit.likelihood.discrepancy import (
     MIN_DISCREPANCY_DELTA_LOGL,
     best_scale,
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.random_part import Linear, RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
-Array = NDArray[np.float64]
 #: Initial trust radius of a shape: in ln for positive shapes, in its unit for signed ones. Chosen by judgment; not
 #: measured.
 INITIAL_TRUST = 0.5

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.effects import Deterministic, Model, Stochastic
 from allanite.fit.likelihood.expected import column_of, columns_like
 from allanite.fit.likelihood.whittle import (
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.likelihood.random_part import RandomPart
 
-Array = NDArray[np.float64]
 
 #: Minimum number of grid points whose shapes are optimized further. Chosen by judgment; not measured.
 MIN_OPTIMIZED_POINTS = 2
@@ -80,11 +80,7 @@ def scan_added_effect(
 
 
 def _maxima_of_selected(
-    matrices: Array,
-    starts: Array,
-    points: list[Effect],
-    base: Maximum,
-    part: RandomPart,
+    matrices: Array, starts: Array, points: list[Effect], base: Maximum, part: RandomPart
 ) -> dict[int, Maximum]:
     """Dict from the index of a selected grid point (an effect in `points`) to its `Maximum` of the likelihood.
 
@@ -165,7 +161,7 @@ def _maxima_one_by_one(
     return sorted(found, key=lambda pair: -pair[0].log_likelihood)
 
 
-def _smooth(excess: NDArray[np.float64], count: NDArray[np.float64]) -> NDArray[np.float64]:
+def _smooth(excess: Array, count: Array) -> Array:
     """Array of the means of `excess` over five neighboring bins, weighted by `count`, shape (bins,)."""
     window = np.ones(5)
     total = np.convolve(excess * count, window, mode="same")

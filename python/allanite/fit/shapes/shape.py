@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model
 from allanite.fit.models import with_effect
 from allanite.fit.shapes.deterministic import (
@@ -21,11 +22,7 @@ from allanite.fit.shapes.deterministic import (
     regress,
     residual_ordinates_at,
 )
-from allanite.fit.shapes.drifting import (
-    MIN_SHAPE_DELTA_LOGL,
-    loudest_frequency,
-    polish_drifting,
-)
+from allanite.fit.shapes.drifting import MIN_SHAPE_DELTA_LOGL, loudest_frequency, polish_drifting
 from allanite.fit.shapes.joined import built_from_pieces, indices_of_unbuilt
 from allanite.fit.shapes.matched import (
     basis_of,
@@ -224,7 +221,7 @@ def _with_values(effects: tuple[Deterministic, ...]) -> list[Deterministic]:
 def polish_line(
     start: float,
     j: NDArray[np.int64],
-    values: NDArray[np.float64],
+    values: Array,
     noise: Noise,
     data: Data,
     multiples: Sequence[float] = (1,),
@@ -247,7 +244,7 @@ def polish_line(
     variance = noise.variance(j)
     step = data.rate / (2.0 * data.n)
 
-    def gains_together(tried: NDArray[np.float64]) -> NDArray[np.float64]:
+    def gains_together(tried: Array) -> Array:
         """Array of the ΔlogL of all lines at each frequency."""
         return comb_gains(tried, multiples, j, values, variance, data)
 
@@ -256,7 +253,7 @@ def polish_line(
         for m in multiples
     ]
 
-    def gains_apart(tried: NDArray[np.float64]) -> NDArray[np.float64]:
+    def gains_apart(tried: Array) -> Array:
         """Array of the sum of the ΔlogL of the single lines at each base frequency in `tried`.
 
         Each line is fitted to its own ordinates only.
@@ -286,9 +283,7 @@ def polish_line(
     return start if best - here < MIN_SHAPE_DELTA_LOGL else center
 
 
-def _peak(
-    tried: NDArray[np.float64], gains_at: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-) -> tuple[float, float, float]:
+def _peak(tried: Array, gains_at: Callable[[Array], Array]) -> tuple[float, float, float]:
     """Tuple (gain at the middle frequency, frequency of the maximum, gain of the maximum) over equally spaced frequencies.
 
     The maximum is that of a parabola through the best frequency and its neighbors. If the best frequency is at an end,
@@ -338,11 +333,7 @@ def _is_at_minimum(loss: Callable[[float], float], at: float, step: float) -> bo
 
 
 def _optimize_slow(
-    model: Model,
-    place: int,
-    others: tuple[Deterministic, ...],
-    noise: Noise,
-    data: Data,
+    model: Model, place: int, others: tuple[Deterministic, ...], noise: Noise, data: Data
 ) -> Model:
     """Copy of the model in which the shapes of the slow effect at index `place` are optimized, one after the other.
 

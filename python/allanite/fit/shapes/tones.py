@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.threads import stop_if_unwanted
 from allanite.fit.shapes.drifting import MIN_SHAPE_DELTA_LOGL, Band, band_about, loudest_frequency
 
@@ -128,7 +129,7 @@ def _summed(band: Band, frequency: float) -> NDArray[np.complex128]:
     return np.concatenate([[0.0], np.cumsum(turned)])
 
 
-def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> NDArray[np.float64]:
+def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> Array:
     """Array of the ΔlogL of a burst between `start` and `end` (fractions of the record); 0 for inadmissible lengths.
 
     `total` are the cumulative sums of `_summed`.
@@ -160,7 +161,7 @@ def _optimized(
     total = _summed(band, frequency)
     sums = np.interp(knots, places, total)
 
-    def loss(x: NDArray[np.float64], *_: Any, **__: Any) -> float:
+    def loss(x: Array, *_: Any, **__: Any) -> float:
         """Negative gain at scaled changes of frequency, start and end; 0 for a burst that is too short or too long."""
         f, a, b = origin + scale * x
         a, b = max(float(a), knots[0]), min(float(b), knots[-1])
@@ -187,7 +188,7 @@ def _optimized(
 
 
 def polish_burst(
-    effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
+    effect: Deterministic, ordinates: Array, noise: Noise, data: Data
 ) -> Deterministic:
     """Copy of the tone burst with the frequency and times that maximize logL for the residual `ordinates`, shape (n,).
 

@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.threads import stop_if_unwanted
 from allanite.effects import Model
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.stamped.likelihood import Regressed, StampedSeries
 
-Array = NDArray[np.float64]
 #: Maximum |ln| of the ratio of two variances in the search: a part with e^−16 of the variance of another is invisible.
 #: Chosen by judgment; not measured.
 MAX_LOG_VARIANCE_RATIO = 16.0

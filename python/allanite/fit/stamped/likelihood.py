@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from allanite.fit.stamped.noise import StampedNoise
 
-Array = NDArray[np.float64]
 #: Minimum pivot of a Cholesky factor that is used. Products have a relative error of 1e-16, so that the square of this
 #: pivot has a relative error of 1e-6.
 MIN_PIVOT = 1e-5
@@ -127,11 +127,7 @@ class StampedSeries:
         freedom = self.n - len(self.design)
         likelihood = -0.5 * (freedom * np.log(2.0 * np.pi) + np.log(variances).sum() + squares)
         return Regressed(
-            likelihood - determinant,
-            coordinates @ inverse,
-            inverse.T @ inverse,
-            squares,
-            freedom,
+            likelihood - determinant, coordinates @ inverse, inverse.T @ inverse, squares, freedom
         )
 
     def predicted(

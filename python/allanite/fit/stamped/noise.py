@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError
@@ -18,7 +17,6 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
 
-Array = NDArray[np.float64]
 #: Decay rate of the process that represents a random walk, times the duration of the record. Its variance at the end of the
 #: record then differs by 0.01 %.
 RANDOM_WALK_DECAY = 1e-4

@@ -17,8 +17,8 @@ from itertools import product
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.threads import stop_if_unwanted
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from allanite.fit.stamped.candidates import FittedNoise
     from allanite.fit.stamped.noise import StampedNoise
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 #: Numbers of points of the first and the second draw. The half-width of a holdover band at 3 h differs by 1.3 % rms from
 #: that of ten times as many points, with half as many by 4.1 % (benches/decisions/chosen_values.py posterior).

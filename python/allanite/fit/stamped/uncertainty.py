@@ -9,14 +9,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.fit.stamped.candidates import CURVATURE_STEP
 
 if TYPE_CHECKING:
     from allanite.fit.stamped.candidates import FittedNoise
-
-Array = NDArray[np.float64]
 
 
 def amplitude_errors(best: FittedNoise) -> tuple[Array, Array]:
