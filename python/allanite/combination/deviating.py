@@ -91,12 +91,12 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
 def _test_of_unit(
     levels: Array, variances: Array, place: int, compared: list[int]
 ) -> tuple[float, float]:
-    """Pair (two-sided p-value, difference in ln power) of the unit `place` against the mean of the other units.
+    """Pair (two-sided p-value, difference in ln power) of the unit `place` against the mean of the other `compared` units.
 
-    `compared` holds the indices of all units that are compared. The octaves in `levels` are averaged, weighted by their
-    inverse variances. The ratio of two powers has an F distribution, whose degrees of freedom follow from the variances
-    of ln power. The spread between units is estimated. Its part of the variance gives the normal score of the F
-    distribution the degrees of freedom of Student's distribution (Satterthwaite 1946).
+    `levels` and `variances`, shape (units, octaves), are ln power and its variance. Octaves are averaged, weighted by
+    their inverse variances. The ratio of both powers is tested by an F distribution with degrees of freedom that match
+    the variances. Since the spread between units is estimated, the normal score of this test is judged by Student's t
+    distribution, with degrees of freedom by Satterthwaite (1946).
     """
     from scipy.special import digamma, fdtr, fdtrc, ndtri, stdtr
 
@@ -123,9 +123,7 @@ def _test_of_unit(
     return 2.0 * float(stdtr(freedom, ndtri(tail))), apart
 
 
-def _octave_levels(
-    fits: Sequence[Fit],
-) -> tuple[Array, Array, Array]:
+def _octave_levels(fits: Sequence[Fit]) -> tuple[Array, Array, Array]:
     """Tuple (edges of octaves; ln of the power of each unit over the first unit's model; variance of this ln).
 
     The edges, in Hz and ascending, have the shape (octaves + 1,), the other two arrays (units, octaves). The octaves

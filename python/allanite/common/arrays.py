@@ -1,4 +1,4 @@
-"""The usual type of an array, and runs in masks."""
+"""The usual type of an array, runs in masks, and the inverse of a covariance matrix."""
 
 from __future__ import annotations
 
@@ -11,7 +11,24 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 
 
+def scaled_inverse(matrix: Array) -> Array:
+    """Pseudoinverse of a positive semidefinite matrix, shape (p, p), which is first scaled to a unit diagonal.
+
+    The scale makes the result independent of the units of the rows. Eigenvalues below 1e-10 of the largest count as 0.
+    """
+    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    sizes = np.outer(scale, scale)
+    return np.asarray(np.linalg.pinv(matrix / sizes, rcond=1e-10, hermitian=True) / sizes)
+
+
 def runs_of(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Tuple (first, end) of the runs of True in a mask, shape (runs,) each; `end` is exclusive."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     return edges[::2], edges[1::2]
+
+
+def run_at(mask: NDArray[np.bool_], index: int) -> tuple[int, int]:
+    """Pair: first and last index of the run of True in a mask that contains `index`; mask[index] must be True."""
+    first, end = runs_of(mask)
+    run = int(np.searchsorted(first, index, side="right")) - 1
+    return int(first[run]), int(end[run]) - 1

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.arrays import run_at
 from allanite.fit.curve import MIN_FAILING_SCORE
 
 if TYPE_CHECKING:
@@ -35,10 +36,5 @@ def worst(curve: Curve) -> tuple[float, float] | None:
     top = int(np.argmax(np.abs(z)))
     if abs(z[top]) < MIN_FAILING_SCORE:
         return None
-    same = z * np.sign(z[top]) > 2.0
-    low = high = top
-    while low > 0 and same[low - 1]:
-        low -= 1
-    while high < z.size - 1 and same[high + 1]:
-        high += 1
+    low, high = run_at(z * np.sign(z[top]) > 2.0, top)
     return float(curve.tau[low]), float(curve.tau[high])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.arrays import Array
+from allanite.common.arrays import Array, run_at
 from allanite.common.showing import brief
 from allanite.fit.likelihood.whittle import normal_scores
 
@@ -59,11 +59,10 @@ class TimeMap:
         ]
 
     def worst(self) -> tuple[float, float] | None:
-        """Pair (start, end), s: the time around the cell with the largest |z|.
+        """Pair (start, end), s: segments around the largest |z|; None if this |z| is below 4.6, or without octaves.
 
-        None without cells or if this |z| is below 4.6.
-
-        Neighboring segments of the same band belong to it while z stays above 2 (or below −2).
+        z is the normal score of the power in one segment and octave. The interval extends over neighboring segments of
+        the same octave while z stays above 2 (or below −2).
         """
         if self.z.size == 0:
             return None
@@ -71,12 +70,7 @@ class TimeMap:
         row = self.z[band]
         if abs(row[top]) < MIN_CELL_SCORE:
             return None
-        same = row * np.sign(row[top]) > 2.0
-        low = high = int(top)
-        while low > 0 and same[low - 1]:
-            low -= 1
-        while high < row.size - 1 and same[high + 1]:
-            high += 1
+        low, high = run_at(row * np.sign(row[top]) > 2.0, int(top))
         return float(self.start_s[low]), float(self.end_s[high])
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.arrays import Array
+from allanite.common.arrays import Array, scaled_inverse
 from allanite.effects import Deterministic, Stochastic
 from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.peaks import bins_near, is_fitted_to_ordinates
@@ -99,12 +99,13 @@ def _covariance(solution: Solution, data: Data, slopes: Array) -> Array:
 
 
 def _sandwich_covariance(data: Data, weight: Array, slopes: Array) -> Array | None:
-    """Covariance matrix of the parameters (sandwich estimator) for missing samples, or None if no sample is missing.
+    """Covariance matrix of the parameters (sandwich estimator), or None for a record without missing samples.
 
     Missing samples correlate the power of different bins, which the inverse Fisher information neglects.
 
-    The estimate solves Σ_b w_b (I_b/S_b − 1) ∂lnS_b/∂φ = 0. The covariance of I_a/S_a and I_b/S_b is 2 Σ (δ_ji − c_ji)²
-    divided by the degrees of freedom of both bins (Godambe's sandwich).
+    The estimate solves Σ_b w_b (I_b/S_b − 1) ∂lnS_b/∂φ = 0, with the measured power I_b and the model S_b of bin b. Its
+    covariance is A⁻¹BA⁻¹ (Godambe): A = Σ_b w_b ∂lnS_b/∂φ (∂lnS_b/∂φ)ᵀ, and B follows from the covariance of the I_b/S_b
+    (`mixing_of`).
 
     Parameters
     ----------
@@ -117,7 +118,6 @@ def _sandwich_covariance(data: Data, weight: Array, slopes: Array) -> Array | No
     Returns
     -------
     ndarray, shape (p, p), or None
-        None without missing samples.
     """
     if data.missing is None or data.gain is None:
         return None
@@ -136,10 +136,9 @@ def _independent_covariance(solution: Solution, slopes: Array) -> Array:
     `slopes` are ∂ln S/∂parameter, shape (bins, p).
     """
     fisher = information(solution.count, solution.weight, slopes)
-    scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
-    inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
-    np.fill_diagonal(inverse, np.maximum(np.diag(inverse), 0.0))
-    return np.asarray(inverse / np.outer(scale, scale))
+    covariance = scaled_inverse(fisher)
+    np.fill_diagonal(covariance, np.maximum(np.diag(covariance), 0.0))
+    return covariance
 
 
 def logl_scale(solution: Solution, own: Process, data: Data) -> float:

@@ -308,10 +308,10 @@ def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[flo
 def _shape_estimate(
     effect: Effect, name: str, relative: float | None, detected: bool, own_unit: str
 ) -> Any:
-    """`Estimate` of a shape with standard error and 95 % interval; None and texts are returned unchanged.
+    """`Estimate` of the shape parameter `name` of a fitted effect; a value of None or text is returned unchanged.
 
-    `relative` is the standard error of ln(shape), or of the shape itself if it may be negative. If `relative` is None,
-    the estimate has no error and no interval.
+    `relative` is the standard error of ln(shape), or of the shape itself if it may be negative. It gives standard error
+    and 95 % interval; both are None without it. `detected` (of the effect) and the unit `own_unit` are passed on.
     """
     value = effect.values[name]
     if value is None or isinstance(value, str):
@@ -373,14 +373,12 @@ def _deterministic_values(
             out[parameter.name] = Estimate(value, None, None, own_unit, True, parameter.name)
             continue
         if parameter.role == "shape":
-            error = effect.shape_error(parameter.name, float(covariance[0, 0]), data.duration)
-            if error is None:
-                error = deterministic_shape_error(effect, parameter.name, solution, data)
+            error = _shape_error(own, parameter.name, solution, data)
         else:
             # An error of 0 means that the value does not depend on amplitudes, e.g. a count.
             error = _amplitude_error(effect, parameter.name, amplitudes, covariance) or None
             if error is not None and parameter.name == "phase":
-                error = float(np.hypot(error, _phase_by_frequency(effect, own, solution, data)))
+                error = float(np.hypot(error, _phase_by_frequency(own, solution, data)))
         interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)
         if error is not None and parameter.role == "shape" and parameter.low > 0.0:
             # The interval of a positive shape, e.g. a time constant, is symmetric in the logarithm.
@@ -391,26 +389,22 @@ def _deterministic_values(
     return out
 
 
-def _phase_by_frequency(
-    effect: Deterministic, own: Regressed, solution: Solution, data: Data
-) -> float:
-    """Standard error of the phase at time 0 caused by the error of the frequency, rad; 0 for a fixed frequency.
+def _phase_by_frequency(own: Regressed, solution: Solution, data: Data) -> float:
+    """Standard error of a line's phase at time 0 caused by the error of its frequency, rad; 0 for a fixed frequency.
 
     The phase at the middle of the record is uncorrelated with the frequency. Extrapolated to time 0, the error of the
     frequency adds to the phase.
     """
-    if "frequency" not in effect.free_shapes:
+    if "frequency" not in own.effect.free_shapes:
         return 0.0
-    error = effect.shape_error("frequency", float(own.covariance[0, 0]), data.duration)
-    if error is None:
-        error = deterministic_shape_error(effect, "frequency", solution, data)
+    error = _shape_error(own, "frequency", solution, data)
     return 0.0 if error is None else 2.0 * np.pi * abs(sum(data.span) / 2.0) * error
 
 
 def _amplitude_error(
     effect: Deterministic, name: str, amplitudes: Array, covariance: Array
 ) -> float | None:
-    """Standard error of a value computed from amplitudes, by the delta method; None if the value is undefined.
+    """Standard error of a value computed from amplitudes, by the delta method; None if the value is undefined or a text.
 
     0 if the value does not depend on the amplitudes.
     """
@@ -430,6 +424,15 @@ def _amplitude_error(
             difference = (difference + np.pi) % (2 * np.pi) - np.pi
         slope[i] = difference / (2 * step)
     return float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
+
+
+def _shape_error(own: Regressed, name: str, solution: Solution, data: Data) -> float | None:
+    """Standard error of a shape of a known function of time, in its unit; None if the record cannot determine it.
+
+    It is the closed form of the effect, if it declares one (`Effect.shape_error`), else `deterministic_shape_error`.
+    """
+    error = own.effect.shape_error(name, float(own.covariance[0, 0]), data.duration)
+    return deterministic_shape_error(own.effect, name, solution, data) if error is None else error
 
 
 def deterministic_shape_error(

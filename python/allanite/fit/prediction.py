@@ -154,9 +154,10 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
 def _log_likelihood(
     power: Array, count: Array, spectrum: Array, scale: int | None, cell: NDArray[np.int64]
 ) -> float:
-    """Marginal logL of a few bins at SCALES[scale] (None: δ = 0), without cached tables; see `marginal_likelihood`.
+    """logL, nats, of the measured `power` of a few bins under the expected `spectrum`, as by `marginal_likelihood`.
 
-    `cell` is the number of the group of each bin; the bins of a group share one error.
+    `count` holds the degrees of freedom. The model discrepancy δ is `SCALES[scale]`, or 0 for None. `cell` is the number
+    of the group of each bin; the bins of a group share one relative error of size δ.
     """
     scales = SCALES[:1] if scale is None else SCALES[scale : scale + 1]
     law = _kernels.Likelihood(count, scales, np.flatnonzero(np.diff(cell, prepend=-1)).tolist())

@@ -113,7 +113,7 @@ def level_change_costs(data: Data, solution: Solution) -> Array:
 
 
 def _raised_to_total(costs: Array, numbers: int) -> Array:
-    """Array of the costs of the blocks, raised equally so that their sum is at least the number of parameters `numbers`."""
+    """Array of the costs of the blocks, nats, plus the constant that raises their sum to at least `numbers` parameters."""
     return costs + max(0.0, numbers - float(costs.sum())) / BLOCKS
 
 

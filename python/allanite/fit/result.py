@@ -135,7 +135,7 @@ class Fit:
 
     @cached_property
     def z(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Array of the standard normal scores of the spectral bins, shape (bins,)."""
+        """Array of the standard normal scores of the spectral bins, shape (bins,), positive above the model."""
         s = self.solution
         return normal_scores(s.power, s.count, s.spectrum)
 
@@ -196,9 +196,10 @@ class Fit:
 
     @property
     def adequate(self) -> bool:
-        """True if χ², the discrepancy and the Allan curve do not contradict the model.
+        """True if the χ² of the spectrum and the Allan curve do not contradict the model, and it needs no discrepancy.
 
-        χ² is tested at 0.1 % on either side, the Allan curve at 0.2 %. Missing effects are not searched; see `check`.
+        χ² is tested at 0.1 % on either side, the Allan curve at 0.2 %. A discrepancy is a fitted model error (see
+        `discrepancy`). Missing effects are not searched; see `check`.
         """
         misfit = self.misfit
         agrees = misfit.p_value >= MIN_ADEQUATE_P and not misfit.is_too_small
@@ -261,12 +262,15 @@ class Fit:
         return effect.name_for(self.sensor)
 
     def text_of(self, effect: Effect, name: str) -> str:
-        """Text of an effect for this kind of sensor; `name` is "physics", "looks_like" or "check_by"."""
+        """Text (str) that describes an effect for this kind of sensor; `name` is "physics", "looks_like" or "check_by"."""
         return effect.text_for(name, self.sensor)
 
     @property
     def sensor(self) -> str:
-        """Kind of the sensor: "angular rate", "acceleration", "magnetic field" or "fractional frequency"."""
+        """Kind of the sensor: "angular rate", "acceleration", "magnetic field" or "fractional frequency".
+
+        It follows from the unit, and for a pure number from the name of the column. An unknown unit counts as the last.
+        """
         from allanite.readers import kind_of_sensor
 
         return kind_of_sensor(self.recording.columns[0], self.recording.unit)
@@ -400,7 +404,10 @@ class Fit:
     def state_space(
         self, *, states: int | None = None, duration: float | None = None
     ) -> StateSpace:
-        """`StateSpace` of the fitted model at the recording's rate and duration by default, see `Model.state_space`."""
+        """`StateSpace` (F, Q, H, R, P0) of the fitted model at the recording's sampling rate; see `Model.state_space`.
+
+        `duration`, s, is by default that of the recording. `states` is the maximum number of states.
+        """
         duration = self.recording.duration if duration is None else duration
         return self.model.state_space(self.recording.rate, states=states, duration=duration)
 
@@ -544,7 +551,10 @@ class Fit:
 
 
 def group_scores(solution: Solution, data: Data) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Array of the standard normal scores of the groups of bins (ten per decade), shape (groups,)."""
+    """Array of the standard normal scores of the groups of bins (ten per decade), shape (groups,).
+
+    Scores are positive where the measured power is above that of the model.
+    """
     groups, count = data.bins.groups, solution.count
     total = np.add.reduceat(count, groups)
     ratio = np.add.reduceat(count * solution.power / solution.spectrum, groups) / total

@@ -21,8 +21,7 @@ from allanite.fit.engine import with_coefficients
 from allanite.fit.likelihood.data import MIN_SAMPLES, SampleData
 from allanite.fit.likelihood.expected import column, columns
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.shapes import drifting
-from allanite.fit.shapes.deterministic import comb_ordinates, comb_window
+from allanite.fit.shapes.deterministic import comb_ordinates, ordinates_of_line
 from allanite.fit.shapes.shape import fit_shapes
 from allanite.fit.solution import Residual, Solution, fitted, processes_of
 from allanite.spectrum import bins_of
@@ -100,10 +99,8 @@ def ordinates_of(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.in
 
     Ordinates near the lines for a periodic effect; the lowest ordinates for a slow one.
     """
-    if effect.periodic:
-        return comb_window(effect.base_frequency or 0.0, [m for m, _, _ in effect.lines], data)
     if not effect.low:
-        return drifting.ordinates_of_drift(effect, data)
+        return ordinates_of_line(effect, data)
     last = grid.n // 4 if grid.n < data.n else grid.n
     return np.arange(1, last, dtype=np.int64)
 

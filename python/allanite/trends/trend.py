@@ -573,7 +573,7 @@ def _fits_of_candidates(
         inside = [
             f
             for f in fits
-            if f.candidate.numbers < candidate.numbers
+            if f.candidate.parameter_count < candidate.parameter_count
             and f.candidate.name.split("+")[0] == candidate.name.split("+")[0]
         ]
         start = max(inside, key=lambda f: f.evidence, default=None)

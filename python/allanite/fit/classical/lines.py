@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.common.arrays import Array
+from allanite.common.arrays import Array, run_at
 from allanite.common.errors import TooShortError
 from allanite.common.parameters import NORMAL
 from allanite.effects import standard
 from allanite.fit.likelihood.data import TAUS_PER_DECADE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from allanite.deviation import Deviation
@@ -186,7 +184,7 @@ def _read(
         if not over.any():
             at = level + (slope * np.log(where) if where is not None else 0.0) - np.log(line.level)
             value, low, high = (float(np.exp(at + s * error)) for s in (0.0, -NORMAL, NORMAL))
-            first, last = _run_containing(holds, k)
+            first, last = run_at(np.array(holds), k)
             ends = float(tau[windows[first]][0]), float(tau[windows[last]][-1])
             return LineReading(name, slope, where, True, value, low, high, *ends)
         worst = int(np.argmax(np.where(over, level + slope * x - largest, -np.inf)))
@@ -204,16 +202,6 @@ def _largest_values(log_deviation: Array, edf: Array) -> Array:
     from scipy.special import chdtri
 
     return np.asarray(log_deviation + 0.5 * np.log(edf / chdtri(edf, CURVE_PROBABILITY)))
-
-
-def _run_containing(holds: Sequence[bool], k: int) -> tuple[int, int]:
-    """Pair: first and last index of the run of consecutive True values in `holds` that contains index k."""
-    first = last = k
-    while first > 0 and holds[first - 1]:
-        first -= 1
-    while last < len(holds) - 1 and holds[last + 1]:
-        last += 1
-    return first, last
 
 
 def _window(tau: Array, a: int) -> slice | None:

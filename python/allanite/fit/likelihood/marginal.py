@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array, scaled_inverse
 from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.whittle import information
 
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Regressed, Solution
 
-Array = NDArray[np.float64]
 #: Number of lowest ordinates that are used one by one: they hold all but a thousandth of the weight of a step.
 SINGLE_ORDINATES = 1024
 #: Number of draws of the coefficients in each importance sample. Chosen by judgment; not measured.
@@ -255,8 +255,5 @@ def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
         inner = information(
             solution.count, solution.weight, 2.0 * np.sqrt(theta[inside]) * slopes[:, inside]
         )
-        size = np.sqrt(np.diag(inner))
-        covariance[np.ix_(inside, inside)] = np.linalg.pinv(
-            inner / np.outer(size, size), rcond=1e-10, hermitian=True
-        ) / np.outer(size, size)
+        covariance[np.ix_(inside, inside)] = scaled_inverse(inner)
     return 1.5 * _cholesky(covariance, solution)

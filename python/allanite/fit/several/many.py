@@ -216,8 +216,8 @@ def of_fits(fits: Sequence[Fit]) -> ManyFits:
 def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
     """Tuple of a `Pooled` value for each parameter that all fits share.
 
-    Coefficients are pooled by their likelihoods where `_coefficient_places` allows it, other parameters by their
-    standard errors. A parameter without standard error is omitted.
+    Coefficients are pooled by their likelihoods where `_coefficient_places` allows it, other parameters by their standard
+    errors. Of these other parameters, those without a standard error in some fit are omitted.
     """
     tables = comparable_parameters(fits)
     by_likelihood = _coefficient_places(fits)
@@ -292,7 +292,7 @@ def _pooled_by_likelihood(
     p_value = float(chdtrc(len(fits) - 1, max(2.0 * least, 0.0)))
 
     def loss_above_limit(root: float) -> float:
-        """Total loss of logL at the coefficient `root`, minus the loss at the ends of the 95 % interval, nats."""
+        """Total loss of logL if all recordings have the coefficient `root`, minus that at a 95 % limit, nats."""
         return total(root) - least - HALF_CHI2_95
 
     outside = 2.0 * top
@@ -314,9 +314,10 @@ def _pooled(
     interval: tuple[float, float],
     p_value: float,
 ) -> Pooled:
-    """`Pooled` parameter: the common value, or the random-effects mean if the recordings disagree (p below 5 %).
+    """`Pooled` parameter `name`: the common `value` and `interval`, or the random-effects mean if the recordings disagree.
 
-    `spread` is None if it is unknown; the common value stays then.
+    They disagree if `p_value` is below 5 %. The mean needs the spread between recordings; the common value stays if an
+    estimate is not detected, not positive or has no standard error.
     """
     spread, agree = _spread(estimates), p_value >= MIN_AGREEMENT_P
     if not agree and spread is not None:

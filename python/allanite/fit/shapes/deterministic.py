@@ -173,7 +173,7 @@ def design_of(
     By default these are ordinates near lines, and the lowest 8191 if an effect is slow. `effects` must not be empty.
     """
     if at is None:
-        parts = [_ordinates_of(e, data) for e in effects if not e.low]
+        parts = [ordinates_of_line(e, data) for e in effects if not e.low]
         if any(e.low for e in effects):
             parts.append(np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64))
         at = parts[0] if len(parts) == 1 else np.unique(np.concatenate(parts))
@@ -182,7 +182,7 @@ def design_of(
     return Design(at, np.column_stack(blocks), tuple(map(slice, ends[:-1], ends[1:])))
 
 
-def _ordinates_of(effect: Deterministic, data: Data) -> NDArray[np.int64]:
+def ordinates_of_line(effect: Deterministic, data: Data) -> NDArray[np.int64]:
     """Array of the indices of the ordinates on which a line, a comb or a drifting line is regressed."""
     if effect.periodic:
         return comb_window(effect.base_frequency or 0.0, [m for m, _, _ in effect.lines], data)

@@ -79,7 +79,7 @@ class Band:
 
     @property
     def trials(self) -> int:
-        """Number of drift rates that a search tries."""
+        """Number of drift rates, from negative to positive ones, that `search` tries in a band of up to 4096 values."""
         return 2 * int(0.8 * self.series.size / DRIFT_STEP) + 1
 
     def search(self) -> tuple[float, float, float]:
@@ -94,9 +94,10 @@ class Band:
         return self._best_demodulated(self.trials // 2)
 
     def _best_demodulated(self, max_steps: int) -> tuple[float, float, float]:
-        """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line whose drift is at most `max_steps` steps.
+        """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line with a drift of at most ±`max_steps` steps.
 
-        Only drifts whose rough height is at least 0.6 of the largest, and at most 128, are evaluated exactly.
+        A step is 2 cycles per record. The ΔlogL of each drift is first estimated coarsely. Only drifts with at least 0.6
+        of the largest estimate are then evaluated exactly, at most 128.
         """
         k = self.series.size
         u = np.arange(k) / k - 0.5
@@ -122,7 +123,7 @@ class Band:
 
     @property
     def _sections(self) -> int:
-        """Number of equal time sections into which the series is cut so that none is long: a power of two, at least 16."""
+        """Number of equal time sections of the series: a power of two, at least 16, so that each has some 1024 values or fewer."""
         return max(MIN_SECTIONS, 1 << (self.series.size // MAX_SECTION_VALUES - 1).bit_length())
 
     def _courses(self) -> list[tuple[int, float]]:
@@ -167,9 +168,16 @@ class Band:
     def gain(self, frequency: float, drift: float) -> float:
         """ΔlogL of a line with this mid-record frequency and drift (cycles per record)."""
         stop_if_unwanted()
+        return float(abs(self._conjugate_line(frequency, drift) @ self.series) ** 2)
+
+    def _conjugate_line(self, frequency: float, drift: float) -> NDArray[np.complex128]:
+        """Array, shape (k,): complex conjugate of a drifting line of amplitude 1 at the times of the series.
+
+        The mid-record `frequency` and the `drift` over the record are in cycles per record.
+        """
         u = np.arange(self.series.size) / self.series.size
-        turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))
-        return float(abs(turn @ self.series) ** 2)
+        phase = (frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2
+        return np.exp(-2j * np.pi * phase)
 
     def relative_noise(self, frequency: float, drift: float) -> float:
         """Noise power around a drifting line, without the line, divided by the expected noise power; at least 1.
@@ -177,8 +185,7 @@ class Band:
         The line has a mid-record `frequency` and a `drift` over the record, in cycles per record. A ratio above 1 shows
         a random band that moves with the line; in the mean spectrum such a band is spread and looks weaker.
         """
-        u = np.arange(self.series.size) / self.series.size
-        turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))
+        turn = self._conjugate_line(frequency, drift)
         line = turn @ self.series
         sidebands = np.fft.fft(turn * self.series - line / self.series.size)
         places = np.arange(1, min(FREQUENCIES_BESIDE_COURSE, (self.series.size - 1) // 2) + 1)
@@ -232,10 +239,10 @@ def band_about(
     data: Data,
     min_values: int = MIN_BAND_FREQUENCIES,
 ) -> Band:
-    """`Band` around the frequencies from `low` to `high`, Hz, from residual ordinates, shape (n,), divided by the noise.
+    """`Band` around the frequencies from `low` to `high`, Hz, of residual ordinates, shape (n,), whitened with `noise`.
 
-    The band extends beyond them by their width to each side, or half of it for wide bands. Its series has at least
-    `min_values` values if the record has as many frequencies.
+    The band extends beyond `low` and `high` by their distance, or by half of it if the band would have more than 4096
+    frequencies (cycles per record). It has at least `min_values` and at most 65 536 frequencies, fewer for short records.
     """
     middle, width = 0.5 * (low + high) * data.duration, (high - low) * data.duration
     half = int(

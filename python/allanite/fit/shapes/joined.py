@@ -36,9 +36,10 @@ def indices_of_unbuilt(model: Model, part: RandomPart) -> list[int]:
 def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
     """Copy of the model in which the effect at index `place` becomes the sum of up to six chosen simple processes.
 
-    All simple processes (`pieces`) are first fitted at once to the power that other effects leave. The least useful one
-    is removed repeatedly, as long as there are more than six or the loss of logL stays below a price. The price is 2
-    for two parameters (Akaike 1974) plus ln of the number to choose from. With none left, the middle one is used.
+    All simple processes (`pieces`) are first fitted at once, together with the other effects. Processes of zero power
+    and the least useful ones are then removed one by one. This ends at six or fewer, when the next removal would lose
+    more logL than 2 (two parameters, Akaike 1974) plus ln of the number of pieces. If none is left, or if the model has
+    no other noise process, the middle piece is used.
     """
     effect = model.effects[place]
     assert isinstance(effect, Stochastic)
@@ -82,7 +83,10 @@ def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
 
 
 def _least_significant(linear: Linear, first: int, found: Maximum, part: RandomPart) -> list[int]:
-    """List of the indices (from 0 at column `first`) of at most four processes with the least θ over its standard error."""
+    """List of the indices of at most four least significant processes, the least first; index 0 is the column `first`.
+
+    The significance is the squared coefficient over its standard error (inverse Fisher information) at the maximum `found`.
+    """
     theta = found.theta
     share = linear.matrix * (np.sqrt(0.5 * part.count) / (linear.matrix @ theta))[:, None]
     variance = np.diag(np.linalg.pinv(share.T @ share, hermitian=True))[first:]

@@ -42,7 +42,7 @@ def within_limits(model: Model, fit: Callable[[Model], Solution]) -> Solution:
         if better is None:
             break
         held, found = better
-    return _set_to_limits(found, held)
+    return _held_at_limits(found, held)
 
 
 def _hold_until_inside(
@@ -91,7 +91,10 @@ def _has_reached(effect: Effect, name: str, limit: float) -> bool:
 
 
 def _held_at_limits(found: Solution, held: Held) -> Solution:
-    """Copy of the solution in which the parameters are held at their limits, which they have reached."""
+    """Copy of the solution in which the parameters `held` have exactly the values of their limits; no new fit.
+
+    `Effect.at_limit` names them. A fitted value may differ from its limit by rounding.
+    """
     effects = list(found.effects)
     for place in {place for place, _ in held}:
         values = {name: value for (at, name), value in held.items() if at == place}
@@ -101,39 +104,25 @@ def _held_at_limits(found: Solution, held: Held) -> Solution:
     return replace(found, effects=tuple(effects))
 
 
-def _set_to_limits(found: Solution, held: Held) -> Solution:
-    """Copy of the solution with held parameters set exactly to their limits.
-
-    An amplitude computed from a sine and a cosine part differs from its limit by rounding.
-    """
-    effects = list(found.effects)
-    for (place, name), value in held.items():
-        own = effects[place]
-        if own.effect.values[name] != value:
-            effects[place] = replace(own, effect=own.effect.with_values(**{name: value}))
-    return replace(found, effects=tuple(effects))
-
-
 def _beyond_limits(model: Model, held: Held) -> Held:
-    """Dict from (effect index, name) to the limit, of parameters at or beyond a limit that are not held yet."""
+    """Dict from (effect index, name) to the limit, of parameters at or beyond a limit that are not held yet.
+
+    Limits are those of the user, and for shapes of random effects and modifiers also the ends of their declared range.
+    """
     out = {}
     for place, effect in enumerate(model):
-        for name in {*effect.limits, *_shapes_with_range(effect)}:
+        shapes = () if isinstance(effect, Deterministic) else effect.free_shapes
+        for name in dict.fromkeys((*effect.limits, *shapes)):
             value = effect.values[name]
             if name in effect.hold or (place, name) in held or value is None:
                 continue
             limit = effect.limits.reached(name, value)
-            if limit is None and name in _shapes_with_range(effect):
+            if limit is None and name in shapes:
                 declared = effect.parameter(name)
                 limit = Limits({name: (declared.low, declared.high)}).reached(name, value)
             if limit is not None:
                 out[place, name] = limit
     return out
-
-
-def _shapes_with_range(effect: Effect) -> tuple[str, ...]:
-    """Tuple of the names of free shapes whose declared range acts as limits; empty for functions of time."""
-    return () if isinstance(effect, Deterministic) else effect.free_shapes
 
 
 def _clipped_to_limits(effect: Effect) -> Effect:

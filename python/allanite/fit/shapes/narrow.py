@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.arrays import Array
+from allanite.common.arrays import Array, scaled_inverse
 from allanite.common.threads import stop_if_unwanted
 from allanite.effects import Effect, Model, Stochastic
 from allanite.fit.likelihood.expected import density, expected_power
@@ -170,10 +170,10 @@ class Window:
         return float(np.log(0.5 * MAX_NARROW_WIDTH * np.mean(self.j)))
 
     def is_admissible(self, x: Array) -> bool:
-        """True if the coordinates `x` describe a narrow band inside the window.
+        """True if the coordinates `x` describe a narrow band whose center is inside the window.
 
-        Its half-width is at least one ordinate and at most twice the maximum of narrow bands, |x[3]| is below 2, and
-        the peaks of one effect do not overlap.
+        The half-width is at least one ordinate, and at most twice that of the widest narrow band. The factor on the other
+        effects, e^{x[3]}, lies between e^−2 and e². The peaks of the effect do not overlap.
         """
         return bool(
             np.log(MIN_HALF_WIDTH) <= x[2] <= self.max_log_half_width + 0.7
@@ -232,7 +232,7 @@ class Window:
             slopes, now = self._slopes(x)
             value = self._log_likelihood_of(now)
             gradient = 0.5 * slopes.T @ (self.power / now - 1.0)
-            step = _inverse(slopes) @ gradient
+            step = scaled_inverse(0.5 * slopes.T @ slopes) @ gradient
             if float(gradient @ step) < 2.0 * MIN_SHAPE_DELTA_LOGL:
                 break
             # Limit a step to the width of the band.
@@ -261,7 +261,7 @@ class Window:
     def covariance(self, x: Array) -> Array:
         """Array: covariance matrix of the coordinates at `x`, the inverse of their Fisher information."""
         slopes, _ = self._slopes(x)
-        return _inverse(slopes)
+        return scaled_inverse(0.5 * slopes.T @ slopes)
 
     def errors(self) -> dict[str, float]:
         """Dict of the standard errors of ln(coefficient) and ln(shape) of the band, by parameter name."""
@@ -369,14 +369,6 @@ def _sizes(near: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
 def _means(values: Array, sizes: NDArray[np.int64]) -> Array:
     """Array of the means of consecutive groups of values with the given sizes."""
     return np.asarray(np.add.reduceat(values, np.cumsum(sizes) - sizes) / sizes)
-
-
-def _inverse(slopes: Array) -> Array:
-    """Array: inverse of the Fisher information ½ slopesᵀ·slopes, robust against different units of the coordinates."""
-    fisher = 0.5 * slopes.T @ slopes
-    scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
-    inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
-    return np.asarray(inverse / np.outer(scale, scale))
 
 
 def _overlap(one: Effect, other: Effect, data: Data) -> bool:

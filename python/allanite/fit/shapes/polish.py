@@ -130,9 +130,11 @@ def polish(
 ) -> tuple[Model, Maximum]:
     """Pair: model with locally optimized shapes at `places`, pairs (index of the effect, name), and its `Maximum`.
 
-    Shapes of bands that are fitted to single ordinates are skipped. Without other `places`, the arguments are returned.
-    The optimization is repeated with a discrepancy if one would raise logL by more than 2 nats, and without one if its net
-    gain is below 30 nats; the end with the higher logL is returned. With `roughly`, it ends after 15 instead of 60 steps.
+    `best` is the maximum of `model` from which the optimization starts. Shapes of bands that are fitted to single
+    ordinates are skipped; without other `places`, the arguments are returned. For measured power, the optimization is
+    repeated with a model discrepancy if it would raise logL by more than 2 nats. It is repeated without one if the
+    discrepancy of `best` gains less than 30 nats. The end with the higher logL is returned. With `roughly`, at most 15
+    instead of 60 steps are made.
     """
     places = [p for p in places if not is_fitted_to_ordinates(model.effects[p[0]], part.data)]
     if not places:

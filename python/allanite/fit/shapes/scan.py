@@ -51,15 +51,17 @@ def scan_added_effect(
 ) -> list[tuple[Maximum, Model]]:
     """List of (maximum, model): the model plus each selected point of an effect's shape grid, the highest logL first.
 
-    `base` is the maximum of the model without the effect. All points are selected if a coefficient is held. Otherwise
-    they are the best fifth (at most the best ten, unless the effect is a band), and the best point of each design.
+    `points` are copies of the effect with the shape values of the grid. `base` is the maximum of the model without the
+    effect. All points are selected if a coefficient is held. Otherwise they are the best fifth (at most the best ten,
+    unless the effect is a band), and the best point of each design, i.e. of each set of its choices.
     """
     smooth = _smooth(part.power - base.spectrum, part.count)
     before = part.linear(model)
     held = (p.coefficient in p.held for p in points if isinstance(p, Stochastic))
     if before.fixed.any() or any(held):
         # With held coefficients, solve the complete problem of each point.
-        return _maxima_one_by_one([model + point for point in points], base, part)
+        every = [(part.maximize(model + point, base), model + point) for point in points]
+        return sorted(every, key=lambda pair: -pair[0].log_likelihood)
     bins, known = before.matrix.shape
     # One array for all points (about a thousand) and bins (about a thousand).
     effects = known + isinstance(points[0], Stochastic)
@@ -84,8 +86,9 @@ def _maxima_of_selected(
 ) -> dict[int, Maximum]:
     """Dict from the index of a selected grid point (an effect in `points`) to its `Maximum` of the likelihood.
 
-    The points with the largest logL after a few steps are selected. Unless the effects are bands, this logL is that of the
-    power averaged over groups of bins. The `weight` of each maximum is that of `base`.
+    `matrices`, shape (m, bins, p), holds the spectral columns of each point, and `starts`, shape (m, p), its start values
+    of the squared coefficients. The points with the largest logL after a few steps are selected. Unless the effects are
+    bands, this logL is that of the power averaged over groups of bins. The `weight` of each maximum is that of `base`.
     """
     narrow = points[0].occupies is not None
     designs = [_design(point) for point in points]
@@ -116,10 +119,10 @@ def _maxima_of_selected(
     kept = best_points(np.arange(values.size), values, int(SELECTED_FRACTION * values.size))
     thetas, values, scales = maxima_after(kept, thetas[kept], RANKING_STEPS)
     if base.scale is not None:
-        # With a discrepancy the likelihood has several maxima.
-        others, heights, rough = maxima_after(
-            kept, _even_starts(matrices[kept], part), RANKING_STEPS
-        )
+        # With a discrepancy the likelihood has several maxima: start also from a fit with similar weights of all bins.
+        even = np.minimum(part.count, MAX_EQUAL_WEIGHT_FREEDOM)
+        firsts = np.stack([first_guess(part.power, even, own, None) for own in matrices[kept]])
+        others, heights, rough = maxima_after(kept, firsts, RANKING_STEPS)
         higher = heights > values
         thetas[higher], values[higher] = others[higher], heights[higher]
         scales = [b if up else a for a, b, up in zip(scales, rough, higher, strict=True)]
@@ -135,30 +138,17 @@ def _maxima_of_selected(
     return {int(k): Maximum(*each, base.weight) for k, each in zip(kept, found, strict=True)}
 
 
-def _even_starts(matrices: Array, part: RandomPart) -> Array:
-    """Array of the start values of θ for each grid point, shape (m, p): a fit that gives all bins similar weights."""
-    votes = np.minimum(part.count, MAX_EQUAL_WEIGHT_FREEDOM)
-    return np.stack([first_guess(part.power, votes, matrix, None) for matrix in matrices])
-
-
 def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
-    """Tuple (columns, power, count) averaged over cells (groups of bins), for columns of shape (m, bins, p).
+    """Tuple (columns, power, count) of cells (groups of bins), shapes (m, cells, p), (cells,) and (cells,).
 
-    Shapes (m, cells, p), (cells,) and (cells,).
+    `columns`, shape (m, bins, p), and the power of `part` are averaged, weighted by the degrees of freedom of the bins.
+    The count of a cell is the sum of these degrees of freedom.
     """
     first = cells_of(part.count.size)
     count = np.add.reduceat(part.count, first)
     share = part.count / np.repeat(count, np.diff([*first, part.count.size]))
     power = np.add.reduceat(share * part.power, first)
     return np.add.reduceat(share[:, None] * columns, first, axis=1), power, count
-
-
-def _maxima_one_by_one(
-    models: list[Model], base: Maximum, part: RandomPart
-) -> list[tuple[Maximum, Model]]:
-    """List of (maximum, model), the highest logL first, after each model is fitted completely."""
-    found = [(part.maximize(model, base), model) for model in models]
-    return sorted(found, key=lambda pair: -pair[0].log_likelihood)
 
 
 def _smooth(excess: Array, count: Array) -> Array:
@@ -171,8 +161,9 @@ def _smooth(excess: Array, count: Array) -> Array:
 def polished_designs(
     scanned: list[tuple[Maximum, Model]], place: int, part: RandomPart
 ) -> list[tuple[Model, Maximum]]:
-    """List of (model, `Maximum`) of the most promising `scanned` points, after a rough optimization of the shapes.
+    """List of (model, `Maximum`) of the best `scanned` points, after a rough optimization of their shapes.
 
+    `scanned` is sorted, best first. The best point of each design (set of choices) is taken, and at least two points.
     Only the shapes of the effect at index `place` are optimized.
     """
     return [
@@ -221,9 +212,10 @@ def _worth_polishing(
 
 
 def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Model, Maximum]:
-    """Pair (model, maximum) with the simplest design of the effect at `place` whose logL is within 2 of the best.
+    """Pair (model, maximum) in `ends` with the simplest design of the effect at `place` whose logL is within 2 of the best.
 
-    Among equally simple ones, the one with the largest logL. `ends` must not be empty.
+    A design is a set of choices, e.g. the type of a filter; `Effect.variants` lists the simplest first. Among equally
+    simple ones, the one with the largest logL. `ends` must not be empty.
     """
     top = max(found.log_likelihood for _, found in ends)
     alike = [end for end in ends if end[1].log_likelihood >= top - MAX_SIMPLER_LOSS]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -90,8 +91,9 @@ def fit_shapes(
 ) -> tuple[Model, Maximum]:
     """Pair: model whose shapes of random effects and modifiers maximize logL, and the `Maximum` there.
 
-    Shapes without a value are searched on their grids, all others are only optimized. `start` is a maximum over the
-    coefficients of this model, to start from. With `polished` False, shapes stay on the grid.
+    Shapes without a value are searched on their grids, twice if several effects have such shapes. Effects that are sums
+    of simple processes get their processes (`built_from_pieces`). All shapes are then optimized together. `start` is a
+    maximum over the coefficients of this model, to start from. With `polished` False, shapes stay on the grid.
     """
     blank = model.effects
     opened = [
@@ -244,10 +246,6 @@ def polish_line(
     variance = noise.variance(j)
     step = data.rate / (2.0 * data.n)
 
-    def gains_together(tried: Array) -> Array:
-        """Array of the ΔlogL of all lines at each frequency."""
-        return comb_gains(tried, multiples, j, values, variance, data)
-
     windows = [
         np.isin(j, ordinates_near(m * start, data, ORDINATES_BESIDE_LINE), assume_unique=True)
         for m in multiples
@@ -265,6 +263,9 @@ def polish_line(
 
     # Together the lines cost the square of their number. Lines that do not overlap are the same apart.
     is_apart = len(multiples) > MAX_JOINT_LINES and start > (2 * ORDINATES_BESIDE_LINE + 2) * step
+    gains_together = partial(
+        comb_gains, multiples=multiples, j=j, values=values, variance=variance, data=data
+    )
     gains_at = gains_apart if is_apart else gains_together
     # The highest harmonic determines the step.
     fine = step / (8.0 * max(multiples))

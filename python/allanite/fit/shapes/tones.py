@@ -82,12 +82,17 @@ def place_burst(
 ) -> tuple[float, float, float, float]:
     """Tuple (frequency, start, end, ΔlogL), as for `search_burst`, of a burst with optimized frequency and edges.
 
-    Two rounds: edges on a grid within half of the length, then frequency and edges by the simplex method.
+    Each of two rounds tries edges on a grid, up to half of the length away. It then optimizes frequency and edges by the
+    simplex method.
     """
-    found = (frequency, start, end, -np.inf)
     for _ in range(2):
-        found = _place_once(band, *found[:3])
-    return found
+        total = _summed(band, frequency)
+        shifts = 0.5 * (end - start) * np.linspace(-1.0, 1.0, EDGE_INTERVALS + 1)
+        firsts, lasts = (np.clip(edge + shifts, 0.0, 1.0) for edge in (start, end))
+        gains = _gain(band, total, firsts[:, None], lasts[None, :])
+        i, j = np.unravel_index(int(np.argmax(gains)), gains.shape)
+        frequency, start, end, gain = _optimized(band, frequency, float(firsts[i]), float(lasts[j]))
+    return frequency, start, end, gain
 
 
 def steady_line_gain(band: Band, frequency: float) -> float:
@@ -104,22 +109,6 @@ def relative_power(band: Band, frequency: float, start: float, end: float) -> fl
     burst = float(_gain(band, _summed(band, frequency), start, end))
     power = float(np.sum(np.abs(inside) ** 2)) / (end - start)
     return max(1.0, (power - burst / count) * count / (count - 1))
-
-
-def _place_once(
-    band: Band, frequency: float, start: float, end: float
-) -> tuple[float, float, float, float]:
-    """Tuple (frequency, start, end, ΔlogL), as for `search_burst`, of a burst after one round of optimization.
-
-    First the edges are optimized on a grid at the given frequency, then frequency and edges by the simplex method.
-    """
-    total = _summed(band, frequency)
-    reach = 0.5 * (end - start)
-    firsts = np.clip(start + reach * np.linspace(-1.0, 1.0, EDGE_INTERVALS + 1), 0.0, 1.0)
-    lasts = np.clip(end + reach * np.linspace(-1.0, 1.0, EDGE_INTERVALS + 1), 0.0, 1.0)
-    gains = _gain(band, total, firsts[:, None], lasts[None, :])
-    i, j = np.unravel_index(int(np.argmax(gains)), gains.shape)
-    return _optimized(band, frequency, float(firsts[i]), float(lasts[j]))
 
 
 def _summed(band: Band, frequency: float) -> NDArray[np.complex128]:

@@ -62,7 +62,7 @@ class Candidate:
         return "+".join(effect.short for effect in self.effects)
 
     @property
-    def numbers(self) -> int:
+    def parameter_count(self) -> int:
         """Number of fitted parameters."""
         return len(self.effects) + (self.exponents is not None)
 
@@ -100,11 +100,11 @@ class FittedNoise:
 
     @property
     def coefficients(self) -> Array:
-        """Array of the fitted coefficients; an effect with the coefficient 1 has variance 1 at the end of the record."""
+        """Array of the fitted coefficients, one per effect: standard deviations of the effects at the end of the record."""
         return np.asarray(np.exp(0.5 * self._parameters[: len(self.candidate.effects)]))
 
     def noise_of(self, coefficients: Array) -> StampedNoise:
-        """`StampedNoise` with other `coefficients`, relative as in the property `coefficients`.
+        """`StampedNoise` in which the effects have the standard deviations `coefficients` at the end of the record.
 
         A fitted exponent is kept.
         """
@@ -189,7 +189,7 @@ def fit_noise(
         )
     parameters[: len(candidate.effects)] += np.log(scale)
     noise = parts.at(parameters)
-    price = 0.5 * candidate.numbers * float(np.log(max(series.n, 2)))
+    price = 0.5 * candidate.parameter_count * float(np.log(max(series.n, 2)))
     regressed = series.regressed(noise)
     return FittedNoise(
         candidate, parts.model(parameters), noise, regressed, price, parameters, parts.at, series
@@ -327,11 +327,12 @@ def _variance_after(noise: StampedNoise, length: float) -> float:
 def _start_values(
     candidate: Candidate, start: FittedNoise | None, limits: Sequence[tuple[float, float]]
 ) -> Array:
-    """Array of the start values of the optimization: relative log-variances, then the exponent if it is fitted.
+    """Array of the start values: ln of each variance over that of the first effect, then the exponent if it is fitted.
 
-    With `start` they are its log-variances; new effects get 1/10 of its largest variance. The exponent is that of
-    `start`, −1 if its last effect is B, or −1.8 if it is K; otherwise it is in the middle of its range. Without
-    `start`, all variances are equal. All values are limited to `limits`.
+    Without `start`, all variances are equal and the exponent is in the middle of its range. With a fit `start`, its
+    effects keep their variances, and new effects get 1/10 of the largest of them. The exponent is then that of `start`,
+    if one was fitted. If the last effect of `start` is B or K, the exponent starts at −1 or −1.8. All values are clipped
+    to `limits`.
     """
     first = np.zeros(len(limits))
     sizes = len(candidate.effects)

@@ -85,7 +85,11 @@ def sampled_noise(term: Term, rate: float, n: int) -> StampedNoise:
 
 
 def _sampled_power_law(exponent: float, level: float, rate: float, n: int) -> StampedNoise:
-    """`StampedNoise` of samples that follow a power law; InputError for an exponent outside −2 … 0."""
+    """`StampedNoise` of n samples at `rate` Hz with a power-law spectrum; InputError for an exponent outside −2 … 0.
+
+    The spectrum is `level` · (2 sin(w/2))^`exponent` at w = 2πf/`rate`: white noise of variance `level` for 0, a random
+    walk with steps of this variance for −2.
+    """
     if exponent == 0.0:
         return StampedNoise(white=level)
     if exponent == -2.0:
@@ -128,7 +132,10 @@ def _gauss_markov_of(term: Term) -> tuple[float, float] | None:
 
 
 def _power_law_of(term: Term) -> tuple[float, float]:
-    """Pair: exponent and level of a term that is a power law; InputError for other terms."""
+    """Pair: exponent and level (as in `_sampled_power_law`) of a term with a power-law spectrum.
+
+    Raises InputError for other terms.
+    """
     name, numbers = term.kernel
     if name == "power_law":
         return numbers[0], numbers[1]
@@ -143,9 +150,10 @@ def _unsupported(process: object) -> InputError:
 
 
 def _noise_of_bank(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
-    """`StampedNoise`: sum of first-order autoregressive processes, each (decay factor per sample, variance).
+    """`StampedNoise`: sum of first-order autoregressive processes of samples at `rate` Hz.
 
-    `level` multiplies all variances. A decay factor of 0 is white noise.
+    `bank` lists (decay factor per sample, variance) of each process. `level` multiplies all variances. A decay factor of
+    0 is white noise.
     """
     gauss_markov = tuple(
         (level * v, -float(np.log(phi)) * rate, False) for phi, v in bank if phi > 0.0
@@ -154,10 +162,10 @@ def _noise_of_bank(bank: list[tuple[float, float]], level: float, rate: float) -
 
 
 def _integral_of_bank(bank: list[tuple[float, float]], level: float, rate: float) -> StampedNoise:
-    """`StampedNoise` of the integral of first-order autoregressive processes, each (decay factor per sample, variance).
+    """`StampedNoise` of the integral over time of first-order autoregressive processes of samples at `rate` Hz.
 
-    `level` multiplies all variances. A process that decays within one sample is white, and its integral is a random
-    walk.
+    `bank` lists (decay factor per sample, variance) of each process. `level` multiplies all variances. A process with the
+    decay factor 0 is white, and its integral is a random walk.
     """
     gauss_markov, walk = [], 0.0
     for phi, v in bank:

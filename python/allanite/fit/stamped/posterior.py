@@ -121,7 +121,10 @@ def _widths(best: Array, log_likelihood: Callable[[Array], float]) -> Array:
 
 
 def _students(dimensions: int, count: int) -> Array:
-    """Array of points of Student's t distribution with unit scale from a Halton sequence, shape (count, dimensions)."""
+    """Array of points of the multivariate t distribution with unit scale, from a Halton sequence, (count, dimensions).
+
+    It has `PROPOSAL_FREEDOM` degrees of freedom.
+    """
     from scipy.special import ndtri
     from scipy.stats import chi2, qmc
 
