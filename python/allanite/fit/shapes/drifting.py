@@ -123,7 +123,7 @@ class Band:
 
     @property
     def _sections(self) -> int:
-        """Number of equal time sections of the series: a power of two, at least 16, so that each has some 1024 values or fewer."""
+        """Number of equal time sections of the series, of some 1024 values or fewer: a power of two, at least 16."""
         return max(MIN_SECTIONS, 1 << (self.series.size // MAX_SECTION_VALUES - 1).bit_length())
 
     def _courses(self) -> list[tuple[int, float]]:
