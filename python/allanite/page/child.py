@@ -53,7 +53,10 @@ def read_in_child(
 
 
 def inspect_in_child(path: Path, options: dict[str, Any]) -> dict[str, Any]:
-    """Dict of `Inspection.to_dict` for a log, with a ``spark`` line in each column; errors as of `read_in_child`."""
+    """Dict of `Inspection.to_dict` for a log, read in a child process: its columns with units and rate, and findings.
+
+    Each column has the data of a small curve as ``spark``, see `inspect_log`. Raises as `read_in_child`.
+    """
     found: dict[str, Any] = _call_in_child("inspect_log", path, options, None)
     return found
 
@@ -61,7 +64,10 @@ def inspect_in_child(path: Path, options: dict[str, Any]) -> dict[str, Any]:
 def _call_in_child(
     function: str, path: Path, options: dict[str, Any], watch: Callable[[], None] | None
 ) -> Any:
-    """Return value of the function of this module with this name, called for a log in a child process."""
+    """Return value of ``function(path, options)``, a function of this module, called in a child process.
+
+    `watch` is called meanwhile. Raises `InputError` as `read_in_child`.
+    """
     try:
         seconds = SECONDS + SECONDS_PER_BYTE * path.stat().st_size
     except OSError:
@@ -77,9 +83,10 @@ def _call_in_child(
 
 
 def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Dict from name to value of the fields of a log's recording, in the child process; nested objects are dicts.
+    """Dict of the fields of the `Recording` of a log, from which `_recording_of_fields` makes the recording again.
 
-    Removes ``units`` from `options` and converts columns of another unit to it.
+    Runs in the child process; objects in the fields become dicts. Samples are converted to ``options["units"]`` (dict
+    from column to unit), which is removed from `options`. The other options are arguments of `allanite.read`.
     """
     from allanite.readers import read
 
@@ -132,15 +139,15 @@ def _recording_of_fields(found: dict[str, Any]) -> Recording:
 
 
 def _lists_as_tuples(value: Any) -> Any:
-    """The value; a list becomes a tuple, also inside another list."""
+    """Tuple of the elements of a list, with nested lists as tuples, too; any other value unchanged."""
     return tuple(map(_lists_as_tuples, value)) if isinstance(value, list) else value
 
 
 def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
-    """Dict of `Inspection.to_dict` for a log, with the data of a small curve as ``spark`` in each column.
+    """Dict of `Inspection.to_dict` for a log; runs in the child process.
 
-    Runs in the child process. Messages of findings name the controls of the page. If the columns cannot be read, no
-    ``spark`` is added. Removes ``units`` from `options`.
+    Each column has the key ``spark``, the data of a small curve (`_sparkline`), unless the columns cannot be read.
+    Messages of findings name the controls of the page. ``options["units"]`` is removed and ignored.
     """
     from allanite.page.words import WORDS
     from allanite.readers import read_table

@@ -10,17 +10,17 @@ from allanite.common.units import parse_unit
 from allanite.effects.sheet_units import figure_unit, in_sheet_unit, requested_units
 
 if TYPE_CHECKING:
-    from allanite.effects import Model, Parameter
-    from allanite.fit import Fit
+    from allanite.effects import Effect, Model, Parameter
 
 #: Choice of data-sheet units: °/√h, °/h, …
 SHEET = "data sheet"
 
 
 def chosen_units(sample_unit: str, chosen: str | None) -> dict[str, str]:
-    """Dict {kind of sensor: unit in which its values are displayed}; empty for the units of data sheets (`SHEET`).
+    """Dict with one entry: kind of the sensor, and the unit in which figures display its samples and deviations.
 
-    The unit is `chosen` if it fits the kind of the samples, otherwise `sample_unit`.
+    The unit is `chosen` if it is one of this kind of sensor, otherwise `sample_unit`. The dict is empty if `chosen` is
+    `SHEET`; figures then use the units of data sheets.
     """
     if chosen == SHEET:
         return {}
@@ -74,21 +74,20 @@ def parse_model_string(text: str) -> Model:
     return parse_string(text)
 
 
-def effect_at(fit: Fit, place: int) -> Any:
-    """The effect at index `place` of the fitted model; raises `InputError` if there is none."""
-    if not 0 <= place < len(fit.model):
+def effect_at(model: Model, place: int) -> Effect:
+    """`Effect` at index `place` of a model; raises `InputError` if there is none."""
+    if not 0 <= place < len(model):
         raise InputError(f"there is no effect {place} in the model")
-    return fit.model.effects[place]
+    return model.effects[place]
 
 
 def with_value(model: Model, place: int, name: str, value: float | None, held: bool) -> Model:
-    """Copy of the model with a parameter of the effect at index `place` set to `value` (None: unchanged), held or free.
+    """Copy of the model with the parameter `name` of the effect at index `place` set to `value` (None: unchanged).
 
-    The parameter is no longer marked as at a limit. Raises `InputError` if there is no such effect or parameter.
+    A fit keeps the parameter fixed if `held`, and estimates it otherwise. The note that an earlier fit ended at a limit
+    of the parameter is deleted. Raises `InputError` if there is no such effect or parameter.
     """
-    if not 0 <= place < len(model):
-        raise InputError(f"there is no effect {place} in the model")
-    effect = model.effects[place]
+    effect = effect_at(model, place)
     if name not in {p.name for p in effect.parameters if p.role in ("coefficient", "shape")}:
         raise InputError(f"{effect.kind} has no value {name!r} to set")
     names = (set(effect.hold) | {name}) if held else (set(effect.hold) - {name})
@@ -100,17 +99,15 @@ def with_value(model: Model, place: int, name: str, value: float | None, held: b
 def with_limits(
     model: Model, place: int, name: str, low: float | None, high: float | None
 ) -> Model:
-    """Copy of the model with new limits of a parameter of the effect at index `place`; None is an open end.
+    """Copy of the model with limits `low` and `high` of a parameter of the effect at index `place`; None is no limit.
 
     Raises `InputError` if there is no such effect.
     """
-    if not 0 <= place < len(model):
-        raise InputError(f"there is no effect {place} in the model")
-    return model.replaced(place, limits={**model.effects[place].limits, name: (low, high)})
+    return model.replaced(place, limits={**effect_at(model, place).limits, name: (low, high)})
 
 
 def with_values_held(effect: Any) -> Any:
-    """Copy of an effect that a fit does not change: all coefficients and shapes with a value are held, without limits."""
+    """Copy of an effect that a fit leaves unchanged: coefficients and shapes with a value are held, without limits."""
     names = [p.name for p in effect.parameters if p.role in ("coefficient", "shape")]
     held = tuple(n for n in names if effect.values[n] is not None)
     return effect.with_values(hold=held, limits={}, at_limit=())

@@ -56,7 +56,7 @@ class Guard:
         inner = {**scope, "path": rest, "raw_path": rest.encode()}
 
         async def answer(message: MutableMapping[str, Any]) -> None:
-            """Send a message; the start of a response gets the security headers."""
+            """Send an ASGI message; the message that starts a response gets the headers `HEADERS`."""
             if message["type"] == "http.response.start":
                 extra = [(k.encode(), v.encode()) for k, v in HEADERS.items()]
                 message = {**message, "headers": [*message.get("headers", []), *extra]}
@@ -87,7 +87,7 @@ class Guard:
 
 
 async def _refuse(send: Send, reason: str) -> None:
-    """Send a response with status 403 and the reason."""
+    """Send a response with status 403 and one line: ``refused:`` and the reason."""
     body = f"refused: {reason}\n".encode()
     head = [
         (b"content-type", b"text/plain; charset=utf-8"),

@@ -42,8 +42,8 @@ class Job:
         self._since = time.monotonic()
         self._stop = threading.Event()
         self._gate = threading.Lock()
-        #: Semaphore of which this job holds a turn.
-        self._turn: threading.BoundedSemaphore | None = None
+        #: True if this job holds one of the `TURNS`.
+        self._has_turn = False
         self._thread = threading.Thread(target=self._run, args=(work,), daemon=True)
 
     def start(self) -> None:
@@ -52,7 +52,7 @@ class Job:
 
     @property
     def busy(self) -> bool:
-        """True while the result is wanted. A canceled job may still run to its next progress report."""
+        """True while the thread runs and the job is not canceled. A canceled job may run to its next progress report."""
         return self._thread.is_alive() and not self._stop.is_set()
 
     @property
@@ -83,7 +83,7 @@ class Job:
         self.progress(0, 0)
 
     def await_end(self, other: Job) -> None:
-        """Wait until another job has ended or was canceled, showing its name and progress.
+        """Wait until another job has ended or was canceled; meanwhile this job shows the other's name and progress.
 
         If this job is canceled meanwhile, the other one is canceled too and `Ended` is raised.
         """
@@ -99,15 +99,15 @@ class Job:
         self.begin_stage(name)
 
     def take_turn(self) -> None:
-        """Wait for one of the `TURNS`, which limit the searches of all tabs; the end of the job returns the turn.
+        """Wait until fewer searches run in all tabs than the page allows (one less than the processors, at least 1).
 
-        Returns at once if the job has a turn. Raises `Ended` if the job is canceled.
+        The permission is kept until the job ends, so that later calls return at once. Raises `Ended` if the job is
+        canceled.
         """
         name, waited = self.name, False
-        turns = TURNS
-        while self._turn is None:
-            if turns.acquire(blocking=False):
-                self._turn = turns
+        while not self._has_turn:
+            if TURNS.acquire(blocking=False):
+                self._has_turn = True
             else:
                 if not waited:
                     self.begin_stage("Waiting for another tab")
@@ -145,7 +145,7 @@ class Job:
         }
 
     def _run(self, work: Callable[[Job], None]) -> None:
-        """Run `work` in the thread of the job, and release the job's turn (see `take_turn`) at the end.
+        """Run `work` in the thread of the job, and end the permission of `take_turn`.
 
         Cancellation ends it silently; other errors are stored by `_work`.
         """
@@ -155,11 +155,14 @@ class Job:
         except Ended:
             pass
         finally:
-            if self._turn is not None:
-                self._turn.release()
+            if self._has_turn:
+                TURNS.release()
 
     def _work(self, work: Callable[[Job], None]) -> None:
-        """Run the work; the message of an exception is stored in `error`. Only `Ended` passes."""
+        """Call `work` with this job; the message of an `Exception` is stored in `error`.
+
+        `Ended`, which cancels the job, is not an `Exception` and passes.
+        """
         try:
             work(self)
         except AllaniteError as error:

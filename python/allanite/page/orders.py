@@ -117,7 +117,6 @@ def _analyze_part(tab: Tab, order: dict[str, Any]) -> None:
         tab.analyze_part((quiet_span(tab.work.whole), ()))
         return
     chosen = _time_range(tab, order)
-    # Excluded segments stay excluded.
     tab.analyze_part((None, ()) if chosen is None else (chosen, tab.work.part[1]))
 
 
@@ -162,7 +161,7 @@ def _include_segment(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _read_with_rate(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that reads the log again with the ``rate`` of the order, even if the log contradicts it.
+    """Start a job that reads the log again with the ``rate`` (Hz) of the order, even if the log contradicts it.
 
     Raises `InputError` without a rate, or for a recording that was passed in Python.
     """
@@ -175,9 +174,10 @@ def _read_with_rate(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _read_moving_log(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that reads a moving log again: ``"quiet"`` its longest quiet segment, ``"anyway"`` all of it.
+    """Start a job that reads again a log that was refused because it is mostly motion.
 
-    Raises `InputError` for any other ``how``.
+    The key ``how`` of the order is ``"quiet"`` (read the longest quiet segment) or ``"anyway"`` (read all). Any other
+    value raises `InputError`.
     """
     source, how = tab.source, _text_of(order, "how")
     if source is None or tab.source_index is None or how not in ("quiet", "anyway"):
@@ -208,7 +208,10 @@ def _hold_parameter(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _limit_parameter(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that fits with the limits of the order, given in the displayed unit; a missing limit is an open end."""
+    """Start a job that fits with new limits of one parameter: ``low`` and ``high`` of the order in the displayed unit.
+
+    A missing limit means that the parameter has none on this side.
+    """
     place, name = _integer_of(order, "place"), _text_of(order, "name") or ""
     factor = _factor_to_own_unit(tab, place, name)
     low, high = (_number_of(order, end) for end in ("low", "high"))
@@ -221,9 +224,9 @@ def _limit_parameter(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _try_value(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that shows the model with the trial value of the order, given in the displayed unit.
+    """Start a job that evaluates the model, without a new fit, with one parameter set to the ``value`` of the order.
 
-    Raises `InputError` without a value.
+    The value is in the displayed unit. Raises `InputError` without a value.
     """
     place, name = _integer_of(order, "place"), _text_of(order, "name") or ""
     value = _number_of(order, "value")
@@ -235,7 +238,7 @@ def _try_value(tab: Tab, order: dict[str, Any]) -> None:
 def _factor_to_own_unit(tab: Tab, place: int, name: str) -> float:
     """Factor from the displayed unit of a parameter to the parameter's own unit; 1 for parameters without a unit."""
     fit = tab.preview or tab.step.fit
-    one = effect_at(fit, place)
+    one = effect_at(fit.model, place)
     value = fit.estimates[place].get(name)
     if not isinstance(value, Estimate):
         return 1.0
@@ -257,7 +260,7 @@ def _set_unit(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _compare_steps(tab: Tab, order: dict[str, Any]) -> None:
-    """Set the step with which the current one is compared; an order without a step ends the comparison."""
+    """Compare the current step with the step at the index ``rung`` of the order; without ``rung``, end the comparison."""
     tab.compare_steps(None if order.get("rung") is None else _integer_of(order, "rung"))
 
 
@@ -273,7 +276,7 @@ def _compare_log(tab: Tab, order: dict[str, Any]) -> None:
 
 
 def _end_comparison(tab: Tab, order: dict[str, Any]) -> None:
-    """Remove the recording of the given name from the comparison; an order without a name removes the data sheet."""
+    """Remove the recording with the ``name`` of the order from the comparison; without a name, remove the data sheet."""
     name = _text_of(order, "name")
     tab.others = [(n, r) for n, r in tab.others if n != name]
     if name is None:

@@ -14,6 +14,12 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+import uvicorn
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.responses import Response
+from starlette.routing import Route
+
 from allanite.common.documents import jsonable
 from allanite.common.errors import AllaniteError, InputError
 from allanite.page.guard import Guard
@@ -28,12 +34,12 @@ from allanite.page.words import WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from pathlib import Path
 
     from starlette.requests import Request
-    from starlette.responses import Response
 
 #: Maximum size of an action in bytes, enough for a study with many steps.
-MOST_ACTION = 4_000_000
+MAX_ACTION_BYTES = 4_000_000
 #: Preferred port. With a constant port the browser finds its stored studies again.
 PORT = 47113
 KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
@@ -41,203 +47,79 @@ STATIC = sorted(p.name for p in resources.files("allanite.page").joinpath("stati
 
 
 @cache
-def _plotly() -> bytes:
+def _plotly_source() -> bytes:
     """JavaScript source of plotly as bytes (UTF-8), cached."""
     from plotly.offline import get_plotlyjs
 
     return str(get_plotlyjs()).encode()
 
 
-def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
-    """ASGI application of the page behind its access control (`Guard`); it serves files, tabs, views and uploads.
+def _json_response(document: Any, status: int = 200) -> Response:
+    """JSON response with this document and status; floats have seven digits, NaN and ±∞ become null."""
+    text = json.dumps(
+        jsonable(document, figures=7),
+        ensure_ascii=False,
+        allow_nan=False,
+        separators=(",", ":"),
+    )
+    return Response(text, status, media_type="application/json")
 
-    Unknown paths have status 404; bad input has status 400 and JSON with an ``error``.
 
-    Parameters
-    ----------
-    sessions : Sessions
-        Tabs, uploads, and the logs given at the start, of which every new tab opens the first.
-    token : str
-        First part of every path.
-    hosts : frozenset of str
-        Accepted values of the Host header.
+class _UploadTooLargeError(InputError):
+    """An upload exceeds the maximum size; the response has status 413."""
+
+
+def _guarded(handler: Callable[[Request], Any]) -> Callable[[Request], Any]:
+    """Copy of a request handler that always returns a `Response`: results become JSON, bad input ``{"error": …}``.
+
+    Bad input has status 400, or 413 if an upload is too large.
     """
-    from starlette.applications import Starlette
-    from starlette.concurrency import run_in_threadpool
-    from starlette.responses import JSONResponse
-    from starlette.responses import Response as Plain
-    from starlette.routing import Route
 
-    def json_response(document: Any, status: int = 200) -> Response:
-        """JSON response with this document and status; floats have seven digits, NaN and ±∞ become null."""
-        text = json.dumps(
-            jsonable(document, figures=7),
-            ensure_ascii=False,
-            allow_nan=False,
-            separators=(",", ":"),
-        )
-        return Plain(text, status, media_type="application/json")
-
-    def guarded(handler: Callable[[Request], Any]) -> Callable[[Request], Any]:
-        """Handler whose errors of bad input become JSON ``{"error": …}`` of status 400; other results become JSON."""
-
-        async def safe(request: Request) -> Response:
-            """Response of the handler, its result as JSON, or the error of bad input as JSON with status 400."""
-            try:
-                answer = await handler(request)
-                return answer if isinstance(answer, Plain) else json_response(answer)
-            except AllaniteError as error:
-                return JSONResponse({"error": " ".join(error.worded(WORDS).split())}, 400)
-            except (ValueError, TypeError, KeyError, RecursionError, OverflowError) as error:
-                kind = type(error).__name__
-                return JSONResponse({"error": f"The request is invalid ({kind})"}, 400)
-
-        return safe
-
-    async def static(request: Request) -> Response:
-        """Response with the page's own file of the path (one of `STATIC`); ``index.html`` for ``/``."""
-        name = request.scope["path"].removeprefix("/") or "index.html"
-        kind = KINDS[PurePath(name).suffix]
-        body = resources.files("allanite.page").joinpath("static", name).read_bytes()
-        return Plain(body, media_type=f"{kind}; charset=utf-8")
-
-    async def plotly(_request: Request) -> Response:
-        """Response with the JavaScript source of plotly."""
-        return Plain(await run_in_threadpool(_plotly), media_type="text/javascript; charset=utf-8")
-
-    async def open_tab(_request: Request) -> Any:
-        """Dict with the key of a new tab (``tab``), which opens the first log given at the start."""
-        return {"tab": await run_in_threadpool(sessions.open)}
-
-    async def close_tab(request: Request) -> Any:
-        """Delete a tab; returns an empty dict, also for an unknown tab."""
-        await run_in_threadpool(sessions.close, request.path_params["tab"])
-        return {}
-
-    async def leave_tab(request: Request) -> Any:
-        """Note that a page was left, and delete its tab after 16 s unless it is resumed; returns an empty dict."""
-        sessions.leave(request.path_params["tab"])
-        loop = asyncio.get_running_loop()
-        loop.call_later(
-            GRACE_S + 1.0, lambda: loop.run_in_executor(None, sessions.delete_silent_tabs)
-        )
-        return {}
-
-    async def copy_tab(request: Request) -> Any:
-        """Dict with the key of a new tab that is a copy of another one."""
-        return {"tab": await run_in_threadpool(sessions.copy, request.path_params["tab"])}
-
-    async def resume_tab(request: Request) -> Any:
-        """Continue the tab of a reloaded page; returns an empty dict.
-
-        Raises `InputError` if the tab no longer exists.
-        """
-        await run_in_threadpool(sessions.resume, request.path_params["tab"])
-        return {}
-
-    async def get_state(request: Request) -> Any:
-        """Dict with the state of a tab; only that of its job (`job_state`) if the query's ``seen`` is the tab's version."""
-        tab = sessions.tab(request)
-        if request.query_params.get("seen") == str(tab.version):
-            return job_state(tab)
-        return await run_in_threadpool(state, tab)
-
-    def query_options(request: Request) -> dict[str, str]:
-        """Dict of the query parameters of a request, each cut to 80 characters."""
-        return {k: v[:80] for k, v in request.query_params.items()}
-
-    async def get_view(request: Request) -> Any:
-        """Dict with the figure of a view as plotly's data and layout."""
-        tab, name = sessions.tab(request), request.path_params["name"]
-        options = query_options(request)
-        return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
-
-    async def get_part(request: Request) -> Any:
-        """Data that `page_data` returns for the name in the path, with the query parameters as options."""
-        name = request.path_params["name"]
-        return await run_in_threadpool(
-            page_data, sessions.tab(request), name, query_options(request)
-        )
-
-    async def post_act(request: Request) -> Any:
-        """Dict with the state of the tab after an action of the user. Raises `InputError` for an action over 4 MB."""
-        tab = sessions.tab(request)
-        await run_in_threadpool(
-            carry_out, tab, _json_of_body(await _limited_body(request, MOST_ACTION))
-        )
-        return await run_in_threadpool(state, tab)
-
-    async def upload(request: Request) -> Any:
-        """Dict with the state of the tab after a log or data sheet was uploaded.
-
-        A response of status 413 if it is too large. The file is deleted if it is not accepted.
-        """
-        tab = sessions.tab(request)
-        name = check_name(request.query_params.get("name", ""))
-        said = request.headers.get("content-length", "0")
-        if said.isdigit() and int(said) > sessions.max_bytes:
-            return json_response({"error": _too_large_text(name, sessions.max_bytes)}, 413)
-        path = sessions.uploads.new_path(name)
-        size = 0
+    async def safe(request: Request) -> Response:
+        """Response of the handler, its result as JSON, or the error of bad input as JSON with status 400 or 413."""
         try:
-            with path.open("wb") as file:
-                async for piece in request.stream():
-                    size += len(piece)
-                    if size > sessions.max_bytes:
-                        path.unlink()
-                        return json_response(
-                            {"error": _too_large_text(name, sessions.max_bytes)}, 413
-                        )
-                    await run_in_threadpool(file.write, piece)
-            source = Source(name, path)
-            await run_in_threadpool(
-                documents.open_upload, tab, source, request.query_params.get("as", "log")
-            )
-        except BaseException:
-            path.unlink(missing_ok=True)
-            raise
-        return await run_in_threadpool(state, tab)
+            answer = await handler(request)
+            return answer if isinstance(answer, Response) else _json_response(answer)
+        except AllaniteError as error:
+            status = 413 if isinstance(error, _UploadTooLargeError) else 400
+            return _json_response({"error": " ".join(error.worded(WORDS).split())}, status)
+        except (ValueError, TypeError, KeyError, RecursionError, OverflowError) as error:
+            kind = type(error).__name__
+            return _json_response({"error": f"The request is invalid ({kind})"}, 400)
 
-    async def download(request: Request) -> Response:
-        """Response with a generated file as an attachment; the header ``x-note`` has a remark for the user."""
-        tab, name = sessions.tab(request), request.path_params["name"]
-        options = query_options(request)
-        theme = options.pop("theme", "light")
-        made = await run_in_threadpool(documents.generated_file, tab, name, theme, options)
-        said = {
-            "content-disposition": f"attachment; filename*=UTF-8''{quote(made.name)}",
-            "x-note": quote(made.note),
-        }
-        return Plain(made.body, media_type=made.kind, headers=said)
-
-    routes = [
-        *(Route(path, guarded(static)) for path in ("/", *(f"/{name}" for name in STATIC))),
-        Route("/plotly.js", guarded(plotly)),
-        Route("/tabs", guarded(open_tab), methods=["POST"]),
-        Route("/tabs/{tab}", guarded(get_state)),
-        Route("/tabs/{tab}/close", guarded(close_tab), methods=["POST"]),
-        Route("/tabs/{tab}/leave", guarded(leave_tab), methods=["POST"]),
-        Route("/tabs/{tab}/resume", guarded(resume_tab), methods=["POST"]),
-        Route("/tabs/{tab}/copy", guarded(copy_tab), methods=["POST"]),
-        Route("/tabs/{tab}/part/{name}", guarded(get_part)),
-        Route("/tabs/{tab}/act", guarded(post_act), methods=["POST"]),
-        Route("/tabs/{tab}/upload", guarded(upload), methods=["POST"]),
-        Route("/tabs/{tab}/view/{name}", guarded(get_view)),
-        Route("/tabs/{tab}/file/{name}", guarded(download)),
-    ]
-    return Guard(Starlette(routes=routes), token, hosts)
+    return safe
 
 
-def _too_large_text(name: str, most: int) -> str:
-    """Text of the error for an upload of more than `most` bytes."""
-    return (
-        f"{name} is larger than {most / 1e9:g} GB: start the page with it instead"
-        f" (allanite explore {name}), which reads the file directly"
+async def _static(request: Request) -> Response:
+    """Response with the page's own file of the path (one of `STATIC`); ``index.html`` for ``/``."""
+    name = request.scope["path"].removeprefix("/") or "index.html"
+    kind = KINDS[PurePath(name).suffix]
+    body = resources.files("allanite.page").joinpath("static", name).read_bytes()
+    return Response(body, media_type=f"{kind}; charset=utf-8")
+
+
+async def _plotly(_request: Request) -> Response:
+    """Response with the JavaScript source of plotly."""
+    return Response(
+        await run_in_threadpool(_plotly_source), media_type="text/javascript; charset=utf-8"
     )
 
 
-def _json_of_body(body: bytes) -> Any:
-    """JSON document in the body of a request; raises `InputError` for other text, deep nesting and invalid characters."""
+def _query_options(request: Request) -> dict[str, str]:
+    """Dict of the query parameters of a request, each cut to 80 characters."""
+    return {k: v[:80] for k, v in request.query_params.items()}
+
+
+async def _json_body(request: Request) -> Any:
+    """JSON document in the body of a request.
+
+    Raises `InputError` for over 4 MB, other text, deep nesting, and invalid characters.
+    """
+    body = b""
+    async for piece in request.stream():
+        body += piece
+        if len(body) > MAX_ACTION_BYTES:
+            raise InputError(f"An action larger than {MAX_ACTION_BYTES / 1e6:g} MB is refused")
     try:
         order = json.loads(body)
         json.dumps(order, ensure_ascii=False).encode()
@@ -250,20 +132,160 @@ def _json_of_body(body: bytes) -> Any:
     return order
 
 
-async def _limited_body(request: Request, most: int) -> bytes:
-    """Bytes of the body of a request; raises InputError if there are more than `most`."""
-    body = b""
-    async for piece in request.stream():
-        body += piece
-        if len(body) > most:
-            raise InputError(f"An action larger than {most / 1e6:g} MB is refused")
-    return body
+async def _save_body(request: Request, path: Path, name: str, max_bytes: int) -> None:
+    """Write the body of a request to `path`; `name` is that of the upload in the error message.
+
+    Raises `_UploadTooLargeError` if the body has more than `max_bytes`. A part of the file may then exist.
+    """
+    refusal = _UploadTooLargeError(
+        f"{name} is larger than {max_bytes / 1e9:g} GB: start the page with it instead"
+        f" (allanite explore {name}), which reads the file directly"
+    )
+    said = request.headers.get("content-length", "0")
+    if said.isdigit() and int(said) > max_bytes:
+        raise refusal
+    size = 0
+    with path.open("wb") as file:
+        async for piece in request.stream():
+            size += len(piece)
+            if size > max_bytes:
+                raise refusal
+            await run_in_threadpool(file.write, piece)
+
+
+class _TabHandlers:
+    """Handlers of the requests on tabs. Each returns a `Response`, or data that `_guarded` converts to JSON."""
+
+    def __init__(self, sessions: Sessions) -> None:
+        self.sessions = sessions
+
+    async def open(self, _request: Request) -> Any:
+        """Dict with the key of a new tab (``tab``), which opens the first log given at the start."""
+        return {"tab": await run_in_threadpool(self.sessions.open)}
+
+    async def close(self, request: Request) -> Any:
+        """Delete a tab; returns an empty dict, also for an unknown tab."""
+        await run_in_threadpool(self.sessions.close, request.path_params["tab"])
+        return {}
+
+    async def leave(self, request: Request) -> Any:
+        """Note that a page was left, and delete its tab after 16 s unless it is resumed; returns an empty dict."""
+        self.sessions.leave(request.path_params["tab"])
+        loop = asyncio.get_running_loop()
+        loop.call_later(
+            GRACE_S + 1.0, lambda: loop.run_in_executor(None, self.sessions.delete_silent_tabs)
+        )
+        return {}
+
+    async def copy(self, request: Request) -> Any:
+        """Dict with the key of a new tab (``tab``) that is a copy of another one."""
+        return {"tab": await run_in_threadpool(self.sessions.copy, request.path_params["tab"])}
+
+    async def resume(self, request: Request) -> Any:
+        """Continue the tab of a reloaded page; returns an empty dict.
+
+        Raises `InputError` if the tab no longer exists.
+        """
+        await run_in_threadpool(self.sessions.resume, request.path_params["tab"])
+        return {}
+
+    async def state(self, request: Request) -> Any:
+        """Dict with the state of a tab; only that of its job (`job_state`) if the query's ``seen`` is the tab's version."""
+        tab = self.sessions.tab(request)
+        if request.query_params.get("seen") == str(tab.version):
+            return job_state(tab)
+        return await run_in_threadpool(state, tab)
+
+    async def view(self, request: Request) -> Any:
+        """Dict with the figure of a view as plotly's data and layout."""
+        tab, name = self.sessions.tab(request), request.path_params["name"]
+        options = _query_options(request)
+        return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
+
+    async def part(self, request: Request) -> Any:
+        """Data that `page_data` returns for the name in the path, with the query parameters as options."""
+        tab, name = self.sessions.tab(request), request.path_params["name"]
+        return await run_in_threadpool(page_data, tab, name, _query_options(request))
+
+    async def act(self, request: Request) -> Any:
+        """Dict with the state of the tab after an action of the user. Raises `InputError` for an action over 4 MB."""
+        tab = self.sessions.tab(request)
+        await run_in_threadpool(carry_out, tab, await _json_body(request))
+        return await run_in_threadpool(state, tab)
+
+    async def upload(self, request: Request) -> Any:
+        """Dict with the state of the tab after a log or data sheet was uploaded.
+
+        The file is deleted if it is not accepted. Raises `InputError` for bad files, `_UploadTooLargeError` for large
+        ones.
+        """
+        tab, uploads = self.sessions.tab(request), self.sessions.uploads
+        name = check_name(request.query_params.get("name", ""))
+        path = uploads.new_path(name)
+        try:
+            await _save_body(request, path, name, self.sessions.max_bytes)
+            role = request.query_params.get("as", "log")
+            await run_in_threadpool(documents.open_upload, tab, Source(name, path), role)
+        except BaseException:
+            path.unlink(missing_ok=True)
+            raise
+        return await run_in_threadpool(state, tab)
+
+    async def download(self, request: Request) -> Response:
+        """Response with a generated file as an attachment; the header ``x-note`` has a remark for the user."""
+        tab, name = self.sessions.tab(request), request.path_params["name"]
+        options = _query_options(request)
+        theme = options.pop("theme", "light")
+        made = await run_in_threadpool(documents.generated_file, tab, name, theme, options)
+        said = {
+            "content-disposition": f"attachment; filename*=UTF-8''{quote(made.name)}",
+            "x-note": quote(made.note),
+        }
+        return Response(made.body, media_type=made.kind, headers=said)
+
+
+def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
+    """ASGI application of the page behind its access control (`Guard`); it serves files, tabs, views and uploads.
+
+    Unknown paths have status 404. Bad input has status 400 (413 if an upload is too large) and JSON with an ``error``.
+
+    Parameters
+    ----------
+    sessions : Sessions
+        Tabs, uploads, and the logs given at the start, of which every new tab opens the first.
+    token : str
+        First part of every path.
+    hosts : frozenset of str
+        Accepted values of the Host header.
+    """
+    tabs = _TabHandlers(sessions)
+    requests = {"/": _static, **{f"/{name}": _static for name in STATIC}, "/plotly.js": _plotly}
+    requests |= {
+        "/tabs/{tab}": tabs.state,
+        "/tabs/{tab}/part/{name}": tabs.part,
+        "/tabs/{tab}/view/{name}": tabs.view,
+        "/tabs/{tab}/file/{name}": tabs.download,
+    }
+    changes = {
+        "/tabs": tabs.open,
+        "/tabs/{tab}/close": tabs.close,
+        "/tabs/{tab}/leave": tabs.leave,
+        "/tabs/{tab}/resume": tabs.resume,
+        "/tabs/{tab}/copy": tabs.copy,
+        "/tabs/{tab}/act": tabs.act,
+        "/tabs/{tab}/upload": tabs.upload,
+    }
+    routes = [
+        *(Route(path, _guarded(handler)) for path, handler in requests.items()),
+        *(Route(path, _guarded(handler), methods=["POST"]) for path, handler in changes.items()),
+    ]
+    return Guard(Starlette(routes=routes), token, hosts)
 
 
 def _listening_socket() -> socket.socket:
     """Listening socket at port 47113 of this computer (127.0.0.1), or at any port if that one is in use.
 
-    Raises `OSError` if there is none.
+    Raises `OSError` if no port is free.
     """
     for port in (PORT, 0):
         found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
@@ -290,8 +312,6 @@ class Page:
     """
 
     def __init__(self, sources: Sequence[Source]) -> None:
-        import uvicorn
-
         self._socket = _listening_socket()
         port = self._socket.getsockname()[1]
         token = secrets.token_urlsafe(18)
@@ -336,4 +356,5 @@ class Page:
         return f"Page({self.url})"
 
     def _repr_html_(self) -> str:
+        """HTML link to the page, for notebooks."""
         return f'<a href="{self.url}" target="_blank" rel="noopener">open the page</a>'

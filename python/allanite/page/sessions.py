@@ -45,7 +45,7 @@ class Sessions:
         self.delete_silent_tabs()
         with self.lock:
             key = secrets.token_urlsafe(9)
-            tab = self.tabs[key] = Tab(self.sources, len(self.tabs) + 1)
+            tab = self.tabs[key] = Tab(self.sources)
             # Delete the oldest tabs, which were most likely closed long ago.
             old = list(self.tabs)[:-MAX_TABS]
         for other in old:
@@ -67,7 +67,7 @@ class Sessions:
             raise InputError("This tab no longer exists and cannot be copied")
         with self.lock:
             new = secrets.token_urlsafe(9)
-            tab = self.tabs[new] = Tab(self.sources, len(self.tabs) + 1)
+            tab = self.tabs[new] = Tab(self.sources)
         tab.copy_state_from(other)
         tab.resume()
         return new
@@ -114,7 +114,7 @@ class Sessions:
             _free_memory()
 
     def delete_silent_tabs(self) -> None:
-        """Delete all tabs without a request in the last 900 s."""
+        """Delete all tabs without a request in the last 900 s, and those that a page left more than 15 s ago."""
         now = time.monotonic()
         for key in [
             k for k, tab in list(self.tabs.items()) if now - tab.last_request > MAX_SILENCE_S
@@ -131,13 +131,13 @@ class Sessions:
 
 
 def _free_memory_after(job: Job) -> None:
-    """Wait until a job has ended, then return freed memory to the system."""
+    """Wait until a job has ended, then free its memory (`_free_memory`)."""
     job.wait()
     del job
     _free_memory()
 
 
 def _free_memory() -> None:
-    """Collect garbage; in a process of the command, also return freed memory to the system."""
+    """Collect garbage; in a process that runs the command `allanite`, also return freed memory to the system."""
     gc.collect()
     _kernels.trim()

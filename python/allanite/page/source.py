@@ -23,8 +23,6 @@ from allanite.recording import Recording
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from allanite.effects import Effect
-
 #: Maximum size of an upload in bytes, enough for about 100 million samples as text.
 MAX_UPLOAD_BYTES = 2_000_000_000
 _FORBIDDEN = re.compile(r"[\x00-\x1f/\\:]")
@@ -49,9 +47,9 @@ class Reading:
     overrides_rate: bool = False
 
     def options(self) -> dict[str, Any]:
-        """Dict of the arguments of `read_in_child`.
+        """Dict of these settings as the `options` of `read_in_child`.
 
-        The rate is a text ending in ``!`` if it overrides that of the log.
+        The rate is a text ending in ``!`` if it overrides that of the log. Output unit and motion are not included.
         """
         return {
             "rate": f"{self.rate!r}!" if self.overrides_rate else self.rate,
@@ -91,7 +89,7 @@ class SharedRecording:
 
     @contextmanager
     def exclusive(self, watch: Watch) -> Iterator[None]:
-        """Context that only one tab enters at a time; `watch` is called repeatedly while another tab is in it."""
+        """Context manager that only one tab enters at a time; `watch` is called every 20 ms while this tab waits."""
         while not self._gate.acquire(timeout=POLL_S):
             if watch is not None:
                 watch()
@@ -121,7 +119,9 @@ class Source:
     shared: SharedRecording = field(default_factory=SharedRecording)
 
     def read(self, reading: Reading, watch: Watch = None) -> Recording:
-        """`Recording` of all sensor columns. `watch` is called meanwhile; an exception that it raises ends the reading.
+        """`Recording` of the log, read with these settings; a recording passed in Python is only cut and converted.
+
+        `watch` is called meanwhile; an exception that it raises ends the reading.
 
         Raises
         ------
@@ -145,9 +145,9 @@ class Source:
         return recording if reading.output_unit is None else recording.to(reading.output_unit)
 
     def inspect(self, reading: Reading) -> dict[str, Any]:
-        """Dict of `inspect_in_child` for this log; paths are replaced by the name of the log.
+        """Dict of the columns, units, rate and findings of this log, as from `inspect_in_child`.
 
-        Raises `InputError` for a recording without a file.
+        The name of the log replaces its path. Raises `InputError` for a recording without a file.
         """
         if self.path is None:
             raise InputError(f"{self.name} was passed as a recording: there is no file to inspect")
@@ -193,9 +193,9 @@ class Uploads:
         OwnedFolder.remove_abandoned(self.KIND)
 
     def new_path(self, name: str) -> Path:
-        """Path for an upload that does not exist yet, in a folder that the first call creates.
+        """`Path` of a new file for an upload, which is not created; the first call creates its folder.
 
-        It keeps a known suffix of the browser's name, and otherwise ends in ``.csv``.
+        The path has the suffix of `name` if a reader knows it (or ``.json``), otherwise ``.csv``.
         """
         if self._folder is None:
             self._folder = OwnedFolder(self.KIND)
@@ -279,10 +279,9 @@ def model_for_part(model: Model, moved: bool) -> Model | None:
 
     If the start time has `moved`, effects at a particular time, such as steps, are removed.
     """
-    effects = [e for e in model if not (moved and _has_own_time(e))]
+    effects = [
+        e
+        for e in model
+        if not moved or (e.when is None and all(p.role != "time" for p in e.parameters))
+    ]
     return Model(tuple(effects)) if effects else None
-
-
-def _has_own_time(effect: Effect) -> bool:
-    """True if an effect has a time of its own, such as a step."""
-    return effect.when is not None or any(p.role == "time" for p in effect.parameters)

@@ -38,25 +38,41 @@ UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug", "1")
 
 
 def state(tab: Tab) -> dict[str, Any]:
-    """Dict with the complete state of a tab, except for the curves.
+    """Dict with the complete state of a tab, except for the curves: job, logs, model, check, steps and comparison.
 
-    Before a log is open or a model is fitted or checked, the entries about it are None or empty. A preview replaces the
-    fit in ``chips`` and ``model``.
+    Before a log is open or a model is fitted or checked, the entries about it are None or empty.
     """
     with tab.lock:
         # Read the version first, so that later changes are noticed next time.
-        version, now, board = tab.version, tab.open_work, tab.board
-        preview = tab.preview
+        version, now, board, preview = tab.version, tab.open_work, tab.board, tab.preview
         place, length = (now.state_index, len(now.history)) if now is not None else (0, 1)
     column_steps = board.columns[board.column]
     step = column_steps.step
-    shown = preview or (None if step is None else step.fit)
-    study = None if step is None else step.study
-    check = None if study is None else study.check
-    source = tab.source
     return {
         "version": version,
         **job_state(tab),
+        **_log_entries(tab, now),
+        **_model_entries(tab, now, board.column, step, preview),
+        **_check_entries(tab, step),
+        "chip_unit": tab.unit,
+        "tolerance": tab.tolerance,
+        "ladder": step_rows(column_steps.steps),
+        "at": column_steps.at,
+        "undo": place > 0 or (now is not None and now.before is not None),
+        "redo": place < length - 1 or (now is not None and now.after is not None),
+        "others": [name for name, _ in tab.others],
+        "sheet": sheet_rows(tab),
+        "beside": differences(tab),
+    }
+
+
+def _log_entries(tab: Tab, now: Work | None) -> dict[str, Any]:
+    """Dict of the entries of `state` about the logs, the open recording and its axes; `now` is the work on it.
+
+    Entries about the open recording are None or empty if `now` is None.
+    """
+    source = tab.source
+    return {
         "problem": tab.problem,
         "moving": tab.problem is not None and tab.moving,
         "logs": [s.name for s in tab.sources],
@@ -68,75 +84,86 @@ def state(tab: Tab) -> dict[str, Any]:
         "recording": None if now is None else _recording_record(tab),
         "axes": [] if now is None else _axis_records(tab, now),
         "elsewhere": _axes_of_other_logs(tab),
-        "tolerance": tab.tolerance,
         "covariates": [] if now is None else list(now.recording.covariates),
-        "chips": []
-        if shown is None or now is None
-        else chips(
-            shown,
+    }
+
+
+def _model_entries(
+    tab: Tab, now: Work | None, column: int, step: Step | None, preview: Fit | None
+) -> dict[str, Any]:
+    """Dict of the entries of `state` about the model of the current step; a `preview` replaces its fit.
+
+    A preview is a model with trial values. All entries are None or empty without a step or an open log.
+    """
+    if step is None or now is None:
+        empty: dict[str, Any] = {"chips": [], "chip_units": [], "tray": [], "model": None}
+        return {**empty, "preview": None, "discrepancy": None}
+    fit, study = preview or step.fit, step.study
+    explained = study is not None and study.fit is fit and study.adequate
+    tried = None
+    if preview is not None:
+        tried = {"chi2": preview.misfit.reduced, "before": step.fit.misfit.reduced}
+    return {
+        "chips": chips(
+            fit,
             tab.unit,
-            effect_colors(now, shown),
-            None
-            if study is None or study.fit is not shown or not study.adequate
-            else study.undecided,
+            effect_colors(now, fit),
+            study.undecided if study is not None and explained else None,
         ),
-        "chip_unit": tab.unit,
-        "chip_units": [] if shown is None else chip_units(shown.recording.unit),
-        "tray": []
-        if now is None or step is None
-        else _removed_effects(now, board.column, step.fit),
-        "model": None if shown is None else str(shown.model),
-        "preview": None
-        if preview is None
-        else {
-            "chi2": preview.misfit.reduced,
-            "before": None if step is None else step.fit.misfit.reduced,
-        },
-        "checked": check is not None,
-        "adequate": None if study is None else study.adequate,
-        "verdict": None
-        if study is None or check is None
-        else (study if check.adequate else check).verdict,
-        "discrepancy": None if step is None else step.fit.discrepancy.percent,
-        "within": step is not None and check is not None and tab.is_within_tolerance(step),
-        "where": [] if study is None else failures(study),
-        "view": None if study is None else most_informative_view(study),
-        "alternatives": None if study is None else alternatives_sentence(study),
-        "cards": [] if check is None else cards(check, tab.unit),
-        "ladder": step_rows(column_steps.steps),
-        "at": column_steps.at,
-        "undo": place > 0 or (now is not None and now.before is not None),
-        "redo": place < length - 1 or (now is not None and now.after is not None),
-        "others": [name for name, _ in tab.others],
-        "sheet": sheet_rows(tab),
-        "beside": differences(tab),
+        "chip_units": chip_units(fit.recording.unit),
+        "tray": _removed_effects(now, column, step.fit),
+        "model": str(fit.model),
+        "preview": tried,
+        "discrepancy": step.fit.discrepancy.percent,
+    }
+
+
+def _check_entries(tab: Tab, step: Step | None) -> dict[str, Any]:
+    """Dict of the entries of `state` about the check of the current step; None, False or empty before the check."""
+    if step is None or step.study is None:
+        return {
+            "checked": False,
+            "adequate": None,
+            "verdict": None,
+            "within": False,
+            "where": [],
+            "view": None,
+            "alternatives": None,
+            "cards": [],
+        }
+    study, check = step.study, step.study.check
+    return {
+        "checked": True,
+        "adequate": study.adequate,
+        "verdict": (study if check.adequate else check).verdict,
+        "within": tab.is_within_tolerance(step),
+        "where": failures(study),
+        "view": most_informative_view(study),
+        "alternatives": alternatives_sentence(study),
+        "cards": cards(check, tab.unit),
     }
 
 
 def _reading_settings(tab: Tab) -> dict[str, Any]:
     """Dict of the settings with which the log is read: the user's, else those found by the reader, else None or empty.
 
-    ``unitless`` lists sensors without a unit, and ``said_rate`` is only the user's.
+    ``unitless`` lists columns that belong to a sensor and have no unit. ``said_rate`` is the rate (Hz) of the user only.
     """
     reading = tab.source.reading if tab.source is not None else Reading()
     found = None if tab.open_work is None else tab.open_work.recording
+    units = {} if found is None else dict(zip(found.columns, found.units, strict=True))
     return {
         "rate": reading.rate or (None if found is None else found.rate),
         "said_rate": reading.rate,
         "quantity": reading.quantity or (None if found is None else found.quantity),
         "columns": list(reading.columns or (() if found is None else found.columns)),
         "time_column": reading.time_column,
-        "unitless": []
-        if found is None
-        else [
+        "unitless": [
             name
-            for name, unit in zip(found.columns, found.units, strict=True)
+            for name, unit in units.items()
             if unit == "1" and name not in reading.units and _is_sensor(name)
         ],
-        "column_units": {
-            **({} if found is None else dict(zip(found.columns, found.units, strict=True))),
-            **reading.units,
-        },
+        "column_units": {**units, **reading.units},
     }
 
 
@@ -179,44 +206,37 @@ def _axes_of_other_logs(tab: Tab) -> list[dict[str, Any]]:
 
 
 def _axis_records(tab: Tab, work: Work) -> list[dict[str, Any]]:
-    """List of one dict per column: name, unit, state, steps, model, texts of N, B and K, error, missing effect.
+    """List of one dict per column: name, unit, state, steps, model, values, error, missing effect.
 
-    Model, error and missing effect are None before they are known.
+    ``values`` maps N, B and K to their texts. Model, error and missing effect are None before they are known.
     """
     out = []
     names, units = work.recording.columns, work.recording.units
     for name, unit, column_steps in zip(names, units, work.board.columns, strict=True):
         step = column_steps.step
-        check = None if step is None else step.check
-        out.append(
-            {
-                "name": name,
-                "unit": unit_text(unit),
-                "state": _column_state(tab, step),
-                "steps": len(column_steps.steps),
-                "model": None if step is None else step.fit.model.name,
-                "values": {}
-                if step is None
-                else {
-                    v["symbol"]: f"{v['text']}"
-                    for c in chips(step.fit, tab.unit)
-                    for v in c["values"]
-                    if v["name"] in ("N", "B", "K")
-                },
-                "error": None
-                if step is None or step.error is None
-                else _error_text(step_row(step)),
-                "missing": None
-                if check is None or not check.significant
-                else effect_text(check.fit, check.significant[0].effect),
+        record: dict[str, Any] = {
+            "name": name,
+            "unit": unit_text(unit),
+            "state": _column_state(tab, step),
+            "steps": len(column_steps.steps),
+            "model": None,
+            "values": {},
+            "error": None,
+            "missing": None,
+        }
+        if step is not None:
+            values = [v for chip in chips(step.fit, tab.unit) for v in chip["values"]]
+            record["model"] = step.fit.model.name
+            record["values"] = {
+                v["symbol"]: v["text"] for v in values if v["name"] in ("N", "B", "K")
             }
-        )
+            if step.error is not None:
+                row = step_row(step)
+                record["error"] = f"{row['error_text']} ({row['chance_text']})"
+            if step.check is not None and step.check.significant:
+                record["missing"] = effect_text(step.fit, step.check.significant[0].effect)
+        out.append(record)
     return out
-
-
-def _error_text(row: dict[str, Any]) -> str:
-    """Text of the Allan error of a step with its expected scatter."""
-    return f"{row['error_text']} ({row['chance_text']})"
 
 
 def _removed_effects(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
@@ -230,7 +250,7 @@ def _removed_effects(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
 
 
 def job_state(tab: Tab) -> dict[str, Any]:
-    """Dict with the key ``job``: the progress of the running job, or None.
+    """Dict with the key ``job``: progress and error of the last job of the tab (`Job.to_dict`), or None without one.
 
     It changes without a new version of the state.
     """
@@ -238,7 +258,10 @@ def job_state(tab: Tab) -> dict[str, Any]:
 
 
 def chip_units(unit: str) -> list[dict[str, str]]:
-    """List of the offered units of values, dicts with value and text; empty if the samples have no unit."""
+    """List of the units in which values can be displayed, for samples in `unit`: dicts with value and text.
+
+    Data-sheet units and SI come first. Empty for sensors without data-sheet units, such as clocks.
+    """
     kind = parse_unit(unit).kind
     sheet = [
         e.parameter(name).sheet[kind]
@@ -258,16 +281,20 @@ def chip_units(unit: str) -> list[dict[str, str]]:
 
 
 def _excluded_text(work: Work) -> str:
-    """Text `` · from 2 h · 40 s excluded`` on the part of the log that is not analyzed; empty if all is analyzed."""
+    """Text `` · from 2 h · 40 s excluded``: duration of the whole log, and of the excluded segments; empty without both.
+
+    The duration is left out if no part of the log was selected, the segments if there are none.
+    """
     span, out = work.part
     said = "" if span is None else f" · from {duration_text(work.whole.duration)}"
     return said + (f" · {duration_text(sum(b - a for a, b in out))} excluded" if out else "")
 
 
 def _recording_record(tab: Tab) -> dict[str, Any]:
-    """Dict that describes the current recording, with the findings of its audit on the current column or on none.
+    """Dict that describes the open recording: columns, units, duration, analyzed part, and findings of its audit.
 
-    ``audit`` is empty until the audit is finished; ``audited`` says so.
+    ``audit`` lists the findings on the current column and on the whole log. It is empty until the audit is finished
+    (``audited``).
     """
     now = tab.work
     column, whole = tab.log, now.recording

@@ -28,7 +28,7 @@ MOST = 100
 def study_document(tab: Tab) -> dict[str, Any]:
     """Dict of the steps of all columns for a file: models with values, without samples.
 
-    Columns without steps are left out. Raises `InputError` if nothing is fitted.
+    Columns without steps are left out. Raises `InputError` if the current column has no step.
     """
     _ = tab.step
     source, work = tab.source, tab.work
@@ -63,7 +63,7 @@ def study_document(tab: Tab) -> dict[str, Any]:
 
 
 def _model_document(fit: Fit) -> dict[str, Any]:
-    """Dict of the model of a fit with its values, held values and limits."""
+    """Dict for JSON of the model of a fit: name, and for each effect its kind, estimates, held parameters and limits."""
     return {
         "model": fit.model.name,
         "effects": [
@@ -94,7 +94,8 @@ def open_study(tab: Tab, document: Any) -> None:
         raise InputError("The study contains no steps for this log")
     try:
         found = [_axis_of_document(axis, columns) for axis in axes]
-        span = _span_of(document.get("span"))
+        saved_span = document.get("span")
+        span = None if saved_span is None else _checked_segment(saved_span)
         out = merged_segments(_checked_segment(one) for one in document.get("left_out", [])[:MOST])
     except (AttributeError, TypeError, LookupError, ValueError, ArithmeticError) as error:
         raise InputError(f"The study is damaged ({error})") from None
@@ -103,7 +104,7 @@ def open_study(tab: Tab, document: Any) -> None:
     def fit_models(job: Job) -> None:
         """Fit the models of the study step by step, and replace the steps of its columns by them.
 
-        Part and current column become those of the study; the current step is then checked.
+        Analyzed part and current column become those of the study; the current step is then checked.
         """
         job.take_turn()
         if (span, out) != tab.work.part:
@@ -130,13 +131,8 @@ def open_study(tab: Tab, document: Any) -> None:
     tab.start_job("Restoring the study", fit_models)
 
 
-def _span_of(said: Any) -> tuple[float, float] | None:
-    """Pair (start, end) in s from a study document; None for the whole log."""
-    return None if said is None else _checked_segment(said)
-
-
 def _checked_segment(said: Any) -> Segment:
-    """Pair (start, end) in s from a document; raises `ValueError` unless 0 ≤ start < end < ∞."""
+    """Pair (start, end) in s from a list of a study document; raises `ValueError` unless 0 ≤ start < end < ∞."""
     start, end = float(said[0]), float(said[1])
     if not 0.0 <= start < end < float("inf"):
         raise ValueError("a segment ends before it starts")
@@ -146,10 +142,10 @@ def _checked_segment(said: Any) -> Segment:
 def _axis_of_document(
     axis: dict[str, Any], columns: tuple[str, ...]
 ) -> tuple[int, list[Any], list[str], int, list[Effect]]:
-    """Tuple (column index, models, labels, index of the current step, removed effects) of one axis of a study.
+    """Tuple (column index, models, labels, index of the current step, removed effects) of one axis of a saved study.
 
-    An invalid index becomes the last step. Raises `InputError` for an unknown column, or unless there are 1 to 100
-    steps.
+    There is one model and one label per step. An invalid index of the current step is replaced by that of the last
+    step. Raises `InputError` for an unknown column, an unknown effect, or unless there are 1 to 100 steps.
     """
     name, saved_steps, at = axis["column"], axis["ladder"], axis["at"]
     if name not in columns:

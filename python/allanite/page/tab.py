@@ -38,7 +38,7 @@ class Tab(TabState):
         column = self.column
 
         def work(job: Job) -> None:
-            """Fit the model of the step, add the step to the column's steps, and check it."""
+            """Call `make` for the new step, add it to the steps of the column, and search for effects missing from it."""
             step = Step(label, make())
             self.append_step(job, step, column)
             self.check_until_interrupted(job, step)
@@ -94,10 +94,9 @@ class Tab(TabState):
         Raises `InputError` for a second effect of a kind that a model can have only once.
         """
         fit = self.step.fit
-        if type(effect).single and any(e.kind == effect.kind for e in fit.model):
-            name = fit.display_name(effect)
-            raise InputError(f"The model already has {'an' if name[0] in 'aeiou' else 'a'} {name}")
         name = fit.display_name(effect)
+        if type(effect).single and any(e.kind == effect.kind for e in fit.model):
+            raise InputError(f"The model already has {'an' if name[0] in 'aeiou' else 'a'} {name}")
         self._refit(f"+ {name}", f"Adding {name}", lambda: Rung(fit.add(effect), effect))
 
     def remove(self, place: int) -> None:
@@ -106,7 +105,7 @@ class Tab(TabState):
         Raises `InputError` for the last effect.
         """
         fit = self.step.fit
-        effect = effect_at(fit, place)
+        effect = effect_at(fit.model, place)
         if len(fit.model) == 1:
             raise InputError("A model needs at least one effect")
         name = fit.display_name(effect)
@@ -115,7 +114,7 @@ class Tab(TabState):
         )
 
     def hold(self, place: int, name: str, value: float | None) -> None:
-        """Start a job that fits with a parameter held at a value, or free (None)."""
+        """Start a job that fits with the parameter `name` of the effect at index `place` held at `value`; None: free."""
         fit = self.step.fit
         model = with_value(fit.model, place, name, value, held=value is not None)
         what = f"{name} of {fit.display_name(model.effects[place])}"
@@ -127,7 +126,7 @@ class Tab(TabState):
         )
 
     def limit(self, place: int, name: str, low: float | None, high: float | None) -> None:
-        """Start a job that fits with limits of a parameter; None is an open end."""
+        """Start a job that fits with limits of the parameter `name` of the effect at index `place`; None is no limit."""
         fit = self.step.fit
         model = with_limits(fit.model, place, name, low, high)
         effect = model.effects[place]
@@ -139,14 +138,17 @@ class Tab(TabState):
         )
 
     def try_value(self, place: int, name: str, value: float) -> None:
-        """Start a job that sets `preview` to the model with a trial value, not fitted; several trial values accumulate."""
+        """Start a job that sets `preview` to the current model with one parameter changed to a trial value, without a fit.
+
+        Later trial values are added to this preview.
+        """
         base = (self.preview or self.step.fit).model
         model = with_value(base, place, name, value, held=False)
         still = Model(tuple(with_values_held(e) for e in model))
         log = self.log
 
         def work(job: Job) -> None:
-            """Compute the model with the trial value held, and set it as the preview; the steps stay."""
+            """Evaluate the model with the trial value, and set it as the preview; the steps stay unchanged."""
             found = fit_model(log, still)
             effects = (with_holds_of(e, o) for e, o in zip(found.model, model, strict=True))
             tried = replace(found, model=Model(tuple(effects)))
@@ -174,9 +176,10 @@ class Tab(TabState):
         )
 
     def improve(self, columns: Sequence[int] | None = None) -> None:
-        """Start a job that improves the model of the current column, or of `columns` one by one, until no effect helps.
+        """Start a job that adds and replaces effects in the model of the current column, or of `columns` one by one.
 
-        A running check is awaited. The job fails with a message if nothing helps the current column.
+        Each model is improved until no change helps. The job first waits until a running check ends. Without `columns`, it
+        fails with a message if no change helps.
         """
         work_on = [self.column] if columns is None else list(columns)
         if columns is None:
@@ -184,9 +187,9 @@ class Tab(TabState):
         names = self.work.recording.columns
 
         def work(job: Job) -> None:
-            """Improve the models of the columns one after the other.
+            """Improve the models of the columns one after the other, each from its first model if it has none.
 
-            If only the current column is improved, raises `InputError` if no effect helps.
+            Without `columns` (only the current column), raises `InputError` if no effect helps.
             """
             for i, column in enumerate(work_on):
                 job.columns, job.column = tuple(work_on[i:]), column
@@ -203,10 +206,11 @@ class Tab(TabState):
         self.start_job("Improving", work, follows=True)
 
     def _improve_column(self, job: Job, column: int, before: str) -> bool:
-        """Add steps to the column until none helps; True if the last model is adequate, within tolerance, or at the limit.
+        """Add steps to the column until none helps.
 
-        The present model is checked before each step. If it is adequate or at the limit of steps, only replacements are
-        tried. The text `before` precedes the progress of the job.
+        Returns True if the last model is adequate, within the tolerance of the user, or reached the maximum number of
+        steps. The current model is checked before each step. If it is adequate or at that maximum, only replacements of
+        effects are tried. The progress text of the job begins with `before`.
         """
         begun = self.board.columns[column].at
         while True:
@@ -287,10 +291,10 @@ class Tab(TabState):
         return True
 
     def _undo_or_redo(self, by: int, otherwise: str) -> None:
-        """Undo (`by` = −1) or redo (+1) one change of the model, or else a selection of a part.
+        """Undo (`by` = −1) or redo (+1) one change of the model or, without one, the selection of a part of the log.
 
-        Discard trial values and recheck. A running job is canceled. Raises `InputError` with the message `otherwise` if
-        there is none.
+        A running job is canceled, trial values are discarded, and a missing check is started. Raises `InputError` with
+        the message `otherwise` if there is nothing to undo or redo.
         """
         with self.lock:
             if self.busy:

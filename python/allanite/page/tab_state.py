@@ -31,9 +31,8 @@ if TYPE_CHECKING:
 class TabState:
     """State of one tab. Every change creates a new `Board`, so that undo moves back in a list of boards."""
 
-    def __init__(self, sources: Sequence[Source], number: int) -> None:
+    def __init__(self, sources: Sequence[Source]) -> None:
         self.sources = list(sources)
-        self.number = number
         self.source_index: int | None = None
         #: Work on each opened log, by its place in the list.
         self.works: dict[int, Work] = {}
@@ -147,7 +146,7 @@ class TabState:
 
     @property
     def log(self) -> Recording:
-        """`Recording` of the current column of the open log; raises InputError if no log is open."""
+        """`Recording` of the current column of the open log; raises `InputError` if no log is open."""
         return self.work.log(self.column)
 
     # -- work ----------------------------------------------------------------------------------------
@@ -166,7 +165,7 @@ class TabState:
                     before.cancel()
 
             def guarded(job: Job) -> None:
-                """Wait for the job before, if this one `follows` it, run the work, and announce its end to the browser."""
+                """Run `work`, with `follows` after the end of the job before. Then tell the browser of the change."""
                 try:
                     if before is not None and follows:
                         job.await_end(before)
@@ -216,7 +215,10 @@ class TabState:
             self.set_steps(ColumnSteps((*steps, step), len(steps)), column)
 
     def _update_removed(self, column: int, before: Step | None, after: Step) -> None:
-        """Update `Work.removed`: append effects that the new step lacks, and delete kinds that the new model has again."""
+        """Update the list ``work.removed[column]`` of effects that the user can restore.
+
+        Effects of `before` whose kind is not in the model of `after` are appended. Kinds that this model has are deleted.
+        """
         tray, there = self.work.removed[column], {e.kind for e in after.fit.model}
         gone = [] if before is None else [e for e in before.fit.model if e.kind not in there]
         kinds = there | {e.kind for e in gone}
@@ -267,7 +269,7 @@ class TabState:
         found: Recording | None = None,
         column: int | None = None,
     ) -> None:
-        """Start a job that reads a log and fits the first model to a column, or that shows the earlier results of the log.
+        """Start a job that reads a log and fits the first model to a column; a log that was open before is not read again.
 
         A running job is canceled. Errors of reading are stored in `problem`. Raises `InputError` if the log or the
         column does not exist.
@@ -319,7 +321,7 @@ class TabState:
                 with self.changing(job):
                     self.problem = " ".join(error.worded(WORDS).split())
                 return
-            self._checked_first_step(job, self.column)
+            self._check_first_step(job, self.column)
 
         if self.busy:
             self.cancel()
@@ -330,15 +332,16 @@ class TabState:
         self.start_job(f"Reading {source.name}", work)
 
     def _store_new_work(self, job: Job, place: int, work: Work) -> None:
-        """Store the work on a newly read log in `works`, which displays its curve, and start the audit of its samples.
+        """Set ``works[place]`` to the work on a newly read log, and start the audit of its samples in a thread.
 
-        The audit runs in its own thread beside the first fit, and to its end even if the job is canceled.
+        The page can then show the measured curve. The audit runs beside the first fit, and to its end even if the job
+        is canceled.
         """
         with self.changing(job):
             self.works[place] = work
 
         def audit() -> None:
-            """Audit the samples, unless another tab has done it, and set `audited`."""
+            """Compute the audit of the recording, unless another tab has done it, and set ``work.audited``."""
             with self.sources[place].shared.exclusive(None):
                 _ = work.recording.audit  # cached by the recording
             work.audited = True
@@ -355,19 +358,19 @@ class TabState:
         found = part_of(self.work.whole, *part)
 
         def work(job: Job) -> None:
-            """Cut the part out of the log, and fit the first models to it."""
+            """Make the part the analyzed recording, and fit and check the first model of the current column."""
             self.switch_to_part(job, part, found)
-            self._checked_first_step(job, self.column)
+            self._check_first_step(job, self.column)
 
         if self.busy:
             self.cancel()
         self.start_job("Selecting a part of the log", work)
 
     def switch_to_part(self, job: Job, part: Part, found: Recording) -> None:
-        """Make `found`, a part of the log, the analyzed recording.
+        """Make `found`, the recording of a part of the log, the analyzed recording, and start the audit of its samples.
 
-        Undo returns to the former part, but no further back. The models of the columns become the start models. If the
-        part starts at another time, effects at a fixed time are dropped from them.
+        Undo returns to the former part, but no further back. The columns have no steps; their first fits start from the
+        models of the former part. If the part starts at another time, effects at a fixed time are dropped from them.
         """
         before, place = self.work, self.source_index
         assert place is not None
@@ -398,18 +401,16 @@ class TabState:
             return  # a job started by the user continues
         self.start_job(
             f"Fitting {self.work.recording.columns[column]}",
-            lambda job: self._checked_first_step(job, column),
+            lambda job: self._check_first_step(job, column),
         )
 
-    def _checked_first_step(self, job: Job, column: int) -> Step:
-        """Current `Step` of a column, checked; fits the first model if the column has no step.
+    def _check_first_step(self, job: Job, column: int) -> None:
+        """Check the current step of a column; if the column has no step, fit and store its first model before.
 
         Any action of the user cancels `job`, for example if the user chooses another column.
         """
         job.gives_way = True
-        step = self.fitted_step(job, column)
-        self.check_until_interrupted(job, step)
-        return step
+        self.check_until_interrupted(job, self.fitted_step(job, column))
 
     def fitted_step(self, job: Job, column: int) -> Step:
         """Current `Step` of a column; fits and stores the first model if the column has no step.
@@ -439,7 +440,7 @@ class TabState:
     def resume(self) -> None:
         """Start the job that was canceled when the page was left: reading, the first fit, or the check.
 
-        Without an open log, the first log is opened. Nothing starts if the check exists.
+        If no log was selected, the first log is opened. Nothing starts if the current step has been checked.
         """
         if self.open_work is None and self.source_index is not None and self.problem is None:
             self.open(self.source_index)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from allanite.study import Rung, Study
     from allanite.suggestion import Check
 
-#: Maximum number of rows from which the digest of a log is computed.
+#: The digest of a log uses at least this number of rows, or all rows of a shorter log.
 ROWS = 1_000_000
 
 
@@ -63,7 +63,7 @@ class Board:
     column: int = 0
 
     def with_steps(self, column: int, column_steps: ColumnSteps) -> Board:
-        """Copy of the board with `column_steps` as the steps of the column at an index."""
+        """Copy of the board in which the steps of the column with index `column` are replaced by `column_steps`."""
         return replace(
             self, columns=(*self.columns[:column], column_steps, *self.columns[column + 1 :])
         )
@@ -124,7 +124,7 @@ class Work:
 
     @property
     def board(self) -> Board:
-        """Current `Board`."""
+        """Current `Board`: the steps of all columns, and the index of the current column."""
         return self.history[self.state_index]
 
     def log(self, column: int) -> Recording:
@@ -158,7 +158,7 @@ class Work:
         self.state_index += 1
 
     def undo_or_redo(self, by: int) -> bool:
-        """Undo (`by` = −1) or redo (+1) a change, and make its column current. Returns False if there is none."""
+        """Undo (`by` = −1) or redo (+1) one change, and make the changed column current. False if there is none."""
         if not 0 <= self.state_index + by < len(self.history):
             return False
         old, new = self.board, self.history[self.state_index + by]
@@ -171,7 +171,7 @@ class Work:
 def _digest(recording: Recording) -> str:
     """Hexadecimal digest, 24 characters, of the samples, shape, rate, units and quantity.
 
-    Of more than `ROWS` rows, evenly spaced ones are used, at least `ROWS`.
+    A record of more than two million rows contributes every k-th row, so that between one and two million are used.
     """
     step = max(1, recording.n // ROWS)
     part = np.ascontiguousarray(recording.samples[::step])

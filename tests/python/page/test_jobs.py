@@ -128,7 +128,7 @@ def test_improve_takes_up_the_check_that_is_at_work(hidden, monkeypatch):
         return check_fit(fit, progress)
 
     monkeypatch.setattr(tab_state, "check_fit", slowly)
-    tab = Tab([Source("hidden", recording=hidden)], 1)
+    tab = Tab([Source("hidden", recording=hidden)])
     tab.open(0)
     assert begun.wait(60.0)
     tab.improve()
@@ -153,7 +153,7 @@ def test_what_improve_waits_for_ends_with_it(hidden, monkeypatch):
             ends.set()
 
     monkeypatch.setattr(tab_state, "check_fit", forever)
-    tab = Tab([Source("hidden", recording=hidden)], 1)
+    tab = Tab([Source("hidden", recording=hidden)])
     tab.open(0)
     first = tab.job
     assert begun.wait(60.0)

@@ -84,8 +84,8 @@ def chips(
 def failures(study: Study) -> list[dict[str, Any]]:
     """List of dicts (text, view, place) of the reasons why a model is not adequate; empty for an adequate study.
 
-    They are the failures of the check or, if the check is adequate, the doubts of the study. ``text`` is a sentence,
-    ``view`` the name of the view that shows the failure, and ``place`` where in the view; None if no view shows it.
+    They are the failures of the check or, if the check is adequate, the doubts of the study. ``text`` is a sentence.
+    ``view`` is the name of the view that shows the failure, and ``place`` its range there; both are None if no view does.
     """
     if study.adequate:
         return []
@@ -126,9 +126,10 @@ def most_informative_view(study: Study) -> str:
 
 
 def _largest_scores(study: Study) -> dict[str, float]:
-    """Dict from the name of each view in which the model fails (allan, psd, map) to its largest misfit score.
+    """Dict from the name of each view in which the model fails (allan, psd, map) to the size of its failure.
 
-    Empty if none fails. A score is divided by the threshold that true models rarely exceed.
+    The size is the largest absolute standard score of the view, divided by the smallest one that counts as a failure.
+    Empty if the model fails in none.
     """
     where, fit = study.check.where, study.fit
     out = {}
@@ -145,9 +146,9 @@ def _largest_scores(study: Study) -> dict[str, float]:
 
 
 def alternatives_sentence(study: Study) -> str | None:
-    """Sentence on alternative explanations of an adequate model, also if there are none.
+    """Sentence that names the other models that explain the record equally well, or says that there are none.
 
-    None if a check finds an effect missing.
+    None if the check is not adequate.
     """
     if not study.check.adequate:
         return None
@@ -178,8 +179,8 @@ def _value_record(
 ) -> dict[str, Any]:
     """Dict of one value of an effect in the unit `shown`, with the texts of its interval or 95 % limit.
 
-    The text of a value that is not detected is ``< limit``, except for times and frequencies. `over_all` is its
-    interval over all equally good models.
+    The text of a value that is not detected is ``< limit``, except for times and frequencies. `own` is the value in its
+    own unit, `over_all` the interval of the parameter over all equally good models, if known.
     """
     value = own.to(shown)
     unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
@@ -286,7 +287,7 @@ def _values_text(fit: Fit, s: Suggestion, unit: str | None) -> str:
 
 
 def _line_range(fit: Fit, effect: Effect) -> tuple[float, float] | None:
-    """Pair of the lowest and highest frequency of a spectral line in the record, Hz; None for other effects."""
+    """Pair of the lowest and highest frequency (Hz) that a spectral line has during the record; None for other effects."""
     if not isinstance(effect, Deterministic):
         return None
     return effect.seen_between(*fit.data.span) or effect.occupies
@@ -313,11 +314,12 @@ def _symbol(effect: Effect, name: str) -> str:
 
 
 def _ranges_of_action(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
-    """Dict of the ranges ``tau`` (s), ``frequency`` (Hz) and ``time`` (s) of an effect, each [low, high] or None.
+    """Dict of the ranges ``tau`` (s), ``frequency`` (Hz) and ``time`` (s) in which a suggested effect acts.
 
-    Lines have their own frequencies, events only their time if they last. Other effects act where they change the
-    model's spectrum by over half of the largest change in logarithms. An effect that hardly changes it acts at the
-    lowest frequencies.
+    Each is [low, high], or None if it is not known. A line has the range around its frequencies and no time; an event
+    that lasts has only its time. Any other effect acts at frequencies where it changes the logarithm of the model's
+    spectrum by over half of the largest change. An effect that hardly changes it acts at the lowest frequencies. A short
+    event has its time, too.
     """
     out: dict[str, list[float] | None] = {"tau": None, "frequency": None, "time": None}
     rate, span = fit.data.rate, fit.data.duration
@@ -396,5 +398,5 @@ def _percent_text(value: float | None) -> str:
 
 
 def _nats_text(value: float | None) -> str:
-    """Text of a predictive score; a dash for None."""
+    """Text of a log-likelihood of unseen data in nats, ``-12.3 nats``; a dash for None."""
     return "–" if value is None else f"{number(value, 4)} nats"

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 #: Length of the record of a picture at 1 Hz; each effect is added to white noise of density 1.
 N = 1 << 14
+#: Averaging times (s) and frequencies (Hz) of the pictures.
 TAU = np.unique(np.round(2.0 ** np.arange(0, 13, 0.5)))
 FREQUENCY = np.geomspace(2.0 / N, 0.5, 40)
 #: Shape values that put an effect into the middle of its picture; others use the middle of their grid.
@@ -63,7 +64,7 @@ def _group_name(cls: type[Effect]) -> str:
 
 
 def catalogue(kind: str) -> list[dict[str, Any]]:
-    """List of one dict per effect, sorted by group, with common effects first.
+    """List of one dict per effect of the catalog: names, texts and pictures; sorted by group, with common effects first.
 
     Parameters
     ----------
@@ -107,10 +108,10 @@ def _svg_pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
 
 
 def _variance_and_density(cls: type[Effect]) -> tuple[Array, Array]:
-    """Pair (Allan variance at `TAU`, density at `FREQUENCY`) of unit white noise with an example of an effect.
+    """Pair (Allan variance at `TAU`, density at `FREQUENCY`) of white noise of density 1 plus an example of an effect.
 
-    The effect is scaled so that its largest Allan variance is `ABOVE` times that of the white noise. Modifiers act on the
-    white noise and are not scaled. For white noise itself the result is that of unit white noise.
+    The effect is scaled so that its Allan variance is at most `ABOVE` times that of the white noise, and reaches this
+    ratio at one τ. Modifiers act on the white noise and are not scaled. For white noise itself, nothing is added.
     """
     if issubclass(cls, Stochastic) and cls.white:
         return 1.0 / TAU, np.ones(FREQUENCY.size)
@@ -149,9 +150,10 @@ def _example_effect(cls: type[Effect]) -> Effect:
 
 
 def _variance_and_power_of_signal(signal: Array) -> tuple[Array, Array]:
-    """Pair (Allan variance at `TAU`, largest power in the bins of `FREQUENCY`) of a known signal sampled at 1 Hz.
+    """Pair (Allan variance at the averaging times `TAU`, spectral density) of `N` samples of a signal at 1 Hz.
 
-    The power of a bin without a frequency is 0.
+    The density is the largest value of the periodogram (Hann window) in each of `FREQUENCY.size` bins of frequency, or 0
+    if a bin contains no frequency of the periodogram.
     """
     phase = np.concatenate([[0.0], np.cumsum(signal)])
     variance = []
@@ -169,7 +171,10 @@ def _variance_and_power_of_signal(signal: Array) -> tuple[Array, Array]:
 
 
 def _svg_paths(x: Array, *lines: Array) -> list[str]:
-    """List of the SVG paths of lines on logarithmic axes, fitted to the picture, at least two decades high."""
+    """List of one SVG path per line, in a picture of 100 × 60 pixels with the same logarithmic axes for all lines.
+
+    The y axis covers all lines and at least two decades; values below 10⁻⁴ are drawn at 10⁻⁴.
+    """
     across = 100.0 * np.log10(x / x[0]) / np.log10(x[-1] / x[0])
     logs = [np.log10(np.maximum(y, 1e-4)) for y in lines]
     top, bottom = max(y.max() for y in logs), min(y.min() for y in logs)

@@ -14,13 +14,13 @@ from allanite.plots.curves import TAU
 from allanite.plots.scaling import deviation_axis
 from allanite.plots.spec import Figure, Line, Mark, Panel, Points
 from allanite.plots.words import label_in_unit
+from allanite.recording import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from allanite.deviation import Deviation
     from allanite.fit import Fit
-    from allanite.recording import Recording
 
 #: Offered estimators; all are fast for any length of the record.
 KINDS = ("oadev", "adev", "mdev", "tdev", "ohdev", "hdev", "totdev", "pdev")
@@ -36,8 +36,8 @@ def deviation_figure(
 ) -> Figure | None:
     """`Figure` of the deviation that the user chose; None for the overlapping Allan deviation at its default times.
 
-    That curve is part of the fit's own figure. The model of the fit is drawn as well. For estimators without a
-    theoretical curve, the deviation of one simulated record is drawn instead, up to 2 million samples.
+    That curve is part of the fit's own figure. The model of the fit is drawn as well. For estimators other than the
+    Allan deviation, the deviation of one simulated record is drawn instead, up to 2 million samples.
 
     Parameters
     ----------
@@ -57,18 +57,17 @@ def deviation_figure(
         raise InputError(f"No averaging times {grid[:20]!r}: one of {', '.join(GRIDS)}")
     if kind == "oadev" and not grid:
         return None
-    found = _cached_deviation(log, kind, grid, kept)
+    found = _deviation_of(log, kind, grid, kept)
     marks: list[Mark] = []
     shown = [np.asarray(found.deviation), np.asarray(found.low), np.asarray(found.high)]
     if fit is not None and kind in ALLAN:
         marks.append(Line(fit.curve.tau, fit.curve.model, "model", "model", 2.2))
     elif fit is not None and log.n <= MAX_SIMULATED:
-        simulated = _cached_simulated_deviation(fit, kind, grid, kept)
-        marks.append(Line(*_drawable_points(simulated), "model", "Simulated sensor", 1.6))
+        simulated = _deviation_of(fit, kind, grid, kept)
+        at, model, _, _ = _drawable_points(simulated)
+        marks.append(Line(at, model, "model", "Simulated sensor", 1.6))
         shown.append(np.asarray(simulated.deviation))
-    tau, values = _drawable_points(found)
-    there = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
-    low, high = np.asarray(found.low)[there], np.asarray(found.high)[there]
+    tau, values, low, high = _drawable_points(found)
     known = bool(np.isfinite(low).any())
     label = "measured ± 95 %" if known else "measured"
     marks.append(Points(tau, values, "measured", label, *((low, high) if known else (None, None))))
@@ -81,38 +80,29 @@ def deviation_figure(
     return Figure(title, f"{tau.size} averaging times", (panel,), kind="deviation")
 
 
-def _drawable_points(found: Deviation) -> tuple[np.ndarray, np.ndarray]:
-    """Pair (τ in s, deviation) of the finite and positive points, which logarithmic axes can show."""
-    kept = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
-    return np.asarray(found.tau)[kept], np.asarray(found.deviation)[kept]
-
-
-def _cached_deviation(
-    log: Recording, kind: str, grid: str, kept: dict[Any, Deviation]
-) -> Deviation:
-    """`Deviation` of a recording, from the cache `kept`, or computed and added to it."""
-    if (log, kind, grid) not in kept:
-        kept[log, kind, grid] = _computed_deviation(log, kind, grid)
-    return kept[log, kind, grid]
-
-
 def simulated_sensor(fit: Fit) -> Recording:
     """`Recording` of a sensor simulated from the fit, as long as the record, with seed 1."""
     data = fit.data
     return fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
 
 
-def _cached_simulated_deviation(
-    fit: Fit, kind: str, grid: str, kept: dict[Any, Deviation]
+def _deviation_of(
+    source: Recording | Fit, kind: str, grid: str, kept: dict[Any, Deviation]
 ) -> Deviation:
-    """`Deviation` of a sensor simulated from the fit, from the cache `kept`, or computed and added to it."""
-    if (fit, kind, grid) not in kept:
-        kept[fit, kind, grid] = _computed_deviation(simulated_sensor(fit), kind, grid)
-    return kept[fit, kind, grid]
+    """`Deviation` of a recording, or of a sensor simulated from a `Fit`, by the estimator `kind`.
+
+    `grid` is a key of `GRIDS`, or "" for the default averaging times. The cache `kept` holds earlier results; a new one
+    is added.
+    """
+    key = source, kind, grid
+    if key not in kept:
+        log = source if isinstance(source, Recording) else simulated_sensor(source)
+        kept[key] = getattr(family, kind)(log, **({"taus": GRIDS[grid]} if grid else {}))
+    return kept[key]
 
 
-def _computed_deviation(log: Recording, kind: str, grid: str) -> Deviation:
-    """`Deviation` of a recording by the estimator `kind` at the averaging times of a grid; "" is the default grid."""
-    more = {"taus": GRIDS[grid]} if grid else {}
-    found: Deviation = getattr(family, kind)(log, **more)
-    return found
+def _drawable_points(found: Deviation) -> tuple[np.ndarray, ...]:
+    """Tuple (τ in s, deviation, low, high) of the finite and positive points, which logarithmic axes can show."""
+    kept = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
+    columns = found.tau, found.deviation, found.low, found.high
+    return tuple(np.asarray(values)[kept] for values in columns)

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from allanite.common.parameters import Estimate
     from allanite.comparison.datasheet import Row
+    from allanite.exports import Target
     from allanite.page.source import Source
     from allanite.page.tab import Tab
     from allanite.recording import Recording
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 ASKED = ("rate", "unit", "quantity", "column")
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".csv": "text/csv; charset=utf-8"}
+PLAIN_TEXT = "text/plain; charset=utf-8"
 #: Kind of unit of the samples of a clock, and of sensors with an unknown unit.
 RATIO = parse_unit("1").kind
 
@@ -98,14 +100,13 @@ def _open_sheet(tab: Tab, source: Source) -> None:
     assert source.path is not None
     with about(source.name, instead=source.path):
         sheet = read_datasheet(source.path)
-    # A data sheet without a name gets the name of its file.
     named = sheet.name if sheet.name != source.path.stem else Path(source.name).stem
     tab.sheet = replace(sheet, name=named)
     tab.announce_change()
 
 
 def compare_with(tab: Tab, source: Source) -> None:
-    """Add the columns of a log to the comparison with the current column, each named "source column".
+    """Add the columns of a log to the comparison with the current column, each named "log column": ``b.csv gyro_x``.
 
     A column whose name is already compared is not added.
 
@@ -131,9 +132,10 @@ def compare_with(tab: Tab, source: Source) -> None:
 
 
 def sheet_rows(tab: Tab) -> dict[str, Any] | None:
-    """Dict (name, rows, remarks) of the comparison of the current model with the data sheet.
+    """Dict (name of the sheet, rows, remarks) of the comparison of the current model with the data sheet.
 
-    None without a sheet or step. The rows are empty if the sheet has no figure for this kind of sensor.
+    A row is a dict of texts on one figure of the sheet. None without a sheet or step. The rows are empty if the sheet has
+    no figure for this kind of sensor.
     """
     if tab.sheet is None or not tab.column_steps.steps:
         return None
@@ -180,29 +182,20 @@ def _ratio_text(ratio: Estimate) -> str:
 def generated_file(
     tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None
 ) -> GeneratedFile:
-    """`GeneratedFile` file with this name: a figure or its values, the study, an export of all axes, a law, or the report.
+    """`GeneratedFile` with this name: a figure or its values, the study, an export of all axes, a law, or the report.
 
-    An export covers the fitted columns; a note names the others. Figures are in the `theme`.
+    Figures are in the `theme`; `options` are those of the view, such as a time range.
 
     Raises
     ------
     InputError
         The name is unknown, or there is nothing to write yet.
     """
+    from allanite.exports import TARGETS
+
     path = Path(name)
     if path.suffix in KINDS and path.stem in VIEWS:
-        figure = figure_of(tab, path.stem, options)
-        if path.suffix == ".csv":
-            unit = deviation_unit(tab.log.unit, tab.unit)
-            body = csv_of(tables_of(figure, displayed_fit(tab), unit)).encode()
-        else:
-            with OwnedFolder(Uploads.KIND) as folder:
-                target = folder / f"figure{path.suffix}"
-                figure.save(target, theme)
-                body = target.read_bytes()
-        return GeneratedFile(
-            body, KINDS[path.suffix], f"{_file_stem(tab, tab.log.columns[0])}-{name}"
-        )
+        return _figure_file(tab, path, theme, options)
     if name == "study.json":
         body = json.dumps(study_document(tab), indent=1, ensure_ascii=False).encode()
         return GeneratedFile(body, "application/json", f"{_file_stem(tab)}-study.json")
@@ -210,32 +203,52 @@ def generated_file(
         return _report_file(tab)
     if name in LAWS:
         text = thermal_calibration(tab.work.recording).export(LAWS[name])
-        return GeneratedFile(
-            text.encode(), "text/plain; charset=utf-8", f"{_file_stem(tab)}-{name}"
-        )
-    from allanite.exports import TARGETS, export
-
-    wanted = next((one for one in TARGETS.values() if one.file_name == name), None)
-    if wanted is not None:
-        fits = [s.fit for column_steps in tab.board.columns if (s := column_steps.step) is not None]
-        if not fits:
-            raise InputError("Nothing is fitted yet: open a log first")
-        found = [
-            {
-                "schema": "allanite/fit/1",
-                "recording": f.recording.describe(),
-                **f.body(searched=wanted.alternatives),
-            }
-            for f in fits
-        ]
-        text = export(found, wanted.name)
-        kind = "text/plain; charset=utf-8"
-        return GeneratedFile(
-            text.encode(), kind, f"{_file_stem(tab)}-{name}", _missing_columns_note(tab)
-        )
+        return GeneratedFile(text.encode(), PLAIN_TEXT, f"{_file_stem(tab)}-{name}")
+    for target in TARGETS.values():
+        if target.file_name == name:
+            return _export_file(tab, target)
     known = [*(f"{v}.svg" for v in VIEWS), "study.json", "report.html", *LAWS]
     known += [one.file_name for one in TARGETS.values()]
     raise InputError(f"No file {name[:60]!r}: one of {', '.join(known)}")
+
+
+def _figure_file(
+    tab: Tab, path: Path, theme: str, options: Mapping[str, str] | None
+) -> GeneratedFile:
+    """`GeneratedFile` of a view, whose name is the stem of `path`; the suffix is .svg or .png, or .csv for its values."""
+    figure = figure_of(tab, path.stem, options)
+    if path.suffix == ".csv":
+        unit = deviation_unit(tab.log.unit, tab.unit)
+        body = csv_of(tables_of(figure, displayed_fit(tab), unit)).encode()
+    else:
+        with OwnedFolder(Uploads.KIND) as folder:
+            target = folder / f"figure{path.suffix}"
+            figure.save(target, theme)
+            body = target.read_bytes()
+    return GeneratedFile(body, KINDS[path.suffix], f"{_file_stem(tab, tab.log.columns[0])}-{path}")
+
+
+def _export_file(tab: Tab, target: Target) -> GeneratedFile:
+    """`GeneratedFile` with the models of all fitted columns in the format `target`; its note names the other columns.
+
+    Raises `InputError` if no column is fitted.
+    """
+    from allanite.exports import export
+
+    fits = [s.fit for column_steps in tab.board.columns if (s := column_steps.step) is not None]
+    if not fits:
+        raise InputError("Nothing is fitted yet: open a log first")
+    documents = [
+        {
+            "schema": "allanite/fit/1",
+            "recording": f.recording.describe(),
+            **f.body(searched=target.alternatives),
+        }
+        for f in fits
+    ]
+    body = export(documents, target.name).encode()
+    name = f"{_file_stem(tab)}-{target.file_name}"
+    return GeneratedFile(body, PLAIN_TEXT, name, _missing_columns_note(tab))
 
 
 def _file_stem(tab: Tab, column: str = "") -> str:
@@ -246,14 +259,14 @@ def _file_stem(tab: Tab, column: str = "") -> str:
 
 
 def _missing_columns_note(tab: Tab) -> str:
-    """Note on columns that are missing from a file because nothing is fitted; an empty text if there are none."""
+    """Text that names the columns without a fit, which a file cannot contain; an empty text if there are none."""
     columns = tab.work.recording.columns
     gone = [c for c, one in zip(columns, tab.board.columns, strict=True) if not one.steps]
     return f"Without {', '.join(gone)}: not yet checked" if gone else ""
 
 
 def _report_file(tab: Tab) -> GeneratedFile:
-    """`GeneratedFile` report on the steps of each column up to the current one.
+    """`GeneratedFile` with the HTML report on the steps of each column up to the current one.
 
     A note names columns without a fit or a finished check. Raises `InputError` if no column is left.
     """

@@ -42,7 +42,7 @@ from allanite.plots.words import effect_text, unit_text, values_text
 from allanite.report.words import count_text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -50,8 +50,7 @@ if TYPE_CHECKING:
     from allanite.page.tab import Tab
     from allanite.page.work import Work
     from allanite.statespace.filtering import Innovations
-    from allanite.suggestion import Check
-
+    from allanite.statespace.growth import Growth
 #: Maximum number of points for single ordinates in a zoomed range.
 MAX_ZOOMED = 1500
 #: Maximum number of filtered samples; of a longer record only the first ones are used.
@@ -96,9 +95,9 @@ def displayed_fit(tab: Tab) -> Fit | None:
 
 
 def effect_colors(work: Work, fit: Fit) -> list[str]:
-    """List of the color names (of `COMPONENTS`) of the effects of a model; an effect keeps its first color in all models.
+    """List of the color roles (`COMPONENTS`) of the effects of a model; an effect keeps its first color in all models.
 
-    New effects are added to `work.colors`.
+    Effects that no model had before are added to `work.colors`.
     """
     out, seen = [], dict[str, int]()
     for effect in fit.model.effects:
@@ -158,13 +157,7 @@ def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     )
 
 
-@lru_cache(maxsize=4)
-def _close_up(check: Check) -> Panel | None:
-    """`Panel` of the narrow frequency range in which a check's model fails most, over time; None without such a range.
-
-    Cached.
-    """
-    return failing_range_panel(check)
+_close_up = lru_cache(maxsize=4)(failing_range_panel)
 
 
 def _zoomed_panels(
@@ -343,45 +336,31 @@ def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     span = tab.log.duration
     aided = _positive_option(options, "aided", min(60.0, span / 40.0))
     until = _positive_option(options, "until", min(600.0, span / 10.0))
-    rate = tab.log.rate
-    tau = np.geomspace(max(1.0 / rate, until / 300.0), until, 13)
-    known = dict(zip((e.short for e in fit.model), effect_colors(tab.work, fit), strict=True))
-    limits = {fit.model.effects[p.place].short: p.limit for p in component_styles(fit)}
+    tau = np.geomspace(max(1.0 / tab.log.rate, until / 300.0), until, 13)
     panels, said, apart = [], [], []
     found = error_growth(fit, aided=aided, tau=tau)
     for i, growth in enumerate(found):
         unit, factor = growth.display_unit
         total = factor * growth.total
-        marks: list[Mark] = []
-        for label, size in growth.budget.items():
-            short = label.rstrip("0123456789")
-            limit = limits.get(short)
-            if limit == np.inf:
-                continue  # its fitted value is 0, so that the limit cannot be scaled from it
-            if limit is not None:
-                # The error is proportional to the coefficient.
-                label, size = f"{label} (95 % limit)", limit * size
-            color, dash = known.get(short, "raw"), "solid" if limit is None else "dash"
-            marks.append(Line(growth.tau, factor * size, color, "" if i else label, 1.2, dash))
-        marks.append(Line(growth.tau, total, "model", "" if i else "Model, total", 2.2))
+        marks = _error_lines(growth, fit, effect_colors(tab.work, fit), labeled=i == 0)
+        measured: NDArray[np.float64] | tuple[()] = ()
         try:
             seen = measured_growth(tab.log, growth)
         except TooShortError:
-            seen = None
-        if seen is not None:
+            pass
+        else:
             fewest, most = int(seen.segments.min()), int(seen.segments.max())
             count = f"{fewest} to {most} segments" if fewest < most else f"{most} segments"
             words = f"Measured ± 95 %, {count if most > 1 else '1 segment'}"
-            rms = factor * seen.rms
-            low, high = interval(rms, seen.segments.astype(float))
-            marks.append(Points(seen.tau, rms, "measured", "" if i else words, low, high))
+            measured = factor * seen.rms
+            low, high = interval(measured, seen.segments.astype(float))
+            marks.append(Points(seen.tau, measured, "measured", "" if i else words, low, high))
             apart.append(_disagreement_text(seen.tau, total, low, high))
         name = unit_text(unit)
         noun, _, cause = growth.quantity.partition(" ")
         shown = f"{number(float(total[-1]), 2)}{'' if name == '°' else ' '}{name}"
         said.append(f"the {noun} error {cause}{' ' if cause else ''}{'' if i else 'is '}{shown}")
         x = log_axis("time without a fix (s)", growth.tau)
-        measured = () if seen is None else factor * seen.rms
         y = log_axis(f"error, {growth.quantity} ({name})", total, 0.1 * total, measured)
         panels.append(Panel(x, y, tuple(marks), 0, i, title=growth.quantity.capitalize()))
     left = {name for g in found for name in g.left_out}
@@ -401,6 +380,31 @@ def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     )
 
 
+def _error_lines(growth: Growth, fit: Fit, colors: Sequence[str], *, labeled: bool) -> list[Mark]:
+    """List of `Line`: error of each effect and of the whole model over the time since the last fix (s).
+
+    Errors are in ``growth.display_unit``. An effect that was not detected is dashed and at its 95 % limit, or left out if
+    its fitted value is 0. `colors` are the color roles of the effects; without `labeled`, lines have no legend entry.
+    """
+    known = dict(zip((e.short for e in fit.model), colors, strict=True))
+    limits = {fit.model.effects[p.place].short: p.limit for p in component_styles(fit)}
+    _, factor = growth.display_unit
+    lines: list[Mark] = []
+    for name, error in growth.budget.items():
+        short = name.rstrip("0123456789")
+        limit = limits.get(short)
+        if limit == np.inf:
+            continue  # its fitted value is 0, so that the limit cannot be scaled from it
+        # The error is proportional to the coefficient.
+        size = factor * error if limit is None else factor * limit * error
+        label = name if limit is None else f"{name} (95 % limit)"
+        color, dash = known.get(short, "raw"), "solid" if limit is None else "dash"
+        lines.append(Line(growth.tau, size, color, label if labeled else "", 1.2, dash))
+    total = "Model, total" if labeled else ""
+    lines.append(Line(growth.tau, factor * growth.total, "model", total, 2.2))
+    return lines
+
+
 def _disagreement_text(
     tau: NDArray[np.float64],
     total: NDArray[np.float64],
@@ -409,8 +413,8 @@ def _disagreement_text(
 ) -> str:
     """Text ``the measured errors are larger from 30 s on``; empty if they agree with the model.
 
-    They agree if no more intervals miss the model than by chance (1 %). The time and direction are those of the first
-    miss.
+    `total` is the error of the model at each `tau` (s), `low` and `high` the 95 % interval of the measured one. They
+    agree if no more intervals miss the model than `max_outside_by_chance`. Time and direction are those of the first miss.
     """
     over, under = low > total, high < total
     out = over | under
@@ -498,7 +502,8 @@ def _consistency_sentence(
 ) -> str:
     """Sentence on whether the errors of a filter are as large as the filter expects, and uncorrelated.
 
-    It is consistent if no more points than by chance lie outside low … high. Otherwise it is overconfident or too
+    `nis` is the normalized innovation squared at each `tau` (s), `low` and `high` its 95 % interval for a consistent
+    filter. The filter is consistent if no more points than by chance lie outside. Otherwise it is overconfident or too
     conservative, and the worst τ is named. A `whiteness` (p-value) below 0.01 means correlated.
     """
     over, under = nis > high, nis < low

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from allanite.calibration import ThermalCalibration
-    from allanite.combination import Combination
     from allanite.page.tab import Tab
     from allanite.plots.spec import Figure
     from allanite.recording import Recording
@@ -32,22 +31,14 @@ LAWS = {
 }
 
 
-@lru_cache(maxsize=4)
-def thermal_calibration(recording: Recording) -> ThermalCalibration:
-    """`ThermalCalibration` with the temperature law of every axis of a recording; cached."""
-    return thermal(recording)
+thermal_calibration = lru_cache(maxsize=4)(thermal)
+_combination_of_units = lru_cache(maxsize=4)(combine)
 
 
 @lru_cache(maxsize=4)
 def _thermal_calibration_in(recording: Recording, unit: str) -> ThermalCalibration:
-    """`ThermalCalibration` of a recording converted to a unit; cached."""
+    """`ThermalCalibration` (temperature laws of all axes) of a recording after conversion to a unit; cached."""
     return thermal_calibration(recording if unit == recording.unit else recording.to(unit))
-
-
-@lru_cache(maxsize=4)
-def _combination_of_units(units: tuple[Recording, ...]) -> Combination:
-    """`Combination` of several units of one axis; cached."""
-    return combine(units)
 
 
 def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
@@ -67,7 +58,7 @@ def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 def average_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     """`Figure` of the Allan deviation of the average of the current axis and the compared logs, and of the weights.
 
-    Compared columns with the name of the axis are averaged; without any, all with the same kind of unit.
+    Compared columns with the name of the axis are averaged; without any, all columns of the same kind of sensor.
 
     Raises
     ------

@@ -12,6 +12,7 @@ from allanite.common.units import conversion
 from allanite.fit.solution import Process
 from allanite.page.edits import deviation_unit, shown_unit
 from allanite.page.shown.figures import effect_colors
+from allanite.plots.curves import interval
 from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:
@@ -54,8 +55,6 @@ def _hover_texts(fit: Fit, unit: str) -> list[str]:
 
     The difference is in percent, and in σ if that is finite.
     """
-    from allanite.plots.curves import interval
-
     curve, factor = fit.curve, conversion(fit.recording.unit, unit)
     measured, model = factor * curve.measured, factor * curve.model
     low, high = interval(measured, curve.edf)
@@ -146,9 +145,11 @@ def coefficient_readings(
 
 
 def drag_data(fit: Fit, unit: str) -> dict[str, Any]:
-    """Dict of arrays from which the browser computes misfit and curve while a line is dragged, without requests.
+    """Dict of arrays from which the browser computes χ²/dof and curve while the user drags an effect's line.
 
-    They are power, spectra, groups of bins, and the measured curve in `unit`.
+    ``count`` (degrees of freedom), ``power`` (measured) and ``spectrum`` (model) have one entry per frequency bin;
+    ``own`` maps the index of each process to its part of the spectrum. ``groups`` are the bins of each term of χ².
+    The measured curve (``tau``, ``measured`` in `unit`, ``edf``) has one entry per τ.
     """
     solution, curve = fit.solution, fit.curve
     return {

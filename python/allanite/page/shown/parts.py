@@ -18,6 +18,7 @@ from allanite.page.shown.catalogue import catalogue
 from allanite.page.shown.figures import VIEWS, displayed_fit, figure_of
 from allanite.page.shown.tables import tables_of
 from allanite.page.source import Reading
+from allanite.page.studies import study_document
 from allanite.plots.words import unit_text
 from allanite.readers import sensor_kind
 
@@ -61,14 +62,14 @@ def page_data(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> 
 
 
 def _small_curves(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """Dict from the digest of each opened log to the SVG paths of its small Allan curves, one per column."""
+    """Dict from the digest of each opened log (a text that identifies its samples) to the list of `_column_paths`."""
     return {work.digest: _column_paths(work) for work in list(tab.works.values())}
 
 
 def _column_paths(work: Work) -> list[str | None]:
-    """List with the SVG path, 100 × 40, of each column, None without a curve; cached in `work.paths`.
+    """List of one SVG path per column: its Allan deviation as a small curve of 100 × 40 pixels, on logarithmic axes.
 
-    Columns of equal unit share a scale.
+    None for a column without a curve. Columns of equal unit share a scale. Cached in `work.paths`.
     """
     if work.paths is not None:
         return work.paths
@@ -109,16 +110,17 @@ def _svg_path(curve: Any, alike: list[Any]) -> str:
     return "M" + "L".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down, strict=True))
 
 
-def _catalogue(tab: Tab, _: Mapping[str, str]) -> list[dict[str, Any]]:
-    """List of the records of all effects, named for the kind of the current sensor."""
+def _all_effects(tab: Tab, _: Mapping[str, str]) -> list[dict[str, Any]]:
+    """List of one dict per effect of the catalog, see `catalogue`; names are those for the sensor of the current column."""
     kind = "" if tab.open_work is None else parse_unit(tab.log.unit).kind
     return catalogue(kind)
 
 
 def _inspected_columns(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """Dict with the interpretation of the columns of the open log, and the units offered for each kind of sensor.
+    """Dict of `Source.inspect` for the open log: what the reader finds in its columns without the user's choices.
 
-    Chosen columns and units are ignored. Raises `InputError` if no log is open.
+    ``kinds`` maps each kind of sensor to the units that the user can choose. Raises `InputError` if no log is open, or for
+    a recording without a file.
     """
     source = tab.source
     if source is None:
@@ -136,13 +138,6 @@ def _inspected_columns(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
         column["kind"] = sensor_kind(column["name"] or "")
     units = {kind: [u for u in UNITS if parse_unit(u).kind == kind] for kind in KINDS}
     return {**found, "kinds": units}
-
-
-def _study_document(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
-    """Dict of all steps of the open log for a file: models with values, without samples."""
-    from allanite.page.studies import study_document
-
-    return study_document(tab)
 
 
 def _common_properties(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
@@ -169,32 +164,32 @@ def _common_properties(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
 
 @lru_cache(maxsize=2)
 def _common_of_fits(fits: tuple[tuple[str, Fit], ...]) -> Common:
-    """`Common` properties of the fits of several axes; cached."""
+    """`Common` properties of several axes, each given as (name, fit); cached."""
     from allanite.axes.characterization import common_of
     from allanite.study import Rung, Study
     from allanite.suggestion import Check
 
-    def study_document(fit: Fit) -> Study:
-        # Only the last fit is used.
-        """`Study` that contains only this fit, without a real check."""
-        return Study(fit.recording, (Rung(fit),), Check(fit, None, ()), "limit")  # type: ignore[arg-type]
-
-    return common_of({name: study_document(fit) for name, fit in fits})
+    # `common_of` uses only the last fit of a study, so the check may be empty.
+    studies = {
+        name: Study(fit.recording, (Rung(fit),), Check(fit, None, ()), "limit")  # type: ignore[arg-type]
+        for name, fit in fits
+    }
+    return common_of(studies)
 
 
 def _export_verdict(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
-    """Dict that describes an export file before it is saved: the verdict line in the file, and a note on missing axes.
+    """Dict that describes an export file before it is saved; ``options["target"]`` is the name of the file.
 
-    The keys are ``verdict`` and ``missing``.
+    ``verdict`` is the line in the file on how well the models fit, ``missing`` a note on axes that are not in the file.
     """
     made = documents.generated_file(tab, options.get("target", ""), "light")
     return {"verdict": verdict_in(made.body.decode()), "missing": made.note}
 
 
 def _acceptance_results(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None:
-    """Dict (sheet, axes, remarks) with the acceptance test of every checked axis; None without a data sheet.
+    """Dict of the acceptance test: name of the sheet, list of `_axis_acceptance` of every checked axis, and remarks.
 
-    Raises `InputError` if the sheet has no values for these axes.
+    None without a data sheet. Raises `InputError` if the sheet has no values for these axes.
     """
     if tab.sheet is None:
         return None
@@ -214,9 +209,9 @@ def _acceptance_results(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None
 
 
 def _axis_acceptance(name: str, found: Acceptance) -> dict[str, Any]:
-    """Dict of the acceptance test of one axis: name, verdict, rows of figures, and the needed duration as text.
+    """Dict of the acceptance test of one axis, as texts: name, verdict, one dict per figure of the sheet, and ``needs``.
 
-    The duration is empty if None; an estimate that is missing reads "not detected".
+    ``needs`` is the duration of a record that would settle the verdict; empty if it is not known or not needed.
     """
 
     def interval(f: FigureVerdict) -> str:
@@ -251,9 +246,9 @@ def _axis_acceptance(name: str, found: Acceptance) -> dict[str, Any]:
 _PARTS: dict[str, Callable[[Any, Mapping[str, str]], Any]] = {
     "strip": _small_curves,
     "common": _common_properties,
-    "catalogue": _catalogue,
+    "catalogue": _all_effects,
     "inspect": _inspected_columns,
-    "saved": _study_document,
+    "saved": lambda tab, _: study_document(tab),
     "export": _export_verdict,
     "acceptance": _acceptance_results,
 }

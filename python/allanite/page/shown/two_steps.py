@@ -85,14 +85,14 @@ def differences(tab: Tab) -> dict[str, Any] | None:
 def _difference_row(
     what: str, texts: tuple[str, str], remark: str, differs: bool
 ) -> dict[str, Any]:
-    """Dict of a row of the table of differences, with the keys what, texts, remark and differs."""
+    """Dict of a row of the table of differences: ``what`` is compared, ``texts`` of both steps, ``remark``, ``differs``."""
     return {"what": what, "texts": list(texts), "remark": remark, "differs": differs}
 
 
 def _value_rows(
     one: Fit, two: Fit, unit: str | None, places: list[int]
 ) -> Iterator[dict[str, Any]]:
-    """Yield one row for each value of the effects of both models; ``–`` if a model lacks the value.
+    """Yield one dict (`_difference_row`) for each value of the effects of both models; ``–`` if a model lacks the value.
 
     Rows of the first model come first. The remark is empty for equal texts, the ratio if both are detected, or says
     which step has or detects the value.
@@ -113,15 +113,19 @@ def _value_rows(
 
 
 def _value_text(value: Mapping[str, Any]) -> str:
-    """Text of a value, with its interval or the reason why it is not fitted: ``0.3 (0.2 … 0.4)``."""
+    """Text of a value with its interval, or the reason why it is not fitted, in brackets: ``0.3 (0.2 … 0.4)``.
+
+    Only the value if it is not detected, or without both.
+    """
     spread = value["kept"] or value["spread"]
     return f"{value['text']} ({spread})" if spread and value["detected"] else str(value["text"])
 
 
 def _displayed_values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]:
-    """Dict from (name, number) to the record of a displayed value; the number counts values of the same name from 0.
+    """Dict of the values that the comparison shows, as the dicts of `chips`: free parameters of all effects.
 
-    Per effect: its free values, or its first value if none is free.
+    A key is (name, number); values with the same name are numbered from 0. An effect without free parameters shows its
+    first value.
     """
     out: dict[tuple[str, int], dict[str, Any]] = {}
     for chip in chips(fit, unit):
@@ -134,7 +138,7 @@ def _displayed_values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[
 
 
 def _error_rows(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any]]:
-    """Yield five rows with the misfit and errors of both steps and their predictions of unseen data."""
+    """Yield five dicts (`_difference_row`): misfit and errors of both steps, and their predictions of unseen data."""
     first, second = step_row(one), step_row(two)
     for what, key in (
         ("Misfit χ²/dof", "chi2_text"),

@@ -54,10 +54,12 @@ def view(
 
 
 def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) -> dict[str, Any]:
-    """Dict of a view in the units that the viewer chose: plotly's data and layout, title, headline, subtitle and flags.
+    """Dict of a view in the current units: plotly's ``data`` and ``layout``, title, and what the figure shows.
 
-    The headline is the subtitle's part before its last line, or empty. Fitted figures also contain ``live`` curves;
-    ``"allan"`` readings of coefficients and ``units``.
+    ``headline`` and ``subtitle`` are the lines before the last line of the figure's subtitle, and that line. ``fails``
+    and ``singles`` are True if failing ranges and single ordinates are drawn; ``drift`` is the label of the known
+    function in the samples, or empty. Figures of a fit contain ``live`` (`drag_data`), and that of the Allan deviation
+    also readings of coefficients and ``units`` of the cursor.
     """
     look = theme_of(theme)
     figure = figure_of(tab, name, options)
@@ -106,7 +108,7 @@ def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) ->
 
 
 def _adapt_layout(layout: dict[str, Any], name: str, kind: str, look: Any) -> None:
-    """Change plotly's `layout` for the page: titles, legend, margins, colors."""
+    """Change plotly's `layout` in place to the style of the page: axis titles, legend, margins, colors and fonts."""
     for key, axis in layout.items():
         if key.startswith("xaxis") and axis["domain"][0] > 0.0:
             # Leave space for an axis title between two panels.
