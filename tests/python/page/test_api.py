@@ -325,7 +325,7 @@ def test_no_view_grows_with_the_log(hidden):
     samples = np.tile(np.asarray(hidden.samples), 10)
     samples[1000:5000] = np.nan
     log = Recording(np.column_stack([samples] * 4), 20.0, unit="rad/s", columns=list("abcd"))
-    tab = Tab([Source("long", recording=log)], 1)
+    tab = Tab([Source("long", recording=log)])
     tab.source_index, tab.works[0] = 0, Work(log)
     fit = al.fit_model(tab.log, "N+B+K")
     tab.set_steps(ColumnSteps((Step("start", Rung(fit)),), 0))

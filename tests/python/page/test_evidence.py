@@ -46,7 +46,7 @@ def white_only():
     """A tab at the step of white noise, which is what the record is."""
     x = white(np.random.default_rng(2), 4000, 1.0, 1.0)
     log = Recording(x, 1.0, unit="deg/s", columns=["gyro"])
-    tab = Tab([Source("white.npz", recording=log)], 1)
+    tab = Tab([Source("white.npz", recording=log)])
     tab.source_index, tab.works[0] = 0, Work(log)
     step = Step("start", Rung(al.fit_model(log, "N+K")))
     tab.set_steps(ColumnSteps((step,), 0))

@@ -202,7 +202,7 @@ def test_a_column_chosen_during_the_first_fit_of_another_is_fitted(monkeypatch):
     monkeypatch.setattr(tab_state, "fit_model", fit_later)
     data = np.random.default_rng(3).normal(size=(2000, 2))
     log = Recording(data, 10.0, unit="deg/s", columns=["x", "y"])
-    tab = Tab([Source("two.npz", recording=log)], 1)
+    tab = Tab([Source("two.npz", recording=log)])
     tab.open(0)
     assert begun.wait(60.0)
     tab.open_column(1)
