@@ -114,8 +114,8 @@ class Curve:
     def error_increase(self, before: Curve, ignored_scores: float) -> float:
         """Mean square of ln(model/measured) of this curve minus that of the curve `before`, over τ with edf ≥ 10.
 
-        Negative if the error falls; 0.0 without such τ. Both curves belong to fits of one record. A τ counts as 0 if
-        its |ln| changes by at most `ignored_scores` standard deviations of the measurement.
+        Negative if the error falls; 0.0 without such τ. Both curves belong to fits of one record. A τ contributes 0 if
+        |ln(model/measured)| changes there by at most `ignored_scores` standard deviations of the measurement.
         """
         keep = self.is_counted & before.is_counted
         if not keep.any():
@@ -166,7 +166,7 @@ class DeviationBand:
     inside: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: level, inside, and a list of points with the band at each τ."""
+        """Dict for JSON: ``level`` (0.95), ``inside``, and ``points``, a list of dicts with τ, both bands and edf."""
         names = ("low", "high", "low_everywhere", "high_everywhere", "edf")
         points = [
             {"tau_s": float(t), **{name: float(getattr(self, name)[k]) for name in names}}
@@ -197,9 +197,10 @@ def deviation_band(data: Data, model: Model, curve: Curve) -> DeviationBand:
 
 
 def compare_curves(data: Data, model: Model) -> Curve:
-    """`Curve`: the measured Allan deviation and that of a model with values; gaps and excluded samples are bridged.
+    """`Curve`: the overlapping Allan deviation of the record, and that of a model with values, with errors and bands.
 
-    Deterministic effects contribute the Allan variance of their signal.
+    The record is `data.samples`, in which missing samples are filled. Deterministic effects contribute the Allan variance
+    of their signal to the model.
     """
     from scipy.special import chdtri
 

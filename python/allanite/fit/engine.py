@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Stochastic, white_noise
-from allanite.fit.likelihood.changing_power import effective_freedom, has_changing_power
+from allanite.fit.likelihood.changing_power import effective_freedom
 from allanite.fit.likelihood.discrepancy import best_scale, bin_levels
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.likelihood.random_part import RandomPart
@@ -31,7 +31,7 @@ from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, with
 from allanite.fit.solution import Regressed, Residual, Solution, fitted, processes_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whittle import Maximum
@@ -86,13 +86,11 @@ def solve(
     -------
     Solution
     """
-    model = _with_white(model)
-
-    def fit(tried: Model) -> Solution:
-        """`Solution` of the model `tried` with the options of the outer call; limits are ignored."""
-        return _fit(data, tried, start, like, polish, settled, rounds)
-
-    return within_limits(model, fit)
+    if not model.stochastic:
+        model = Model((white_noise(), *model.effects))
+    return within_limits(
+        model, lambda tried: _fit(data, tried, start, like, polish, settled, rounds)
+    )
 
 
 def _fit(
@@ -104,19 +102,20 @@ def _fit(
     settled: int,
     rounds: int,
 ) -> Solution:
-    """`Solution` of a model whose given limits are ignored; searched shapes stay within them.
+    """`Solution` of a model as for `solve`, but coefficients and amplitudes may leave the limits that the user gave.
 
-    For the arguments see `solve`. A model without functions of time needs one round. Others end when logL changes by
-    less than 1e-3, or after `rounds`.
+    The arguments are those of `solve`. A model without functions of time needs one round. Other fits end when logL changes
+    by less than 1e-3, when the residual stays the same, or after `rounds`.
     """
     given = model
-    free = effective_freedom(model, data) if has_changing_power(model) else data.bins.count
+    free = effective_freedom(model, data)
     if not polish:
         settled = max(settled, len(model) - 1)
     part = whole = RandomPart(data, data.power, free)
-    functions, residual = _Functions(), _ResidualOrdinates((), data.ordinates)
+    functions, residual = _Functions(), _ResidualOrdinates((), data.ordinates, ())
     if like is not None and model.deterministic:
-        residual = _ResidualOrdinates(like.removed_functions, like.ordinates)
+        removed = like.removed_functions
+        residual = _ResidualOrdinates(removed, like.ordinates, (False,) * len(removed))
     ordinates = before = data.ordinates
     best = start if start is not None else _maximum_from_values(model, part)
     total, previous = -np.inf, -np.inf
@@ -154,7 +153,7 @@ def _fit(
         best.log_likelihood,
         part.power,
         part.count,
-        Residual(data, residual.effects).known(ordinates),
+        Residual(data, residual.effects).with_cached(ordinates),
         total,
         functions.design.ordinates,
         functions.regression.leverage,
@@ -172,8 +171,8 @@ def _fit_random_effects(
 ) -> tuple[Model, Maximum]:
     """Pair: model with fitted random effects and modifiers, and its `Maximum`, while functions of time stay fixed.
 
-    `reopened` is the model in which some shapes have no values, or None. If given, it is fitted too, and the result
-    with the higher logL is returned.
+    `reopened` is None, or a second model, in which some shapes have no start values. It is fitted too, and the better
+    of the two fits continues. Narrow bands are fitted last. For the other arguments see `solve`.
     """
     found = fit_shapes(model, part, start, polished=polish)
     if reopened is not None:
@@ -213,9 +212,10 @@ class _Functions:
         return _Functions(tuple(made), design, regression)
 
     def without_leverage(self, whole: RandomPart) -> RandomPart:
-        """Copy of the bin power `whole` whose degrees of freedom lack those that the regression used.
+        """Copy of the bin power `whole` without the degrees of freedom that the regression used.
 
-        The power is scaled up by the same ratio. A bin keeps at least 0.05 degrees of freedom, or all if it has fewer.
+        The mean power of a bin is scaled up by the ratio of the degrees of freedom before and after. A bin keeps at least
+        0.05 degrees of freedom, or all if it has fewer.
         """
         edges = whole.data.bins.edges
         used = np.zeros(whole.count.size)
@@ -248,61 +248,52 @@ class _ResidualOrdinates:
         Functions removed.
     ordinates : ndarray, shape (n,)
         Residual ordinates.
-    near : tuple of Deterministic
-        Those of `effects` that were removed only at the ordinates of their regression.
+    is_local : tuple of bool
+        For each of `effects`: True if it was removed only at the ordinates of the regression.
     """
 
     effects: tuple[Deterministic, ...]
     ordinates: Array
-    near: tuple[Deterministic, ...] = ()
+    is_local: tuple[bool, ...]
 
     def with_removed(self, functions: _Functions, data: Data, is_tried: bool) -> _ResidualOrdinates:
-        """`_ResidualOrdinates` with `functions` subtracted instead of the earlier functions.
+        """`_ResidualOrdinates` with `functions` subtracted instead of the functions of this object.
 
-        A function stays subtracted with its old amplitudes if none changed by more than 0.01 standard errors (0.1 with
-        `is_tried`). `is_tried` means that an additional effect is only tried. Then functions with amplitudes below 12
-        standard errors, except short events, are subtracted only at the ordinates of the regression.
+        A function whose amplitudes changed by at most 0.01 standard errors stays subtracted with its old amplitudes.
+        `is_tried` says that an additional effect is only tried. Then the limit is 0.1 standard errors. Changes below 12
+        standard errors are then subtracted only at the ordinates of the regression, except for short events.
         """
         scatter = np.sqrt(np.diag(functions.regression.covariance))
         max_change = MAX_KEPT_CHANGE_TRIED if is_tried else MAX_KEPT_CHANGE
-        before = {id(e): e for e in self.effects}
+        before = list(zip(self.effects, self.is_local, strict=True))
         everywhere: list[tuple[Deterministic, Array]] = []
         nearby: list[tuple[Deterministic, Array]] = []
-        now, near = [], []
+        now: list[tuple[Deterministic, bool]] = []
         for effect, own in zip(functions.effects, functions.design.parts, strict=True):
-            amplitudes = effect.amplitudes()
-            old = next((e for e in before.values() if e.seen_alike == effect.seen_alike), None)
-            is_local = old is not None and _is_among(old, self.near)
-            if old is not None:
-                del before[id(old)]
-                amplitudes = amplitudes - old.amplitudes()
-                if (np.abs(amplitudes) <= max_change * scatter[own]).all():
-                    now.append(old)
-                    near += [old] if is_local else []
+            change = effect.amplitudes()
+            alike = [k for k, (e, _) in enumerate(before) if e.seen_alike == effect.seen_alike]
+            was_local = False
+            if alike:
+                old, was_local = before.pop(alike[0])
+                change = change - old.amplitudes()
+                if (np.abs(change) <= max_change * scatter[own]).all():
+                    now.append((old, was_local))
                     continue
-            is_faint = bool((np.abs(amplitudes) < MAX_FAINT_AMPLITUDE * scatter[own]).all())
-            stays_local = is_local or old is None
+            is_faint = bool((np.abs(change) < MAX_FAINT_AMPLITUDE * scatter[own]).all())
             # A short event has most of its power at higher ordinates.
             is_short = effect.happens_once and not effect.lasting
-            is_local = is_local or (is_tried and is_faint and not is_short)
-            (nearby if is_local else everywhere).append((effect, amplitudes))
-            now.append(effect)
-            near += [effect] if is_local and stays_local else []
-        for old in before.values():
-            parts = nearby if _is_among(old, self.near) else everywhere
-            parts.append((old, -old.amplitudes()))
+            is_local = was_local or (is_tried and is_faint and not is_short)
+            (nearby if is_local else everywhere).append((effect, change))
+            now.append((effect, is_local and (was_local or not alike)))
+        for old, was_local in before:
+            (nearby if was_local else everywhere).append((old, -old.amplitudes()))
         left = data.minus_functions(self.ordinates, everywhere)
         if nearby:
             left = left.copy() if left is self.ordinates else left
             j = functions.design.ordinates
-            for effect, amplitudes in nearby:
-                left[j] -= regressors_at(effect, j, data) @ amplitudes
-        return _ResidualOrdinates(tuple(now), left, tuple(near))
-
-
-def _is_among(effect: Effect, effects: Sequence[Effect]) -> bool:
-    """True if `effect` is one of the objects `effects` (identity, not equality)."""
-    return any(e is effect for e in effects)
+            for effect, change in nearby:
+                left[j] -= regressors_at(effect, j, data) @ change
+        return _ResidualOrdinates(tuple(e for e, _ in now), left, tuple(local for _, local in now))
 
 
 def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
@@ -321,13 +312,6 @@ def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
     return part.climb(linear, theta, scale)
 
 
-def _with_white(model: Model) -> Model:
-    """Copy of the model with white noise in first place if it has no stochastic effect; otherwise the model itself."""
-    if not model.stochastic:
-        return Model((white_noise(), *model.effects))
-    return model
-
-
 def with_coefficients(model: Model, theta: Array) -> Model:
     """Copy of the model with the squared coefficients `theta`; held coefficients stay."""
     return _with_replaced(
@@ -343,7 +327,7 @@ def with_coefficients(model: Model, theta: Array) -> Model:
 
 
 def _with_replaced(model: Model, base: type[Effect], effects: Iterator[Effect]) -> Model:
-    """Copy of the model whose effects of class `base` are replaced by `effects`, in order."""
+    """Copy of the model in which the next of `effects` replaces each effect of class `base`."""
     return Model(tuple(next(effects) if isinstance(e, base) else e for e in model))
 
 

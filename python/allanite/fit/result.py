@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from allanite.fit.classical.methods import MethodTable
     from allanite.fit.likelihood.data import Data
     from allanite.fit.rivals.alternatives import Alternative
-    from allanite.fit.rivals.together import Pair
+    from allanite.fit.rivals.pairs import Pair
     from allanite.fit.rivals.undecided import Undecided
     from allanite.fit.simulated import SimulatedCheck
     from allanite.fit.solution import Solution
@@ -290,9 +290,9 @@ class Fit:
         One or two processes of other kinds replace the two. `indices` (int, int) are the places of the replaced effects
         in this fit's model. Models whose evidence is lower by 3 nats or more are omitted.
         """
-        from allanite.fit.rivals.together import instead_of_two
+        from allanite.fit.rivals.pairs import alternatives_to_pairs
 
-        return instead_of_two(self)
+        return alternatives_to_pairs(self)
 
     @cached_property
     def undecided(self) -> Undecided | None:
@@ -308,9 +308,9 @@ class Fit:
 
     def alternative_pairs(self, place: int) -> tuple[Pair, ...]:
         """Tuple of `Pair`, the highest evidence first: two effects that may replace the one at index `place`; cached."""
-        from allanite.fit.rivals.together import together
+        from allanite.fit.rivals.pairs import alternative_pairs
 
-        return self._cached_search(together, place)
+        return self._cached_search(alternative_pairs, place)
 
     def solution_without(self, *places: int) -> Solution:
         """Solution without the effects at the indices `places`, the shapes of the other effects kept. Cached."""

@@ -124,13 +124,13 @@ class Residual:
 
     @property
     def ordinates(self) -> Array:
-        """Array of the residual ordinates, shape (n,); computed on demand."""
+        """Array of the residual ordinates, shape (n,); from the cache of the data, or computed again."""
         if not self.removed:
             return self.data.ordinates
         return self.data.functions.get(self._key, lambda: self.data.ordinates_without(self.removed))
 
-    def known(self, ordinates: Array) -> Residual:
-        """Store the given residual ordinates in the cache of the data; return the same `Residual`."""
+    def with_cached(self, ordinates: Array) -> Residual:
+        """The same `Residual`, after its already computed `ordinates` were stored in the cache of the data."""
         if self.removed:
             self.data.functions.get(self._key, lambda: ordinates)
         return self

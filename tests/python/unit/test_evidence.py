@@ -12,7 +12,7 @@ from allanite.fit.rivals.evidence import (
     parameter_cost,
     parameters_cost,
 )
-from allanite.fit.rivals.together import can_be_split, together
+from allanite.fit.rivals.pairs import alternative_pairs, can_be_split
 
 RATE, LENGTH = 50.0, 60_000
 
@@ -105,9 +105,9 @@ def test_what_may_stand_for_two():
 
 def test_nothing_stands_for_a_walk_that_is_there():
     fit = al.fit_model(_recording(3, lambda rng: g.walk(rng, LENGTH, RATE, 1e-3)), "N+K")
-    assert together(fit, 0) == []
+    assert alternative_pairs(fit, 0) == []
     # 20 : 1 at most speaks for a pair beside the truth.
-    assert all(-3.0 < pair.evidence < 3.0 for pair in together(fit, 1))
+    assert all(-3.0 < pair.evidence < 3.0 for pair in alternative_pairs(fit, 1))
 
 
 @pytest.mark.long
@@ -119,7 +119,7 @@ def test_flicker_stands_for_a_step_and_a_lag(seed):
         lambda rng: g.gauss_markov(rng, LENGTH, RATE, 5e-3, 3.0),
     )
     fit = al.fit_model(recording, "N+B")
-    pairs = together(fit, 1)
+    pairs = alternative_pairs(fit, 1)
     assert {"bias_step", "gauss_markov"} == set(pairs[0].kinds)
     # The ladder finds the step and the lag, or flicker, which the record may not tell from it.
     found = {e["kind"]: e["rivals"] for e in al.improve(recording, "N").fit.body()["effects"]}

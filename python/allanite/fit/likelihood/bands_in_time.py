@@ -99,7 +99,10 @@ def moving_power(
 
 
 def _divide_by_root(band: NDArray[np.float64], power: NDArray[np.float64]) -> None:
-    """Divide the time series of a band by √`power`, and replace the ordinates of the band in place."""
+    """Divide the time series of a band by √`power`, in place: `band` holds the ordinates of the band.
+
+    `power`, shape (ordinates + 1,), has one value for each time of the series (`band_series`).
+    """
     band[:] = _kernels.cosine_transform(band_series(band) / np.sqrt(power))[1:]
 
 
@@ -137,9 +140,10 @@ def _density_shares(
 
 
 def band_ordinates(band: tuple[float, float], data: Data, n: int) -> tuple[int, int]:
-    """Pair (first, number): ordinates of a frequency band (low, high), Hz, of a record with `n` ordinates.
+    """Pair (first, number) of the ordinates of a frequency band (low, high), Hz; the record has `n` ordinates.
 
-    The number is rounded up so that the transform is fast. The first ordinate is lowered if the band would exceed `n`.
+    The number is raised until a transform of number + 1 values is fast. The first ordinate is lowered if the band would
+    exceed `n`.
     """
     from scipy.fft import next_fast_len
 

@@ -25,24 +25,13 @@ MAX_LEVEL_SEGMENTS = 65_536
 BINS_TO_EACH_SIDE = 7
 
 
-def has_changing_power(model: Model) -> bool:
-    """True if the noise power of a model changes over time (level changes or moving bands)."""
-    moving = any(effect.moving for effect in model.stochastic)
-    return moving or any(effect.passing for effect in model.modifiers)
-
-
 def changing_effects(model: Model) -> tuple[Effect, ...]:
-    """Tuple of the effects of a model that change the noise power over time, in its order, and of filters of a band.
+    """Tuple of the effects of a model that change the noise power over time, in the order of the model.
 
-    These are level changes and bands of moving frequency. Models that differ in these effects have different degrees of
-    freedom, so their likelihoods are not comparable.
+    These are level changes (of the white noise or of a band) and bands of moving frequency. Models that differ in these
+    effects have different degrees of freedom, so their likelihoods are not comparable.
     """
-    return tuple(
-        effect
-        for effect in model
-        if effect.moving
-        or (isinstance(effect, Modifier) and (effect.passing or effect.band is not None))
-    )
+    return tuple(e for e in model if e.moving or (isinstance(e, Modifier) and e.passing))
 
 
 def mean_squared_level(model: Model, data: Data) -> float:
@@ -59,16 +48,19 @@ def peak_level(model: Model, data: Data) -> float:
 def effective_freedom(model: Model, data: Data) -> NDArray[np.float64]:
     """Array of the degrees of freedom of each bin, reduced for noise power that changes over time, shape (bins,).
 
-    Level changes and bands of moving frequency correlate ordinates. Level changes reduce the freedom in proportion to
-    the share of white noise in the bin. This share comes from the record alone (median power of all ordinates over the
-    power nearby), so that all models with the same changes get the same degrees of freedom. Cached for each set of
-    changes.
+    Level changes and bands of moving frequency correlate ordinates; without them it is `data.bins.count`. A change of
+    the white noise acts in proportion to the share of white noise in the bin. This share comes from the record alone
+    (median power of all ordinates over the power nearby). All models with the same changes thus get the same degrees of
+    freedom. Cached for each set of changes.
     """
-    return data.of_bins.get(changing_effects(model), lambda: _computed_freedom(model, data))
+    changes = changing_effects(model)
+    if not changes:
+        return data.bins.count
+    return data.of_bins.get(changes, lambda: _reduced_freedom(model, data))
 
 
-def _computed_freedom(model: Model, data: Data) -> NDArray[np.float64]:
-    """Array of the effective degrees of freedom of each bin, see `effective_freedom`, which caches it."""
+def _reduced_freedom(model: Model, data: Data) -> NDArray[np.float64]:
+    """Array of the degrees of freedom of each bin for a model with `changing_effects`, shape (bins,); not cached."""
     bins = data.bins
     power = np.maximum(data.power, 1e-300)
     order = np.argsort(power)
@@ -96,9 +88,10 @@ def _computed_freedom(model: Model, data: Data) -> NDArray[np.float64]:
 
 
 def _segments_of_equal_width(moving: Stochastic) -> list[Stochastic]:
-    """List of the band of moving frequency in each time segment, as a process with half-width 1/8 of its range.
+    """List of processes, one for each time segment: the moving band at its frequency there, with one common half-width.
 
-    The half-width is at least 1 µHz; the damping of the band is not used. Segments without a movable band are omitted.
+    The half-width is 1/8 of the range over which the band moves, at least 1 µHz, instead of that of the damping. Segments
+    whose process has no such form (`banded` returns None) are omitted.
     """
     places = moving.middles
     half = max((max(places) - min(places)) / 8.0, 1e-6)

@@ -108,9 +108,9 @@ class Data(ABC):
 
     @property
     def gain(self) -> NDArray[np.float64] | None:
-        """Array of the fraction of a known function that remains in each ordinate because samples are missing, or None.
+        """Array of the factor √(1 − r) on known functions in each ordinate, shape (n,); None if no sample is missing.
 
-        None if no sample is missing.
+        r is the share of the power of an ordinate that missing samples leave unknown.
         """
         return None
 
@@ -201,18 +201,18 @@ class Data(ABC):
         expected: Callable[[NDArray[np.int64]], NDArray[np.float64]],
         relative_power: Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]],
     ) -> list[tuple[int, int, NDArray[np.float64], float]]:
-        """List of (first ordinate, end ordinate, power over time, squares per value) of octaves without single ordinates.
+        """List of (first ordinate, end ordinate, power, number) for octaves whose single ordinates a summary does not keep.
 
-        The power is relative to the expected one. `expected` returns the density at ordinates, `relative_power` the
-        expected power at ordinates and times relative to this density. Empty for a recording, which keeps all
-        ordinates.
+        `power` over time is relative to the expected power, in equal time cells; `number` squares are averaged in each.
+        `expected` maps ordinates to their expected density, U² per sample. `relative_power` maps ordinates and times to the
+        expected power relative to this density. The list is empty for a recording.
         """
         return []
 
     def at_octave_resolution(self, power: NDArray[np.float64], first: int) -> NDArray[np.float64]:
-        """Array of power over time, averaged to the time resolution of the octave that starts at ordinate `first`.
+        """Array like `power` (equal time cells), averaged over the time blocks in which an octave is kept.
 
-        Unchanged for a recording, which keeps all ordinates.
+        `first` is the first ordinate of the octave. A recording keeps all ordinates, and returns `power` itself.
         """
         return power
 
@@ -222,8 +222,8 @@ class Data(ABC):
     ) -> int:
         """Number of equal time sections in which a band (low, high), Hz, can be followed, or 0.
 
-        It is `max_number`, or half, a quarter, … of it. Bandwidth times duration of a section (or of a stored segment) must
-        be at least `min_product`.
+        It is `max_number`, or half, a quarter, … of it. Bandwidth times duration of a section must be at least
+        `min_product`; in a summary, bandwidth times duration of a stored transform.
         """
 
     @abstractmethod
@@ -276,13 +276,12 @@ class Data(ABC):
 
     def regressor_ordinates(self, effect: Deterministic) -> NDArray[np.float64]:
         """Array of the cosine ordinates of every regressor of an effect, shape (regressors, n); cached."""
-
-        def computed() -> NDArray[np.float64]:
-            """Array of the ordinates of the regressors, shape (regressors, n), computed for the cache."""
-            series = effect.regressors(self.time, self.covariates).T
-            return np.array([self.transform(s) for s in series])
-
-        return self.functions.get(effect.seen_alike, computed)
+        return self.functions.get(
+            effect.seen_alike,
+            lambda: np.array(
+                [self.transform(s) for s in effect.regressors(self.time, self.covariates).T]
+            ),
+        )
 
     def attenuated(
         self, ordinates: NDArray[np.float64], j: NDArray[np.int64]
@@ -374,7 +373,7 @@ class SampleData(Data):
 
 
 def averaging_factors(top: int) -> NDArray[np.int64]:
-    """Array of integer averaging factors from 1 to `top`, eight per decade, ascending; [1] for a `top` below 1."""
+    """Array of integer averaging factors from 1 to about `top`, eight per decade, ascending; [1] for a `top` below 1."""
     at = np.arange(0.0, np.log10(max(1, top)) + 1e-9, 1 / TAUS_PER_DECADE)
     return np.unique(np.round(10**at).astype(np.int64))
 
@@ -447,9 +446,9 @@ def _checked_values(samples: NDArray[Any], label: str) -> NDArray[np.float64]:
 
 
 def _require_noise(filled: NDArray[np.float64], label: str) -> None:
-    """Raise TooShortError for constant samples or fewer than 10 changes of value.
+    """Raise TooShortError for constant samples or fewer than 10 changes of value; return None.
 
-    Raises InputError for samples beyond the range of a fit.
+    InputError is raised if the largest deviation from the mean is not within 1e-75 to 1e75 (`check_size`).
     """
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}); there is no noise to fit")

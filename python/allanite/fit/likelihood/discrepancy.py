@@ -107,10 +107,10 @@ def nearest_best_scale(
 
 
 def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Array:
-    """Array of the estimated ratio e^ε of true to modeled power in each bin, shape (bins,).
+    """Array of the estimated ratio e^ε of true to modeled power in each bin, shape (bins,); 1 if `scale` is None (δ = 0).
 
-    It is 1 if δ = 0. It is also 1 in a group of bins with less than half a degree of freedom left: a regression fits
-    such bins exactly, so that their power is rounding error.
+    Neighboring bins share the ratio in groups. It is also 1 in a group with less than half a degree of freedom left: a
+    regression fits such bins exactly, so that their power is rounding error.
     """
     if scale is None:
         return np.ones_like(power)

@@ -47,9 +47,11 @@ class Noise:
     __repr__ = brief
 
     def variance(self, j: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Array of the expected squares of the ordinates j, U² per sample; multiplied by 1e12 in empty bins."""
+        """Array of the expected squares of the ordinates j, U² per sample, shape of j.
+
+        Multiplied by 1e12 in the bins of a filter's stop band, so that no ordinate stands out there.
+        """
         place = np.searchsorted(self.bins.edges, j, side="right") - 1
-        # No ordinate may stand out in an empty bin.
         unseen = np.where(is_empty(self.bins), EMPTY_BIN_DENSITY_FACTOR, 1.0)
         return density(self.terms, j, self.bins.n) * (self.level * unseen)[place]
 
@@ -59,11 +61,7 @@ def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArra
 
     The filters of the model act on all effects. Its level changes and bandwidth also act on white noise.
     """
-    out = np.empty((len(effects), data.bins.count.size))
-    modifiers, filters = model.modifiers, model.filters
-    for row, effect in zip(out, effects, strict=True):
-        row[:] = _column_with_modifiers(effect, modifiers if effect.white else filters, data)
-    return out.T
+    return np.array([column_of(model, effect, data) for effect in effects]).T
 
 
 def columns_like(
@@ -75,8 +73,8 @@ def columns_like(
 ) -> NDArray[np.float64]:
     """Array of the expected power of each bin from each random effect at coefficient 1, shape (bins, effects).
 
-    `known` is this array for the model `other`, which has as many random effects. Only columns of effects that differ
-    are computed. With `used`, effects for which it is False keep the known column too.
+    `known` is this array for the model `other`, which has as many random effects. Only columns of effects that differ, or
+    whose filters or level changes differ, are computed. Effects for which `used` is False keep the known column, too.
     """
     effects, before = model.stochastic, other.stochastic
     modifiers, filters = model.modifiers, model.filters
@@ -108,8 +106,8 @@ def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float6
 def expected_power(model: Model, data: Data, ends_missing: bool = False) -> NDArray[np.float64]:
     """Array of the expected power of each bin from all random effects of a model with values, shape (bins,).
 
-    Missing samples are ignored. With `ends_missing`, the first and the last sample are missing, and the ends add no
-    leakage.
+    It is that of the record with all samples present or, with `ends_missing`, without the first and the last sample. The
+    ends then add no leakage.
     """
     total = np.zeros(data.bins.count.size)
     for effect in model.stochastic:
@@ -126,7 +124,7 @@ def _column_with_modifiers(
 ) -> NDArray[np.float64]:
     """Array of the expected power of each bin from one effect at coefficient 1 with the modifiers `acting`, shape (bins,).
 
-    It includes leakage by missing samples. Cached.
+    It includes leakage by missing samples. Cached except for the factor of level changes.
     """
     stop_if_unwanted()
     opened, mixing = _without_coefficient(effect), data.mixing
@@ -150,7 +148,7 @@ def _column_with_modifiers(
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def _without_coefficient(effect: Stochastic) -> Stochastic:
-    """Copy of the effect without coefficient, held names and limits, as a cache key: columns do not depend on these."""
+    """Copy of the effect without coefficient, held names and limits: a cache key, since columns do not depend on them."""
     return effect.with_values(**{effect.coefficient: None}, hold=(), limits={}, at_limit=())
 
 
@@ -195,7 +193,7 @@ def _column_of_terms(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=32)
 def _evaluator(n: int) -> _kernels.Ordinates:
-    """Compiled evaluator of densities at the nodes of the bins of n samples; cached."""
+    """`_kernels.Ordinates`: evaluator of densities at the nodes (selected ordinates) of the bins of n samples; cached."""
     return _kernels.Ordinates(bins_of(n).nodes, n)
 
 

@@ -51,7 +51,7 @@ class Mixture:
 
     @property
     def variances(self) -> Array:
-        """Array of the variance of each amplitude in each component (one component per draw), shape (draws, p)."""
+        """Array of the variance of each amplitude in each normal component of the mixture, shape (draws, p)."""
         return np.diagonal(self.covariances, axis1=1, axis2=2)
 
     def marginal(self, own: slice) -> Mixture:
@@ -202,7 +202,7 @@ def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tup
         * (PROPOSAL_FREEDOM + fitted.size)
         * np.log1p((steps**2).sum(axis=1) / PROPOSAL_FREEDOM)
     )
-    means, covariances, weights = _importance_weights(record, drawn, proposed)
+    means, covariances, weights = _weighted_posterior(record, drawn, proposed)
     for _ in range(2):
         # Limit the weights so that a few heavy draws do not make the next proposal too narrow.
         share = np.minimum(weights, 4.0 / COEFFICIENT_DRAWS)
@@ -215,16 +215,17 @@ def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tup
         apart = np.linalg.solve(root, (drawn[:, None] - centers).reshape(-1, fitted.size).T)
         square = (apart**2).sum(axis=0).reshape(COEFFICIENT_DRAWS, COEFFICIENT_DRAWS)
         proposed = np.log(np.maximum(np.exp(-0.5 * square) @ share, 1e-300))
-        means, covariances, weights = _importance_weights(record, drawn, proposed)
+        means, covariances, weights = _weighted_posterior(record, drawn, proposed)
     return means, covariances, weights
 
 
-def _importance_weights(
+def _weighted_posterior(
     record: _Record, drawn: Array, proposed: Array
 ) -> tuple[Array, Array, Array]:
-    """Tuple (means, covariances, weights) of the amplitudes of slow functions for each drawn row of coefficients.
+    """Tuple (means, covariances, weights): posterior of the amplitudes of slow functions for each row of coefficients.
 
-    The weights sum to 1. `proposed` are the logarithms of the proposal density at the draws.
+    `drawn` holds the rows, and `proposed` the logarithms of the density from which they were drawn. The weights are
+    proportional to likelihood over this density (importance sampling), and sum to 1.
     """
     means, covariances, value = record.posterior(drawn)
     value -= proposed
@@ -239,10 +240,10 @@ def _cholesky(covariance: Array, solution: Solution) -> Array:
 
 
 def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
-    """Array: Cholesky factor of the first proposal covariance of the coefficients, 1.5 times the standard errors.
+    """Array: lower Cholesky factor of the covariance from which coefficients are drawn first, shape (p, p).
 
-    The variance of a coefficient near zero follows from the Fisher information of its square, without correlations. A
-    coefficient that is not `free` has nearly no variance.
+    Standard errors are 1.5 times those of the Fisher information. That of a coefficient near zero follows from the
+    information on its square, without correlations. A coefficient that is not `free` has nearly no variance.
     """
     theta = solution.theta
     slopes = solution.columns / solution.spectrum[:, None]

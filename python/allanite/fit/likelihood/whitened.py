@@ -34,19 +34,19 @@ if TYPE_CHECKING:
 
     from allanite.effects import Model
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.solution import Process, Solution
+    from allanite.fit.solution import Solution
 
 #: Minimum number of values of an octave band. Chosen by judgment; not measured.
 MIN_BAND_VALUES = 256
 #: Maximum number of samples at either end of a record that are excluded from the whitened samples; short records
 #: exclude 1/64. Chosen by judgment; not measured.
 MAX_END_SAMPLES = 64
-#: Maximum depth of a narrow gap of the model's spectrum that is whitened, in ln of the density (7 is 30 dB).
+#: Maximum depth of a narrow notch of the model's spectrum that is whitened, in ln of the density (7 is 30 dB).
 #: Chosen by judgment; not measured.
-MAX_GAP_DEPTH = 7.0
-#: Distances, in ln of the frequency, at which the density to both sides of a gap is evaluated.
+MAX_NOTCH_DEPTH = 7.0
+#: Distances, in ln of the frequency, at which the density to both sides of a notch is evaluated.
 #: Chosen by judgment; not measured.
-GAP_SIDE_DISTANCES = (0.05, 0.1, 0.2, 0.35, 0.6)
+NOTCH_SIDE_DISTANCES = (0.05, 0.1, 0.2, 0.35, 0.6)
 #: Minimum share of white noise in a band's density with which the band shows the level of the white noise.
 #: Chosen by judgment: white noise is then the largest part.
 MIN_WHITE_SHARE = 0.5
@@ -88,29 +88,76 @@ class Whitened:
 
     __repr__ = brief
 
+    @property
+    def is_from_summary(self) -> bool:
+        """True if the whitened residual comes from a summary, which keeps no single samples."""
+        return any(averaged != 1.0 for _, _, _, averaged in self.bands)
+
     @cached_property
     def without_outliers(self) -> Whitened:
-        """`Whitened` in which each outlier is reduced to the robust standard deviation of its 32 neighbors; cached.
+        """`Whitened` in which each outlier is reduced to the robust standard deviation of its cell of 32 samples; cached.
 
-        An outlier can have as much power as a whole segment and would imitate a change of level.
+        Signs stay. An outlier exceeds 1.7 times the size that the largest of n normal samples exceeds in 1 % of records. It
+        would imitate a change of level. Without outliers, for a summary, and for coarsely rounded samples it is the object
+        itself.
         """
-        return _without_outliers(self)
+        from scipy.special import ndtri_exp
+
+        samples = self.samples.copy()
+        cells = samples[: samples.size // OUTLIER_CELL_SAMPLES * OUTLIER_CELL_SAMPLES].reshape(
+            -1, OUTLIER_CELL_SAMPLES
+        )
+        if self.is_from_summary or self.step > 0.0 or not cells.size:
+            return self
+        size = np.abs(cells)
+        usual = np.median(size, axis=1, keepdims=True) / 0.6745
+        # The largest of as many normal samples exceeds this limit in one of a hundred records.
+        limit = -float(ndtri_exp(np.log(0.005 / samples.size)))
+        single = (size > OUTLIER_FACTOR * limit * usual) & (usual > 0.0)
+        if not single.any():
+            return self
+        cells[single] = np.copysign(np.broadcast_to(usual, cells.shape), cells)[single]
+        return self._with_samples(samples)
 
     @cached_property
     def with_normal_tails(self) -> Whitened:
-        """`Whitened` with normally distributed samples: `without_outliers` if normal, otherwise its normal scores; cached.
+        """`Whitened` with normally distributed samples: normal scores of the ranks of `samples`; cached.
 
-        With heavy tails the few largest samples would decide when a level changes; with a coarse step most samples are
-        equal. Changes over time remain; single outliers do not.
+        `without_outliers` instead if its samples are normal, and for a summary. Changes over time remain. With heavy tails
+        the few largest samples would decide when a level changes. Coarsely rounded samples, most of which are equal, are
+        spread over a step by fixed random numbers before ranking.
         """
-        return _normalized(self)
+        from scipy.special import ndtri
+
+        samples = self.samples
+        if self.is_from_summary or _is_normal(self.without_outliers.samples):
+            return self.without_outliers
+        if self.step > 0.0:
+            # Break ties of rounded values at random; their given order would carry slow drifts below a step as loud as
+            # noise. With the sign of the sample, the scores of a negated record are the negative ones.
+            spread = np.random.default_rng(0).uniform(-0.5, 0.5, samples.size)
+            samples = samples + self.step * spread * np.sign(samples)
+        # The sort cannot be interrupted; a separate thread lets the main thread handle interrupts.
+        [order] = results_or_raise(side_by_side([lambda: _kernels.order(samples)]))
+        scores = np.empty(samples.size)
+        scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
+        return replace(self._with_samples(scores), step=0.0)
+
+    def _with_samples(self, samples: NDArray[np.float64]) -> Whitened:
+        """Copy with other `samples`; the power of the same octave bands is computed from these samples."""
+        found = _samples_and_bands(_kernels.cosine_transform(samples))
+        kept = {low for low, *_ in self.bands}
+        bands = tuple(band for band in found.bands if band[0] in kept)
+        return replace(found, bands=bands, step=self.step)
 
 
 def whiten(solution: Solution, data: Data) -> Whitened:
     """`Whitened` residual of a solution: white samples and octave bands; the model's changes over time are divided out."""
-    white = _whitening_factors(solution, data, solution.level) * _residual_without_gaps(
-        solution, data
-    )
+    residual = solution.ordinates
+    if data.gain is not None:
+        # Here missing samples are draws from the model; `solution.ordinates` holds their conditional mean.
+        residual = data.transform(data.residual(solution.model))
+    white = whitened_ordinates(solution, data, solution.level, residual)
     for effect in solution.model.modifiers:
         if effect.band is not None:
             remove_level_change(white, effect, solution, data)
@@ -129,9 +176,11 @@ def whiten(solution: Solution, data: Data) -> Whitened:
 
 
 def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
-    """`Whitened` divided by the root of the expected power over time from the white-noise level changes of the model.
+    """Copy of `whitened` without the level changes of the white noise that the model expects.
 
-    The expected power is weighted with the share of white noise.
+    Samples are divided by the root of the expected relative power over time, weighted with the share of white noise. Octave
+    bands in which white noise has at least half of the power are computed from these samples. The power of the others is
+    divided; for a summary, that of all bands.
     """
     _, share, _ = white_power(solution, data, whitened)
     samples = whitened.samples / np.sqrt(1.0 + share * (_relative_power(solution, data) - 1.0))
@@ -169,68 +218,6 @@ def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
     return gain
 
 
-def _without_outliers(whitened: Whitened) -> Whitened:
-    """`Whitened` in which each outlier is reduced to the robust standard deviation of its cell of 32 samples; signs stay.
-
-    An outlier is larger than 1.7 times the limit that the largest of n normal samples exceeds in 1 % of records.
-    `whitened` itself is returned without outliers, for a summary, and for coarsely rounded samples.
-    """
-    from scipy.special import ndtri_exp
-
-    samples = whitened.samples.copy()
-    cells = samples[: samples.size // OUTLIER_CELL_SAMPLES * OUTLIER_CELL_SAMPLES].reshape(
-        -1, OUTLIER_CELL_SAMPLES
-    )
-    if _is_from_summary(whitened) or whitened.step > 0.0 or not cells.size:
-        return whitened
-    size = np.abs(cells)
-    usual = np.median(size, axis=1, keepdims=True) / 0.6745
-    # The largest of as many normal samples exceeds this limit in one of a hundred records.
-    limit = -float(ndtri_exp(np.log(0.005 / samples.size)))
-    single = (size > OUTLIER_FACTOR * limit * usual) & (usual > 0.0)
-    if not single.any():
-        return whitened
-    cells[single] = np.copysign(np.broadcast_to(usual, cells.shape), cells)[single]
-    return _with_samples(whitened, samples)
-
-
-def _is_from_summary(whitened: Whitened) -> bool:
-    """True if the whitened residual comes from a summary, which keeps no single samples."""
-    return any(averaged != 1.0 for _, _, _, averaged in whitened.bands)
-
-
-def _with_samples(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
-    """Copy of `whitened` with other `samples`; its octave bands are computed from these samples."""
-    found = _samples_and_bands(_kernels.cosine_transform(samples))
-    kept = {low for low, *_ in whitened.bands}
-    return replace(
-        found, bands=tuple(band for band in found.bands if band[0] in kept), step=whitened.step
-    )
-
-
-def _normalized(whitened: Whitened) -> Whitened:
-    """`Whitened` with normal scores as samples if they are not normal (see `Whitened.with_normal_tails`).
-
-    Otherwise, and for a summary, `without_outliers` of it. Coarse codes are spread by a fixed random number before
-    ranking.
-    """
-    from scipy.special import ndtri
-
-    samples = whitened.samples
-    if _is_from_summary(whitened) or _is_normal(whitened.without_outliers.samples):
-        return whitened.without_outliers
-    if whitened.step > 0.0:
-        # Break ties of rounded values at random; their given order would carry slow drifts below a step as loud as noise.
-        # With the sign of the sample, the scores of a negated record are the negative ones.
-        spread = np.random.default_rng(0).uniform(-0.5, 0.5, samples.size)
-        samples = samples + whitened.step * spread * np.sign(samples)
-    # The sort cannot be interrupted; a separate thread lets the main thread handle interrupts.
-    [order] = results_or_raise(side_by_side([lambda: _kernels.order(samples)]))
-    scores = np.empty(samples.size)
-    scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
-    return replace(_with_samples(whitened, scores), step=0.0)
-
-
 def _is_normal(samples: NDArray[np.float64]) -> bool:
     """True if samples are consistent with normal samples whose level may differ between 64 segments.
 
@@ -252,7 +239,7 @@ def _is_normal(samples: NDArray[np.float64]) -> bool:
 
 
 def rounding_step(data: Data, samples: NDArray[np.float64]) -> float:
-    """Rounding step of a record in units of its whitened `samples`; 0 if the step is small (`coarse_step`)."""
+    """Rounding step of a record in units of its whitened `samples`; 0 if the record has over 50 different values."""
     some = data.present_samples
     step = coarse_step(some)
     if step == 0.0:
@@ -269,11 +256,11 @@ def _samples_and_bands(
     white: NDArray[np.float64],
     bands: Sequence[tuple[int, int, NDArray[np.float64], float]] = (),
 ) -> Whitened:
-    """`Whitened`: samples and octave bands (power over time) of the white ordinates `white`.
+    """`Whitened`: samples (inverse cosine transform) and octave bands (power over time) of the white ordinates `white`.
 
-    `bands` are given bands of higher octaves. The first and last samples are set to 0. The first and last values
-    of an octave are set to the mean of their neighbors. Octaves with fewer than 256 ordinates or mostly empty ones are
-    omitted.
+    `bands` are given bands of higher octaves, which come first. The first and last samples (`end_samples`) are set to 0.
+    The first and last values of an octave are set to the mean of their neighbors. Octaves with fewer than 256 ordinates,
+    or with more than half of them 0, are omitted.
     """
     from scipy.fft import next_fast_len
 
@@ -296,33 +283,24 @@ def _samples_and_bands(
     return Whitened(samples, tuple(octaves))
 
 
-def _residual_without_gaps(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Array of the residual ordinates of the record; missing samples are replaced by draws from the model.
-
-    Without missing samples it is `solution.ordinates`.
-    """
-    if data.gain is None:
-        return solution.ordinates
-    return _kernels.cosine_transform(data.residual(solution.model))
-
-
-def _whitening_factors(
-    solution: Solution, data: Data, level: NDArray[np.float64]
+def whitened_ordinates(
+    solution: Solution,
+    data: Data,
+    level: NDArray[np.float64],
+    residual: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
-    """Array of the whitening factors of the ordinates, shape (n,): 1/√(model density × level), 0 in empty bins."""
-    j = np.maximum(np.arange(solution.ordinates.size, dtype=np.float64), 1.0)
+    """Array of the residual ordinates divided by √(model density × level of the bin), shape (n,).
+
+    0 in the empty bins of a filter's stop band. `level` is a factor for each bin; `residual` are the ordinates to divide,
+    by default `solution.ordinates`.
+    """
+    residual = solution.ordinates if residual is None else residual
+    j = np.maximum(np.arange(residual.size, dtype=np.float64), 1.0)
     white = _log_density(solution, data, level, np.log(j, out=j))
     white *= -0.5
-    return zero_empty_bins(np.asarray(np.exp(white, out=white)), data.bins)
-
-
-def whitened_ordinates(
-    solution: Solution, data: Data, level: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Array of the residual ordinates divided by √(model density × level of the bin), shape (n,); 0 in empty bins."""
-    white = _whitening_factors(solution, data, level)
-    white *= solution.ordinates
-    return white
+    np.exp(white, out=white)
+    white *= residual
+    return zero_empty_bins(white, data.bins)
 
 
 def _log_density(
@@ -330,18 +308,18 @@ def _log_density(
 ) -> NDArray[np.float64]:
     """Array of ln(model density × level of the bin), interpolated at ordinates given by their logarithms `log_j`.
 
-    Narrow notches of the density are filled (`_without_gaps`).
+    Notches deeper than 7 (in ln) below both sides are filled up to this depth.
     """
     at, known = log_density_at_nodes(solution.model, data, level)
-    return np.interp(log_j, at, _without_gaps(known, at))
+    return np.interp(log_j, at, _with_shallow_notches(known, at))
 
 
 def log_density_at_nodes(
     model: Model, data: Data, level: NDArray[np.float64] | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pair of arrays: ln of the ordinates of the model's nodes, and ln of the model density × level of the bin there.
+    """Pair of arrays, for interpolation: ln of selected ordinates (nodes), and ln(model density × level of the bin) there.
 
-    Without `level` it is ln of the model density. For interpolation over ln(ordinate).
+    The nodes are dense enough for linear interpolation in these logarithms. None means level 1.
     """
     bins = data.bins
     nodes = nodes_of(model, bins, data.rate)
@@ -351,17 +329,19 @@ def log_density_at_nodes(
     return np.log(nodes), np.log(known)
 
 
-def _without_gaps(known: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Array of the ln densities `known` at ln frequencies `at`; narrow notches become at most 7 (in ln) deep.
+def _with_shallow_notches(
+    known: NDArray[np.float64], at: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Array of the ln densities `known` at ln frequencies `at`, raised to at most 7 below the lower side of a notch.
 
-    The power at the center of a notch is leakage from the ends of the record. Full whitening would make the first and
-    last seconds of every filtered record loud.
+    A side is the maximum up to 0.6 in ln of the frequency away. The power at the center of a notch is leakage from the ends
+    of the record. Full whitening would make the first and last seconds of a filtered record loud.
     """
     sides = [
-        np.max([np.interp(at + s * apart, at, known) for apart in GAP_SIDE_DISTANCES], 0)
+        np.max([np.interp(at + s * apart, at, known) for apart in NOTCH_SIDE_DISTANCES], 0)
         for s in (-1, 1)
     ]
-    return np.maximum(known, np.minimum(*sides) - MAX_GAP_DEPTH)
+    return np.maximum(known, np.minimum(*sides) - MAX_NOTCH_DEPTH)
 
 
 def expected_level(model: Model, data: Data, cells: int) -> NDArray[np.float64]:
@@ -373,8 +353,8 @@ def expected_level(model: Model, data: Data, cells: int) -> NDArray[np.float64]:
     edges = np.linspace(*data.span, cells + 1)
     for effect in model.modifiers:
         if effect.passing:
-            names = [effect.follows] if effect.follows in data.covariates else []
-            columns = {n: cell_means(data.covariates[n], cells) for n in names if n is not None}
+            followed = (item for item in data.covariates.items() if item[0] == effect.follows)
+            columns = {name: cell_means(values, cells) for name, values in followed}
             power *= effect.mean_power(edges[:-1], edges[1:], columns)
     return np.asarray(power / power.mean())
 
@@ -390,22 +370,16 @@ def cell_means(values: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
 
 def white_share(solution: Solution, data: Data, ordinate: int) -> float:
     """Fraction, 0 … 1, of the model's density at an ordinate that its white noise makes; 0 without white noise."""
-    white = _white_process(solution)
+    white = next((own for own in solution.processes if own.effect.white), None)
     return 0.0 if white is None else density_share(white, solution, data, ordinate)
-
-
-def _white_process(solution: Solution) -> Process | None:
-    """White-noise `Process` of a solution; None if the model has none."""
-    return next((own for own in solution.processes if own.effect.white), None)
 
 
 def white_power(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[NDArray[np.float64] | None, float, float]:
-    """Tuple (power over time, share, squares) averaged over the octave bands in which white noise has half of the power.
+    """Tuple (power over time, share, squares) averaged over the octave bands in which white noise is at least half.
 
-    The first element is None, and the others 0, without such bands. Bands whose time resolution is over 8 times coarser
-    than the finest are ignored.
+    (None, 0.0, 0.0) without such bands. Bands whose time resolution is over 8 times coarser than the finest are ignored.
 
     Returns
     -------
@@ -416,12 +390,9 @@ def white_power(
     squares : float
         Number of squares averaged in each value of `power`.
     """
-    own = _white_process(solution)
-    if own is None:
-        return None, 0.0, 0.0
     bands = []
     for low, high, power, each in whitened.bands:
-        share = density_share(own, solution, data, (low + high) // 2)
+        share = white_share(solution, data, (low + high) // 2)
         if share >= MIN_WHITE_SHARE:
             bands.append((power, each, share))
     length = max((power.size for power, _, _ in bands), default=0)

@@ -76,9 +76,9 @@ def climb(
 ) -> Maximum:
     """Local `Maximum` of the likelihood over θ ≥ 0, by at most `rounds` Fisher-scoring steps from `theta`.
 
-    The discrepancy is fitted too, from SCALES[scale], unless `scale` is None; its logL is lowered by 3 nats. Each step
-    is a non-negative least-squares problem with the effective degrees of freedom, shortened until logL rises. `offset`
-    is the power of held effects, shape (bins,).
+    With a `scale`, the discrepancy δ is fitted too, from SCALES[scale]; the logL of the result is then lowered by 3 nats.
+    With None, δ is 0. Each step is a non-negative least-squares problem with the effective degrees of freedom, shortened
+    until logL rises. `offset` is the power of held effects, shape (bins,).
     """
     law = likelihood(count)
     found, spectrum, value, scale, weight = law.climb(power, columns, theta, scale, offset, rounds)
@@ -111,7 +111,7 @@ def climb_many(
     rounds : int
         Maximum iterations of each start.
     cells : bool
-        True if each power is that of a whole cell; the discrepancy then acts on each power independently.
+        True: the discrepancy acts on each power independently. False: neighboring bins, in groups, share one error.
 
     Returns
     -------
@@ -130,9 +130,10 @@ def maximize(
     start: Maximum | None = None,
     offset: Array | None = None,
 ) -> Maximum:
-    """`Maximum` (global) of the likelihood over θ ≥ 0 and the discrepancy, as the best of several starts.
+    """`Maximum` of the likelihood over θ ≥ 0 and the discrepancy δ: the best of up to four local maxima.
 
-    The discrepancy is tried only if it raises logL of the best fit without it.
+    The first has δ = 0 and starts from least squares. The others, with δ > 0, are tried only if δ raises the logL of the
+    first by more than 0.
 
     Parameters
     ----------
@@ -141,7 +142,7 @@ def maximize(
     columns : ndarray, shape (bins, p)
         Expected power of each effect at coefficient 1.
     start : Maximum, optional
-        Additional start: a maximum of nearly the same columns, with `theta` of shape (p,).
+        Additional start: a maximum of nearly the same columns, with `theta` of shape (p,). Ignored if its δ is 0.
     offset : ndarray, shape (bins,), optional
         Power of held effects.
 
@@ -169,14 +170,15 @@ def maximize(
 
 
 def first_guess(power: Array, count: Array, columns: Array, offset: Array | None) -> Array:
-    """Array of the non-negative least-squares estimate of θ, relative to the measured power, shape (p,)."""
+    """Array of θ ≥ 0 that minimizes the squared relative errors of the bin power, weighted by `count`, shape (p,)."""
     return likelihood(count).first(power, columns, offset)
 
 
 def information(count: Array, weight: Array, slopes: Array) -> Array:
     """Array: Fisher information matrix of parameters φ, shape (p, p), from the slopes ∂lnS_b/∂φ, shape (bins, p).
 
-    Without discrepancy (`weight` equals `count`) this is ½ Σ n_b (∂lnS_b)(∂lnS_b)ᵀ.
+    `count` are the degrees of freedom n_b, and `weight` the lower effective ones under a discrepancy (`Maximum.weight`).
+    Without discrepancy both are equal, and the matrix is ½ Σ n_b (∂lnS_b)(∂lnS_b)ᵀ.
     """
     rows, _ = linearized(slopes, count, count, count, weight)
     return np.asarray(0.5 * rows.T @ rows)
@@ -204,7 +206,7 @@ def profile_loss(
 def profile_interval(
     power: Array, count: Array, columns: Array, best: Maximum, index: int, logl_scale: float = 1.0
 ) -> tuple[float, float, float]:
-    """Tuple (low, high, drop): 95 % profile-likelihood interval of the squared coefficient at `index`, and loss at 0.
+    """Tuple (low, high, drop): 95 % profile-likelihood interval of the squared coefficient θ at `index`, and loss at 0.
 
     `logl_scale` multiplies logL if bins are correlated: the variance of the coefficient by the likelihood over its
     actual variance (Chandler & Bate 2007).
@@ -252,8 +254,9 @@ def profile_interval(
 def normal_scores(power: Array, count: Array, spectrum: Array) -> Array:
     """Array of the standard normal scores of the bins under I/S ~ χ²_n/n, shape (bins,); 0 for empty bins.
 
-    Signed root of the deviance with its higher-order correction (Barndorff-Nielsen's r*). The error is at most 0.03 for
-    one degree of freedom, and the score stays finite in the far tails.
+    I is `power`, S is `spectrum`, and n is `count`. Bins with n < 0.01 are empty. The score is the signed root of the
+    deviance with its higher-order correction (Barndorff-Nielsen's r*). It is at most 0.03 off for n = 1, and finite in the
+    far tails.
     """
     nu = count / 2.0
     ratio = np.maximum(power / spectrum, 1e-300)

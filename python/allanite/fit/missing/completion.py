@@ -68,7 +68,10 @@ MAX_GRADIENT_STEPS = 400
 
 
 def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
-    """Array of the expected squared ordinates of the model's noise × level of their bin, shape (n,); None means level 1."""
+    """Array of the expected squared ordinates of the model's noise times the `level` of their bin, shape (n,).
+
+    `level` has the shape (bins,); None means 1.
+    """
     at, known = log_density_at_nodes(model, data, level)
     j = np.maximum(np.arange(data.n, dtype=np.float64), 1.0)
     return np.asarray(np.exp(np.interp(np.log(j), at, known)))
@@ -116,10 +119,10 @@ class _ConditionalMean:
         return _kernels.inverse_cosine_transform(ordinates)[self.missing]
 
     def mean(self, samples: Array) -> Array:
-        """Array of `samples` in which the missing ones are replaced by their conditional mean.
+        """Array of `samples` in which the missing ones are replaced by their conditional mean, shape (n,).
 
-        Up to 2048 missing samples are solved for directly. More are iterated from the values that `samples` has there;
-        the iteration ends at a relative error of 1e-5 or after 400 steps, which are added to `steps`.
+        Up to 2048 missing samples are solved for directly. More are iterated from the values that `samples` has there. The
+        iteration ends at a relative residual of 1e-5 or after 400 steps; `steps` counts them.
         """
         residual = -self._weighted(samples, self.precision)
         out = samples.copy()
@@ -147,9 +150,10 @@ class _ConditionalMean:
 
 
 def _cholesky_of_missing(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
-    """Tuple with the Cholesky factor (as from `scipy.linalg.cho_factor`) of the precision matrix of the missing samples.
+    """Cholesky factor of the precision matrix of the missing samples, as `scipy.linalg.cho_factor` returns it.
 
-    `precision` is 1/spectrum. None if more than 2048 samples are missing, or if rounding makes the matrix indefinite.
+    `precision` is 1/spectrum. None if more than 2048 samples are missing, or if rounding makes the matrix indefinite even
+    with a slightly raised diagonal.
     """
     from scipy.linalg import LinAlgError, cho_factor
 
@@ -158,12 +162,8 @@ def _cholesky_of_missing(missing: Mask, precision: Array) -> tuple[Array, bool] 
         return None
     n = missing.size
     waves = np.fft.rfft(np.concatenate([precision, [0.0], precision[:0:-1]])).real / (2 * n)
-
-    def lag_covariance(lag: NDArray[np.int64]) -> Array:
-        """Array of one of the two parts of the precision matrix, as a function of the lag in samples, from 0 to 2n."""
-        return np.asarray(waves[np.minimum(lag, 2 * n - lag)])
-
-    matrix = lag_covariance(np.abs(at[:, None] - at)) + lag_covariance(at[:, None] + at + 1)
+    waves = np.concatenate([waves, waves[-2:0:-1]])
+    matrix = waves[np.abs(at[:, None] - at)] + waves[at[:, None] + at + 1]
     own = matrix.diagonal().copy()
     for more in (0.0, *DIAGONAL_INCREASES):
         # The matrix is positive definite except for rounding: some samples are present, which fixes the mean.
@@ -234,10 +234,10 @@ def complete(
 def _drawn_unknown_part(
     bridge: _ConditionalMean, spectrum: Array, seed: int
 ) -> tuple[Array, Array, Array]:
-    """Tuple of arrays, shape (n,): a draw of the part of the record that gaps leave unknown, and two mean squared spectra.
+    """Tuple (unknown, power of unknown, power of known), each of shape (n,), from random records with the `spectrum`.
 
-    These are the mean squared ordinates of the unknown part, and of the known part (conditional mean). The means are
-    over 2 to 8 draws, or one for at most 512 samples, whose shares are solved exactly.
+    `unknown` is the last record minus its conditional mean given the present samples. The powers are the squared ordinates
+    of this difference and of the conditional mean, averaged over 2 to 8 records. One record is drawn for n ≤ 512.
     """
     n = spectrum.size
     rng = np.random.default_rng(seed)
@@ -257,9 +257,10 @@ def _drawn_unknown_part(
 
 
 def _logl_difference(one: Data, other: Data) -> float:
-    """Upper bound on the loss of logL, nats, if a spectrum fitted to one completion of a record is used for the other.
+    """Upper bound on the loss of logL, nats, if the spectrum fitted to one version of a record is used for another version.
 
-    It is ½ Σ count·ln² of the ratio of their powers: twice the loss for small differences, a bound for ratios below 6.
+    The versions differ in the values at missing samples. The bound is ½ Σ count·ln² of the ratio of their bin powers. It is
+    twice the loss for small differences, and holds for ratios below 6.
     """
     first, second = (
         np.add.reduceat(data.ordinates**2, data.bins.edges[:-1]) for data in (one, other)
@@ -270,9 +271,9 @@ def _logl_difference(one: Data, other: Data) -> float:
 def complete_and_fit(data: SampleData, model: Model) -> tuple[SampleData, Solution]:
     """Pair (data, solution): record whose missing samples are drawn from the model fitted to it, and this fit.
 
-    Draws and fit alternate for at most 8 rounds, until a round changes logL by less than 0.02 nats. If the fit then has a
-    discrepancy, up to 8 rounds follow whose draws have the power estimated in each bin instead of that of the model.
-    The missing samples of `data` are bridged; `model` is as for `fit.engine.solve`.
+    Draws and fits alternate for at most 8 rounds, until a round changes logL by less than 0.02 nats. If the fit then has a
+    discrepancy, up to 8 rounds follow. Their draws have the power estimated in each bin instead of that of the model.
+    `model` is as for `fit.engine.solve`.
     """
     from allanite.fit.engine import solve, with_coefficients
 

@@ -19,10 +19,10 @@ Mask = NDArray[np.bool_]
 
 
 def _coupling(missing: Mask) -> Array:
-    """Array of the squared correlation, caused by gaps, of two ordinates at distance h = 0 … 2n−1, shape (2n,).
+    """Array of the squared correlation that gaps cause between ordinates of white noise, shape (2n,).
 
-    It is that of white noise, 0 at h = 0: the squared cosine transform of the mask, because the missing part is mask ×
-    noise.
+    Element h, from 0 to 2n − 1, is for the difference or sum h of two indices. It is the squared cosine transform of the
+    mask, because the missing part is mask × noise; element 0 is set to 0.
     """
     n = missing.size
     # Σ_k mask_k cos(πh(k+½)/n)/n; beyond n it repeats backwards with the opposite sign.
@@ -34,10 +34,7 @@ def _coupling(missing: Mask) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _squared_correlations_cached(packed: bytes, n: int, edges: bytes) -> Array:
-    """Array as of `squared_correlations`, for a mask of n samples packed into bytes.
-
-    Cached, since models do not change it.
-    """
+    """Result of `squared_correlations`, cached; mask of n samples (`numpy.packbits`) and edges are given as bytes."""
     missing = np.unpackbits(np.frombuffer(packed, dtype=np.uint8), count=n).astype(bool)
     return squared_correlations(missing, np.frombuffer(edges, dtype=np.int64))
 

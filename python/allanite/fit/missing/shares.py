@@ -126,10 +126,10 @@ def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, floa
 
 
 def _noise_variance(unseen: Array, spectrum: Array) -> Array:
-    """Array of the noise variance v, for each fraction in `unseen`, whose effect is like that of gaps.
+    """Array of variances v of white noise that hides as much of the record as missing samples do, shape of `unseen`.
 
     White noise of variance v on every sample hides the fraction v/(v + S) of the power at each ordinate. Its mean over
-    the `spectrum` S equals `unseen`, the fraction of missing samples. v is 0 where `unseen` is 0.
+    the `spectrum` S equals the fraction of missing samples, `unseen`. v is 0 where `unseen` is 0.
     """
     part = spectrum[1 :: max(1, spectrum.size // 4096)]
     v = np.geomspace(part.min() * 1e-6, part.max() * 1e6, 240)
@@ -138,10 +138,10 @@ def _noise_variance(unseen: Array, spectrum: Array) -> Array:
 
 
 def _rough_share(spectrum: Array, missing: float, empty: float) -> Array:
-    """Array of rough shares of each ordinate that gaps leave unknown, empty + (1 − empty)·v/(v + S), shape of `spectrum`.
+    """Array of the approximate share of each ordinate that gaps leave unknown, shape of `spectrum`.
 
-    v is chosen so that their sum is about `missing`, the number of missing samples. `empty` is the fraction of samples
-    in long gaps.
+    It is empty + (1 − empty)·v/(v + S) with S of the `spectrum`. v is chosen so that the sum of the shares is about
+    `missing`, the number of missing samples. `empty` is the fraction of samples in long gaps.
     """
     # A subset of the ordinates determines v well enough.
     part = spectrum[:: max(1, spectrum.size // MAX_BALANCED_ORDINATES)]
@@ -155,10 +155,10 @@ def _rough_share(spectrum: Array, missing: float, empty: float) -> Array:
 
 
 def _smoothed_ratio(values: Array, rough: Array, start: int, bins: Bins) -> Array:
-    """Array of the ratio of `values` to `rough`, averaged over wide bands and interpolated linearly in ln j.
+    """Array of the ratio of `values` to `rough`, averaged over bands and interpolated linearly in ln j, at each ordinate.
 
-    It covers the ordinates from `start` to the last. A band has at least 64 ordinates, and 0.3 of its distance to the
-    nearer end.
+    Both arrays, and the result, begin at ordinate `start`. A band consists of whole bins until it has 64 ordinates, and 0.3
+    times the distance of its upper edge to the nearer end of the spectrum (0 or half the sampling rate).
     """
     first = [start]
     for edge in bins.edges[bins.edges > start][:-1].tolist():

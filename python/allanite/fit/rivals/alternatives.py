@@ -12,7 +12,6 @@ from allanite.effects import CATALOGUE, Deterministic, Effect, Modifier, Stochas
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.estimates import min_detected_delta_logl
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.models import without_effect
 from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
@@ -69,16 +68,13 @@ def is_removable(effect: Effect) -> bool:
 def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     """Iterator over `Alternative` fits in which another kind of effect replaces the effect at index `place`.
 
-    Tried are the kinds that the effect declares as alternatives. Nothing is yielded for effects that cannot be removed,
-    that are neither spectral nor slow functions, or that are the only effect. Replacements are omitted if they are not
-    detected, if they are 28 nats below the fit before shapes are optimized, or if they follow a column with different
-    signs at slow and fast time scales.
+    The other kinds are its declared alternatives (`Effect.may_be`). Nothing is yielded for an effect that may not be
+    removed, that is neither spectral nor a slow function, or that is the only effect. A replacement is omitted if it is not
+    detected, or if its logL is 28 nats lower before shapes are optimized. It is also omitted if it follows a column with
+    different signs at slow and fast time scales.
     """
     out = fit.model.effects[place]
-    if not is_removable(out) or out.screened not in {"spectral", "slow"}:
-        return
-    less = without_effect(fit.model, place)
-    if not len(less):
+    if not is_removable(out) or out.screened not in {"spectral", "slow"} or len(fit.model) == 1:
         return
     # The shapes of the other effects stay; the replacement is fitted completely later, before it is accepted.
     base = fit.solution_without(place)
@@ -102,10 +98,10 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
 def fit_replacement(
     cls: type[Effect], base: Solution, data: Data, min_log_likelihood: float = -np.inf
 ) -> Solution | None:
-    """`Solution` of the base model plus an effect of kind `cls`; None if no grid point reaches `min_log_likelihood`.
+    """`Solution` of the base model plus an effect of kind `cls`; None if no shapes of a grid reach `min_log_likelihood`.
 
-    None as well if the fitted effect does not show the feature that distinguishes it from its alternatives, or if no
-    spectral or slow grid exists for this kind.
+    None as well for kinds that are neither spectral nor slow functions, or that cannot be added to the base model. A
+    spectral effect must also show the feature that distinguishes it from its alternatives (`Effect.shows`).
 
     Parameters
     ----------

@@ -32,10 +32,10 @@ MAINS_TOLERANCE = 0.002
 
 
 def known_bands(n: int, rate: float) -> NDArray[np.float64]:
-    """Array of the bands (low, high), Hz, in which n samples at `rate` Hz show known frequencies or their aliases.
+    """Array of (low, high), Hz: bands in which n samples at `rate` Hz show mains, or known periods, or their aliases.
 
-    Its shape is (bands, 2), unsorted. A band is at least one resolution 1/T wide. Frequencies and aliases of at most 2/T
-    are omitted.
+    Its shape is (bands, 2), unsorted. The periods are those of year, day, GPS and tides (`PERIODS`). A band is 1/T wide
+    (T = n/rate), or ±0.2 % of a mains frequency if that is wider. Frequencies and aliases of at most 2/T are omitted.
     """
     width = rate / n
     exact = np.array([1.0 / period for period in PERIODS])
@@ -66,10 +66,10 @@ def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.fl
 
 
 def expected_line_gain(cycles: float, n: int, rate: float) -> float:
-    """Gain of logL, nats, of a line at a frequency known beforehand, relative to one at an unknown frequency; otherwise 0.
+    """Reduction of the ΔlogL, nats, that a line needs if its frequency is known beforehand; 0 for other frequencies.
 
-    A frequency of `cycles` cycles in n samples at `rate` Hz is known if it lies in one of `known_bands`. The gain is ln
-    of the ratio of the numbers of independent trials (see `trials_at`).
+    A frequency of `cycles` cycles in n samples at `rate` Hz is known if it lies in one of `known_bands`. The reduction is
+    the ln of the ratio of the numbers of independent trials without and with this knowledge (see `trials_at`).
     """
     unknown, known, _ = _shares_of_false_alarms(np.array([cycles]), n, rate)
     return float(np.log1p(known[0] / unknown[0]))
@@ -78,10 +78,11 @@ def expected_line_gain(cycles: float, n: int, rate: float) -> float:
 def _shares_of_false_alarms(
     cycles: NDArray[np.float64], n: int, rate: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Tuple (general, known, parts): two shares of the false alarms for each line, and the number 2 or 3 of equal parts.
+    """Tuple (general, known, parts): false alarms granted to each line, and the number 2 or 3 of equal parts of all.
 
-    `general` is the share of the search of all frequencies (1, the unit of all shares) plus that of the octave of the
-    line. `known` is the share of frequencies known beforehand, 0 for a line at no such frequency.
+    The parts are for all frequencies, for octaves and, if the record shows any, for the frequencies of `known_bands`. The
+    unit is the false alarms of one trial in the first part. `general` is 1 plus those from the octave of the line. `known`
+    are those from its known band, 0 outside these bands.
     """
     whole = line_trials(n)
     octaves = max(1.0, np.log2(n / 2.0))

@@ -19,11 +19,11 @@ MAX_MODE_DAMPING = 0.2
 
 
 def prior(effect: Effect) -> float:
-    """Part of a model's score that depends only on the kind of one effect, nats.
+    """Part of a model's score for one effect, nats: from its kind, and the width of a band, but not from the record.
 
     It is +3 for a common cause, 0 for others, and −3 per coefficient if the effect names no cause. Common causes are
     the standard coefficients (Q, N, B, K, R) and functions of a logged column. Power laws, bands too wide for a mode of
-    a structure, and functions with additional parameters name no cause. ±3 nats are odds of 20 : 1.
+    a structure, and extended forms of slow functions name no cause. ±3 nats are odds of 20 : 1.
     """
     slow = effect if isinstance(effect, Deterministic) and effect.screened == "slow" else None
     if effect.last_resort or is_broad(effect) or (slow and slow.refined):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.effects import Deterministic
@@ -63,26 +64,25 @@ class _Distribution:
     logarithmic: bool = False
 
     def cumulative_probability(self, x: float) -> float:
-        """Probability of a parameter of at most x.
+        """Probability that the parameter is at most x.
 
-        The law is normal on each side of the value, or log-normal if `logarithmic`. An upper limit has probability ½ at
-        0.
+        The distribution is normal on each side of the value, or log-normal if `logarithmic`. An upper limit (`low` is 0)
+        has probability ½ at 0 and is half normal above. A fixed value (`low` equals `high`) is a step from 0 to 1.
         """
         from scipy.special import ndtr
 
         if self.high == self.low:
             return float(x >= self.value)
-        if self.logarithmic and self.low <= 0.0:
-            # An upper limit: probability ½ at 0, otherwise half normal.
-            return float(ndtr(NORMAL * x / self.high)) if x >= 0.0 else 0.0
-        if not self.logarithmic:
-            end = self.low if x < self.value else self.high
-            return float(ndtr(NORMAL * (x - self.value) / max(abs(end - self.value), 1e-300)))
-        if x <= 0.0:
-            return 0.0
         end = self.low if x < self.value else self.high
-        width = max(abs(np.log(end / self.value)), 1e-12)
-        return float(ndtr(NORMAL * np.log(x / self.value) / width))
+        if not self.logarithmic:
+            score = (x - self.value) / max(abs(end - self.value), 1e-300)
+        elif x < 0.0 or (x == 0.0 and self.low > 0.0):
+            return 0.0
+        elif self.low <= 0.0:
+            score = x / self.high
+        else:
+            score = np.log(x / self.value) / max(abs(np.log(end / self.value)), 1e-12)
+        return float(ndtr(NORMAL * score))
 
 
 def undecided(fit: Fit) -> Undecided | None:
@@ -120,20 +120,19 @@ def undecided(fit: Fit) -> Undecided | None:
             if has_interval(estimate):
                 own[name] = _interval(laws, weights)
         intervals.append(own)
-    names = (solution.model.name for _, solution in found.values())
-    models = tuple(zip(names, map(float, weights), strict=True))
-    likely = list(zip((s.model for _, s in found.values()), map(float, weights), strict=True))
-    return Undecided(models, tuple(intervals), _replacements(fit.model, likely[1:]))
+    models = list(zip((s.model for _, s in found.values()), weights.tolist(), strict=True))
+    names = tuple((model.name, weight) for model, weight in models)
+    return Undecided(names, tuple(intervals), _replacements(fit.model, models[1:]))
 
 
 def _replacements(
     chosen: Model, others: list[tuple[Model, float]]
 ) -> tuple[tuple[tuple[Effect, ...], float] | None, ...]:
-    """Tuple with (replacing effects, probability) for each effect of the chosen model; None if no other model lacks it.
+    """Tuple with one element for each effect of the `chosen` model: (replacing effects, probability), or None.
 
     Replacing effects are those of the most likely model without the effect that have a kind new to the chosen model.
-    The probability is the sum of all models without the effect. `others` are pairs of another model and its
-    probability.
+    The probability is the sum over all models without the effect. It is None if every model has the effect. `others` are
+    pairs of another model and its probability.
     """
     own = Counter(e.kind for e in chosen)
     found: list[tuple[tuple[Effect, ...], float] | None] = []
@@ -209,9 +208,7 @@ def _distribution(value: Any) -> _Distribution:
     return _Distribution(float(value), low, high, logarithmic)
 
 
-def _interval(
-    laws: list[_Distribution], weights: np.ndarray[Any, np.dtype[np.float64]]
-) -> tuple[float, float]:
+def _interval(laws: list[_Distribution], weights: NDArray[np.float64]) -> tuple[float, float]:
     """Pair: central 95 % interval of a weighted mixture of distributions, by bisection."""
     reach = max(max(abs(law.low), abs(law.high), abs(law.value)) for law in laws)
     least = -4.0 * reach if any(min(law.low, law.value) < 0.0 for law in laws) else 0.0

@@ -46,31 +46,23 @@ class SummaryBins(Bins):
         return np.concatenate([low, self.folds[0, 1]])
 
     def folded(self, ordinates: Array, folds: int) -> tuple[Array, Array]:
-        """Pair of arrays, shape (folds, bins): number of ordinates and sum of squares of each bin in each fold."""
-        number, total = _low_bins(self).folded(ordinates, folds)
+        """Pair (number, sum of squares) of the ordinates of each fold in each bin, two arrays of shape (folds, bins).
+
+        Fold k, for cross-validation, has the single ordinates j, and the coefficients m of segments, with j or m modulo
+        `folds` = k. `folds` must be 5.
+        """
+        edges, count = self.edges[: self.known + 1], self.count[: self.known]
+        low = Bins(self.n, edges, count, self.nodes, self.owner, self.groups)
+        number, total = low.folded(ordinates, folds)
         high = self.folds[1:]
-        return (
-            np.hstack([number, high[:, 0]]),
-            np.hstack([total, high[:, 0] * high[:, 1]]),
-        )
-
-
-def _low_bins(bins: SummaryBins) -> Bins:
-    """`Bins` of the low frequencies that have single ordinates."""
-    return Bins(
-        bins.n,
-        bins.edges[: bins.known + 1],
-        bins.count[: bins.known],
-        bins.nodes,
-        bins.owner,
-        bins.groups,
-    )
+        return np.hstack([number, high[:, 0]]), np.hstack([total, high[:, 0] * high[:, 1]])
 
 
 def folds_of(reading: Reading, bins: Bins, known: int, folds: int = 5) -> Array:
-    """Array of number of ordinates and mean power of the bins without single ordinates, shape (folds + 1, 2, bins − known).
+    """Array of (number of ordinates, mean power) of each bin without single ordinates, shape (folds + 1, 2, bins − known).
 
-    The first entry has all coefficients, the others those of each fold.
+    `known` is the number of bins with single ordinates. Entry 0 is of all coefficients of the segments' transforms. Entry
+    k + 1 is of those with index modulo `folds` = k (a fold for cross-validation). Spectral lines are removed.
     """
     edges, power, place = [], [], []
     for level in reversed(range(len(reading.octaves))):
@@ -90,9 +82,7 @@ def folds_of(reading: Reading, bins: Bins, known: int, folds: int = 5) -> Array:
             np.diff(np.interp(wanted, j, np.concatenate([[0.0], np.cumsum(v)])))
             for v in (own, own * level_of)
         )
-        share = inside / np.maximum(inside, 1e-300)
-        out[fold, 1] = total / np.maximum(inside, 1e-300)
-        out[fold, 0] = inside * share
+        out[fold] = inside, total / np.maximum(inside, 1e-300)
     # The ends of the coefficient grid differ from those of the record by half an ordinate.
     count = np.diff(bins.edges[known:]).astype(float)
     out[0, 0] = count

@@ -86,14 +86,15 @@ class SummaryData(Data):
         return time
 
     def transform(self, series: Array) -> Array:
-        """Array of the lowest ordinates, shape (known,), of a slow series sampled at `time`."""
+        """Array of the lowest ordinates, shape (known,), of a slow series given at `time`; scaled as at the full rate."""
         found = _kernels.cosine_transform(np.ascontiguousarray(series))[: self.ordinates.size]
         return np.asarray(found * np.sqrt(self.factor))
 
     def factors(self) -> NDArray[np.int64]:
-        """Array of the averaging factors of the accumulated Allan curve, up to a third of the record.
+        """Array of the averaging factors, in samples, of the Allan curve that the summary accumulated.
 
-        Factors at which most differences are missing are excluded, unless 16 kept samples resolve them.
+        They reach a third of the record. Factors at which most differences are missing are excluded, unless 16 kept samples
+        lie within τ.
         """
         curve: Deviation = self.summary.oadev()
         m = curve.factors
@@ -103,8 +104,9 @@ class SummaryData(Data):
     def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
         """Array of the overlapping Allan deviation, U, of the record minus the signal `subtracted`, shape of `factors`.
 
-        The accumulated curve is used. Where differences are missing, or with a signal, the kept samples are used if 16
-        of them resolve τ. Variances are at least 1e-6 of the accumulated ones.
+        It comes from the sums that the summary accumulated. Where gaps left out differences, or with a signal, it is
+        computed from the kept (low-rate) samples if 16 of them lie within τ. At shorter τ the variance of a signal is
+        subtracted. At least 1e-6 of the accumulated variance remains.
         """
         curve: Deviation = self.summary.oadev()
         at = np.searchsorted(curve.factors, factors)
@@ -134,19 +136,11 @@ class SummaryData(Data):
         return Maps(self.reading, self.rate, self.summary.start, self.summary.n)
 
     def octaves(self, expected: Any, relative_power: Any) -> list[tuple[int, int, Array, float]]:
-        """List of the power over time of octaves kept in segments, relative to the expected power, highest octave first.
+        """List of (first ordinate, end ordinate, power, number) of the octaves above the single ordinates, highest first.
 
-        Parameters
-        ----------
-        expected : callable
-            Maps ordinates j to their expected density, U² per sample.
-        relative_power : callable
-            Maps ordinates j and times to the expected power relative to that density, shape (times, ordinates).
-
-        Returns
-        -------
-        list of (first ordinate, end ordinate, power, values)
-            Relative power in `TIME_CELLS` time cells, and the number of ordinates averaged in each.
+        `power` is relative to the expected power, in 160 equal time cells; `number` squared ordinates are averaged in each.
+        `expected` maps ordinates to their expected density, U² per sample. `relative_power` maps ordinates and times to the
+        expected power relative to this density, shape (times, ordinates).
         """
         out, maps = [], self.maps
         cut = self.n
@@ -176,9 +170,9 @@ class SummaryData(Data):
         return round(LOW * self.n / (SEGMENT << level))
 
     def at_octave_resolution(self, power: Array, first: int) -> Array:
-        """Array of power over time, averaged to the time resolution of the octave that starts at ordinate `first`.
+        """Array like `power` (160 equal time cells), averaged over the time blocks in which an octave is kept.
 
-        Unchanged if no octave starts there.
+        `first` is the first ordinate of the octave. `power` itself is returned if no octave starts there.
         """
         levels = range(len(self.reading.octaves))
         level = next((level for level in levels if self._first_of(level) == first), None)

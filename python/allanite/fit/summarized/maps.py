@@ -62,7 +62,10 @@ class Maps:
         return np.asarray(edges.clip(0.0, self.n))
 
     def at_octave_resolution(self, power: Array, level: int) -> Array:
-        """Array of power in `TIME_CELLS` time cells, averaged to the blocks of octave `level`, shape (TIME_CELLS,)."""
+        """Array like `power`, shape (TIME_CELLS,), averaged over the time blocks in which octave `level` is kept.
+
+        `power` has one value for each of 160 equal time cells.
+        """
         edges = np.unique(self.edges(self.reading.octaves[level].blocks, level))
         # Incomplete blocks at the ends are joined with their neighbor.
         edges[0], edges[-1] = 0.0, self.n
@@ -114,7 +117,8 @@ def redistributed(values: Array, edges: Array, others: Array) -> Array:
 def fine_bands(level: int) -> tuple[NDArray[np.int64], Array, Array]:
     """Tuple (edges, middles, gains) of the fine frequency bands of an octave after `level` halvings of the rate.
 
-    Edges and middles are indices of transform coefficients; gains are the remaining fractions of the power.
+    Edges and middles are indices of coefficients of a segment's transform. Gains are the expected square of a coefficient
+    over the density of the record at its frequency.
     """
     edges = LOW + np.arange(FINE + 1, dtype=np.int64) * LOW // FINE
     middle = np.asarray(0.5 * (edges[1:] + edges[:-1]), dtype=np.float64)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Modifier
 from allanite.fit.rivals.alternatives import is_detected, is_removable
+from allanite.fit.rivals.pairs import alternative_pairs
 from allanite.fit.rivals.score import is_broad, prior
-from allanite.fit.rivals.together import together
 from allanite.study.moves.replace import may_take_the_place
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]
             if all(may_take_the_place(effect, out) for effect in pair.model.effects[-2:]):
                 yield pair.evidence - prior(out), (place,), pair.model
         for other in _filters_beside(fit, place):
-            for pair in together(fit, place, also=other):
+            for pair in alternative_pairs(fit, place, also=other):
                 if fit.model.effects[other].kind in pair.kinds:
                     yield pair.evidence - prior(out), (place, other), pair.model
 

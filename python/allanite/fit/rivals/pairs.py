@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
+from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.rivals.alternatives import (
     MAX_POLISH_DELTA_LOGL,
@@ -69,8 +69,8 @@ class Pair:
 def can_be_split(effect: Effect) -> bool:
     """True if a search may replace this effect by two.
 
-    True for slow effects, effects that only describe a shape (last resort), and broad humps of the spectrum, if
-    removable.
+    True for slow effects, power laws and other effects that only describe a spectrum, and broad humps of the spectrum.
+    False if the effect may not be removed (`is_removable`), and for all others.
     """
     if not is_removable(effect):
         return False
@@ -79,11 +79,12 @@ def can_be_split(effect: Effect) -> bool:
     return effect.screened == "slow"
 
 
-def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
-    """Tuple of (ln evidence over the fit, indices, solution) of models in which one or two processes replace two slow ones.
+def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
+    """Tuple of (ln evidence minus that of the fit, indices, solution) of models without two of its slow processes.
 
-    `indices` are the two replaced effects, detected random processes that drift slowly. Models whose evidence is lower
-    by `MAX_RIVAL_LOG_EVIDENCE` or more are omitted. A search that changes one process at a time can miss these models.
+    One or two processes of other kinds replace the two. `indices` are the places of the replaced effects in the model:
+    detected random processes that drift slowly. Models whose evidence is lower by 3 nats or more are omitted. A search that
+    changes one process at a time can miss these models.
     """
     effects = fit.model.effects
     wandering = [
@@ -96,7 +97,7 @@ def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], .
     ]
     found = []
     for out in combinations(wandering, 2):
-        if len(effects) == len(out):
+        if len(effects) == 2:
             continue
         kinds = [
             cls
@@ -126,12 +127,12 @@ def instead_of_two(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], .
     return tuple(found)
 
 
-def together(fit: Fit, place: int, also: int | None = None) -> list[Pair]:
-    """List of `Pair`: two effects that may replace the effect at index `place`, the highest evidence first.
+def alternative_pairs(fit: Fit, place: int, also: int | None = None) -> list[Pair]:
+    """List of `Pair`, the highest evidence first: two effects that may replace the one at index `place`.
 
     At least one of the two is a declared alternative of that effect. Pairs 3 nats or more below the evidence of the fit
-    are omitted. With `also`, the effect at this second index is removed, too. Empty if the effect cannot be split, or
-    if no other effect remains.
+    are omitted. With `also`, the effect at this second index is removed, too. The list is empty if the effect is neither a
+    filter nor fit to be split (`can_be_split`), or if no other effect remains.
     """
     effects = fit.model.effects
     out = effects[place]
@@ -172,13 +173,20 @@ class _PairSearch:
     min_evidence: float
 
     def pairs(self) -> list[tuple[float, Model]]:
-        """List, in no order, of (ln evidence at shapes from a grid, model) of candidate pairs.
+        """List, in no order, of (ln evidence, model) of candidate pairs; their shapes are values of a grid.
 
         Filters and broad bands are replaced by a filter and a process. Other effects are replaced by two functions, two
         processes or one of each.
         """
         if is_broad(self.out) or isinstance(self.out, Modifier):
-            return self._process_filter_pairs()
+            # Quantization behind a filter has the same edge as another filter or a hump.
+            filters = [
+                cls
+                for cls in CATALOGUE
+                if issubclass(cls, Modifier) and cls.screened == "spectral" and cls.may_be(self.out)
+            ]
+            processes = self._fits_with_process()
+            return [pair for one in processes for pair in self._with_second_effect(one, filters)]
         scans = list(self._scans(self.base))
         slow = sorted(best_of_kinds(scans).values(), key=lambda each: -each[0])
         found = self._function_pairs(scans)
@@ -187,11 +195,7 @@ class _PairSearch:
             solve(self.data, self.base.model + e, like=self.base, rounds=3, polish=False)
             for _, e in slow[:MAX_FIRST_FUNCTIONS]
         ]
-        processes = [
-            s
-            for cls in self._alternative_processes()
-            if (s := fit_replacement(cls, self.base, self.data)) is not None
-        ]
+        processes = self._fits_with_process()
         for one in processes:
             first = one.model.effects[-1]
             for gain, other in best_of_kinds(self._scans(one)).values():
@@ -224,30 +228,15 @@ class _PairSearch:
         """True if at least one of the two effects (or classes) is a declared alternative of the removed effect."""
         return any(one.may_be(self.out) for one in pair)
 
-    def _process_filter_pairs(self) -> list[tuple[float, Model]]:
-        """List of (ln evidence, model) of candidate pairs of a random process and a filter.
-
-        Quantization behind a filter has the same edge as another filter or a hump.
-        """
-        filters = [
-            cls
-            for cls in CATALOGUE
-            if issubclass(cls, Modifier) and cls.screened == "spectral" and cls.may_be(self.out)
-        ]
-        first = (
-            fit_replacement(cls, self.base, self.data) for cls in self._alternative_processes()
-        )
-        return [
-            pair
-            for one in first
-            if one is not None
-            for pair in self._with_second_effect(one, filters)
-        ]
+    def _fits_with_process(self) -> list[Solution]:
+        """List of fits (`Solution`) of the base model plus one process, for those `_alternative_processes` that fit."""
+        fits = (fit_replacement(c, self.base, self.data) for c in self._alternative_processes())
+        return [one for one in fits if one is not None]
 
     def _alternative_processes(self) -> list[type[Effect]]:
         """List of the classes of random processes that are declared alternatives of the removed effect.
 
-        Its own kind is excluded, and so are kinds that only describe a shape without naming a cause.
+        Its own kind is excluded, and so are power laws and other kinds that describe a spectrum without naming a cause.
         """
         return [
             cls
@@ -260,16 +249,13 @@ class _PairSearch:
         ]
 
     def _scans(self, base: Solution) -> Iterator[Scan]:
-        """Iterator over the matched-filter scans (see `slow_scans`) of all slow functions that may be part of a pair."""
-        return slow_scans(base, self.data, self._may_be_paired)
+        """Iterator over the matched-filter scans (see `slow_scans`) of the slow functions that may be part of a pair.
 
-    def _may_be_paired(self, blank: Deterministic) -> bool:
-        """True if the slow function `blank` may be one of the two effects that replace the removed effect.
-
-        Its kind must differ from that of the removed effect, and must not be a refinement of a simpler kind.
+        Excluded are functions of the removed kind, and extended forms of simpler functions (`Deterministic.refined`).
         """
-        # Refined forms are considered only as extensions of the plain form.
-        return blank.kind != self.out.kind and not blank.refined
+        return slow_scans(
+            base, self.data, lambda blank: blank.kind != self.out.kind and not blank.refined
+        )
 
     def _function_pairs(self, scans: list[Scan]) -> list[tuple[float, Model]]:
         """List of (ln evidence, model) of at most six pairs of slow functions, fitted with the shapes of the grid.
