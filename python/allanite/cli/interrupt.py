@@ -11,12 +11,9 @@ import _thread
 import signal
 import sys
 import time
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from types import FrameType
+from types import FrameType
 
 #: Time until an interrupt that had no effect is raised again, s. Chosen by judgment; not measured.
 REPEAT_SECONDS = 0.05

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import shutil
 import sys
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir
-from typing import IO, TYPE_CHECKING
+from typing import IO
 
 from allanite.common.errors import InputError, about
 from allanite.common.memory import bytes_text
 from allanite.readers import FORMATS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 #: Name of a log on the command line that stands for standard input, and its name in messages.
 STANDARD_INPUT = "-"

@@ -112,16 +112,7 @@ class Estimate(float):
             if not own or column != same:
                 raise
             factor = conversion(own, other)
-        return Estimate(
-            self.value * factor,
-            None if self.std_error is None else self.std_error * factor,
-            None
-            if self.interval is None
-            else (self.interval[0] * factor, self.interval[1] * factor),
-            unit,
-            self.detected,
-            self.name,
-        )
+        return scaled_estimate(self, factor, unit)
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: value, std_error, interval, unit, detected.
@@ -150,6 +141,20 @@ class Estimate(float):
     def __format__(self, spec: str) -> str:
         """Text of the plain float with a format specification, or `repr` without one."""
         return format(self.value, spec) if spec else repr(self)
+
+
+def scaled_estimate(given: Estimate, factor: float, unit: str) -> Estimate:
+    """`Estimate` in `unit`, whose value, standard error and interval are those of `given`, multiplied by a factor."""
+    return Estimate(
+        given.value * factor,
+        None if given.std_error is None else given.std_error * factor,
+        None
+        if given.interval is None
+        else (given.interval[0] * factor, given.interval[1] * factor),
+        unit,
+        given.detected,
+        given.name,
+    )
 
 
 def _finite_or_none(value: float | None) -> float | None:

@@ -6,7 +6,9 @@ with `render` and `TARGETS` in this folder, in `filters/` or in `simulators/`; m
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE
@@ -17,10 +19,6 @@ from allanite.recording.axis_names import AXIS
 from allanite.recording.samples import find_column
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-    from typing import Any
-
     from allanite.sources import Source
 
 __all__ = [

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from allanite.common.arrays import Array
 from allanite.common.documents import invalid_as_input_error
 from allanite.common.errors import InputError
-from allanite.common.parameters import Estimate
+from allanite.common.parameters import Estimate, scaled_estimate
 from allanite.common.units import (
     ACCELERATION,
     ANGULAR_RATE,
@@ -21,20 +22,10 @@ from allanite.common.units import (
     parse_unit,
 )
 from allanite.common.validation import positive, positive_rate
-from allanite.effects._base import Stochastic
-from allanite.effects._modifier import Modifier
+from allanite.effects import Effect, Model, Modifier, Parameter, Stochastic
 from allanite.effects.files import model_from_dict
-from allanite.effects.model import Model
 from allanite.exports._text import MAX_SENTENCE_LENGTH, plain
-from allanite.sources import documents_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-
-    from numpy.typing import NDArray
-
-    from allanite.effects import Effect, Parameter
-    from allanite.sources import Source
+from allanite.sources import Source, documents_of
 
 SI = {
     ANGULAR_RATE: "rad/s",
@@ -52,8 +43,8 @@ LEVEL_SEGMENT, MAX_LEVEL_SEGMENTS = 10.0, 1000
 #: Expected square of a coefficient that was not detected, over the square of its 95 % upper limit: the square of a
 #: deviation at its lower bound has a half-normal distribution, of mean 0.798 σ and 95 % point 1.960 σ.
 EXPECTED_SQUARE = 0.798 / 1.960
-#: Parameters of a process at most for which the ellipsoid of their errors is sampled, by 3^n directions.
-MOST_JOINT = 4
+#: Maximum number n of parameters of a process for which the ellipsoid of their errors is sampled, in 3^n - 1 directions.
+MAX_JOINT_PARAMETERS = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +136,7 @@ class Axis:
         return self.rate or RATE
 
     @property
-    def taus(self) -> NDArray[np.float64]:
+    def taus(self) -> Array:
         """Averaging times in s, ascending, from one sample to the horizon, but at least to ten samples.
 
         About eight per decade, each a whole number of samples.
@@ -157,7 +148,7 @@ class Axis:
     def steady_model(self, *, upper: bool = False) -> Model:
         """`Model` of the fitted values, with its white noise at the mean level over the record.
 
-        With `upper`, `Model` of the upper limits, with its white noise at the level of the loudest segment.
+        With `upper`, the values are the upper limits, and the white noise is at the level of the loudest segment.
         """
         return _at_loudest_level(self.limits, self.span) if upper else self.model.steady(self.span)
 
@@ -171,22 +162,22 @@ class Axis:
 
     @property
     def expected_model(self) -> Model:
-        """`Model` with every effect at its expected size, and its white noise at the mean level over the record."""
+        """`Model` with fitted coefficients, and white noise at its mean level over the record.
+
+        A coefficient that was not detected has its expected size: 0.64 times its 95 % upper limit.
+        """
         return self.expected.steady(self.span)
 
     @property
     def has_noise(self) -> bool:
-        """True if any random process has a positive expected coefficient.
-
-        For a process that was not detected, 0.64 times its limit counts.
-        """
+        """True if any random process has a positive coefficient; one that was not detected has its expected size."""
         return any(getattr(e, e.coefficient) > 0.0 for e in self.expected_model.stochastic)
 
     @property
     def broad_model(self) -> Model:
-        """`Model` of the filters and the random processes of expected size, without processes in narrow frequency bands.
+        """`expected_model` without deterministic effects and without random processes in narrow frequency bands.
 
-        If all processes have narrow bands, it contains all of them. White noise is at its mean level.
+        If all processes have narrow bands, it contains all of them.
         """
         whole = self.expected_model
         wide = [e for e in whole.stochastic if e.occupies is None]
@@ -196,7 +187,7 @@ class Axis:
     def slow_model(self) -> Model:
         """`Model` of white and slow noise: no narrow bands, no noise that averages out faster than white noise.
 
-        It contains the filters. It is empty if no process remains.
+        The effects that modify white noise, such as filters, remain. The model is empty if no process remains.
         """
         broad = self.broad_model
         kept = [
@@ -205,12 +196,12 @@ class Axis:
         return Model((*kept, *broad.modifiers)) if kept else Model(())
 
     def _is_faster_than_white(self, effect: Effect) -> bool:
-        """True if τσ²(τ), constant for white noise, rises nowhere and falls by more than 1 % in total over `taus`."""
+        """True if the Allan variance falls faster than 1/τ: τσ²(τ) never rises over `taus` and falls by over 1 %."""
         tau = self.taus
         level = tau * effect.allan_variance(tau, self.sampling)
         return bool((np.diff(level) <= 1e-6 * level[0]).all() and level[-1] < 0.99 * level[0])
 
-    def allan(self, taus: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
+    def allan(self, taus: Array, *, upper: bool = False) -> Array:
         """Allan variance of the model at the averaging times `taus` (s), SI, shape of `taus`; includes known functions.
 
         With `upper`, the largest variance within the intervals of the model at each τ. White noise is at its mean
@@ -224,7 +215,7 @@ class Axis:
             lambda m: m.allan_variance(taus, rate), known
         )
 
-    def psd(self, f: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
+    def psd(self, f: Array, *, upper: bool = False) -> Array:
         """Two-sided density of the model's random processes at the frequencies `f` (Hz), SI, shape of `f`.
 
         With `upper`, the largest density within the intervals of the model at each frequency. White noise is at its
@@ -235,12 +226,11 @@ class Axis:
             return self.scale**2 * self.steady_model().psd(f, rate)
         return self.scale**2 * self._sum_largest_curves(lambda m: m.psd(f, rate), np.zeros(f.shape))
 
-    def _sum_largest_curves(
-        self, curve: Callable[[Model], NDArray[np.float64]], total: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Array `total` plus, for each random process, the pointwise maximum of `curve` over its models in `self.corners`.
+    def _sum_largest_curves(self, curve: Callable[[Model], Array], total: Array) -> Array:
+        """Array `total` plus, for each random process, the elementwise maximum of ``curve(model)`` over its models.
 
-        These models have the parameters of the process at the ends of their intervals, at the loudest time of the record.
+        These models, `self.corners`, have the parameters of the process at the ends of their intervals. White noise is
+        at the level of the loudest segment.
         """
         for forms in self.corners:
             total = total + np.maximum.reduce(
@@ -252,7 +242,8 @@ class Axis:
 def _loudest_segment(model: Model, span: tuple[float, float]) -> tuple[float, float]:
     """Pair (start, end), s, of the segment with the largest mean white-noise level; the first of equal ones.
 
-    The segments have equal lengths of at least 10 s. There are at most 1000; a shorter span is one segment.
+    The span is divided into equal segments of 10 s or slightly longer, into 1000 segments at most. A span below 20 s is
+    one segment.
     """
     count = int(np.clip((span[1] - span[0]) / LEVEL_SEGMENT, 1, MAX_LEVEL_SEGMENTS))
     edges = np.linspace(*span, count + 1)
@@ -261,10 +252,7 @@ def _loudest_segment(model: Model, span: tuple[float, float]) -> tuple[float, fl
 
 
 def _at_loudest_level(model: Model, span: tuple[float, float]) -> Model:
-    """`Model` with its white noise at the constant mean level of the loudest segment within `span` (s).
-
-    Without segments of different level, at the mean level over `span`.
-    """
+    """Copy of a model whose white noise has a constant level: that of the loudest segment in `span` (start, end in s)."""
     return model.steady(_loudest_segment(model, span) if model.levels else span)
 
 
@@ -383,10 +371,11 @@ def _plain_sentences(lines: Iterable[object]) -> tuple[str, ...]:
 
 
 def _expected_and_upper(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:
-    """Pair of effects: (effect with its expected coefficient, effect with its coefficient at the upper limit).
+    """Pair of copies of an effect: with its expected coefficient, and with its coefficient at the upper limit.
 
-    The expected coefficient is the fitted one, or 0.64 times the upper end of its interval if it was not detected. Both
-    are the given effect if it is not random or has no upper end.
+    The expected coefficient is the fitted one, or 0.64 times the upper end of its interval if it was not detected. The
+    upper limit is that end, or that of an alternative model if larger. `entry` is the effect in the document of the
+    fit. If the effect is not random, or has no upper end, both are the given effect.
     """
     if not isinstance(effect, Stochastic):
         return effect, effect
@@ -404,16 +393,16 @@ def _expected_and_upper(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effec
 
 
 def model_of_expected_size(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Model:
-    """`Model` with every effect at its expected size; with `overbound`, at its upper limit.
+    """Copy of a model in which a coefficient that was not detected is 0.64 times its limit; with `overbound`, upper limits.
 
     Parameters
     ----------
     document : mapping
-        Document of a fit. Without intervals in it, the model is returned unchanged.
+        Document of a fit. Without intervals in it, the values are unchanged.
     model : Model
         Model of the document.
     overbound : bool
-        Whether every effect gets its upper limit.
+        Whether every coefficient of a random process gets its upper limit.
     """
     with invalid_as_input_error("the intervals do not have the format of a fit"):
         entries = document.get("effects") or [{}] * len(model)
@@ -424,9 +413,10 @@ def model_of_expected_size(document: Mapping[str, Any], model: Model, *, overbou
 
 
 def _effects_at_interval_ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
-    """List of effects: the given one, then copies with all combinations of values and interval ends of its free shapes.
+    """List of effects: the given one, then copies with all combinations of fitted values and interval ends of its shapes.
 
-    Without free shapes or intervals, only the given one.
+    Shapes are parameters such as a time constant. Only shapes that the fit could change (not held) and that have an
+    interval count; without one, the list has the given effect alone.
     """
     found = [effect]
     for name in effect.free_shapes:
@@ -473,15 +463,15 @@ def _effects_on_joint_border(
     compensate. In the linear approximation the largest levels within the region are above the true curve at all
     frequencies at once with a probability of 95 %. Values are clipped to the range of the parameter.
 
-    The list is empty for an effect that is not random, without free shapes, or with more than `MOST_JOINT` parameters;
-    without all correlations; or if `_half_widths` is None for a parameter. It is also empty if the coefficient of `upper`,
-    as from an alternative model, exceeds the upper end of its own interval, or if that end is 0. For an empty list, the
-    caller combines the ends of all intervals.
+    The list is empty if the effect is not random, has no free shape, or has more than `MAX_JOINT_PARAMETERS`
+    parameters. It is also empty without all correlations, or if `_half_widths` is None for a parameter. Last, it is
+    empty if the upper end of the coefficient is 0, or if `upper` has a larger coefficient (of an alternative model).
+    For an empty list, the caller combines the ends of all intervals.
     """
     if not isinstance(effect, Stochastic) or not effect.free_shapes:
         return []
     names = (effect.coefficient, *effect.free_shapes)
-    if len(names) > MOST_JOINT:
+    if len(names) > MAX_JOINT_PARAMETERS:
         return []
     keys = [name if name == label else f"{label}.{name}" for name in names]
     if any((a, b) not in correlations for a in keys for b in keys):
@@ -520,7 +510,7 @@ class _HalfWidths:
 
 
 def _half_widths(effect: Effect, name: str, given: Mapping[str, Any]) -> _HalfWidths | None:
-    """`_HalfWidths` of a fitted value: distances to the ends of its interval, of its logarithm for a positive parameter.
+    """`_HalfWidths` of a fitted value: distances to both ends of its 95 % interval, in logarithms for a positive parameter.
 
     None if the parameter has no value or was not detected, or if its interval is open or does not contain the value.
     None also for a positive parameter whose interval reaches 0.
@@ -545,7 +535,7 @@ def _joint_radius(size: int) -> float:
     return float(np.sqrt(chi2.ppf(0.95, size) / chi2.ppf(0.95, 1)))
 
 
-def _unit_directions(size: int) -> NDArray[np.float64]:
+def _unit_directions(size: int) -> Array:
     """Array of vectors in the space of `size` parameters, one per row, shape (directions, size).
 
     In a plane, 16 vectors slightly longer than 1, so that the polygon through them encloses the circle. In more
@@ -560,10 +550,10 @@ def _unit_directions(size: int) -> NDArray[np.float64]:
 
 
 def _models_at_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
-    """Tuple with one tuple of models per random process: its models at all corners of the parameter intervals.
+    """Tuple with one tuple of models per random process: its models with parameters at the ends of their intervals.
 
-    Each model has the process and every modifier at one corner; all combinations occur. `forms` holds, for each effect of
-    the model, the list of its copies at the corners.
+    `forms` holds, for each effect of the model, the list of its copies with such parameters. Each returned model has
+    one copy of the process and one of every modifier (an effect that acts on the white noise); all combinations occur.
     """
     acting = [own for own in forms if isinstance(own[0], Modifier)]
     behind = list(product(*acting))
@@ -575,7 +565,7 @@ def _models_at_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...]
 
 
 def warning_of(document: Mapping[str, Any]) -> str:
-    """Text with the reason not to trust a fit, without its name; empty if the fit is adequate or was not tested.
+    """Text with the reason not to trust a fit, without its name; empty unless the document says that it is not adequate.
 
     The reason is that quantization distorts the coefficients, or else the largest ratio of modeled and measured Allan
     deviation. The text is ASCII, because some programs refuse other characters in comments.
@@ -599,36 +589,28 @@ def warning_of(document: Mapping[str, Any]) -> str:
 
 
 def _estimate_in_unit(given: Mapping[str, Any], one: Parameter, own: str, target: str) -> Estimate:
-    """`Estimate` of a parameter in a document, in the unit that the parameter has if samples are in `target`.
+    """`Estimate` of a parameter, read from its entry in a document, and converted for samples in the unit `target`.
 
-    It has no interval if an end is missing.
+    The samples of the document are in `own`. The estimate has no interval if an end is missing.
     """
-    name, power = one.name, one.unit
+    power = one.unit
     assert not isinstance(power, str)
-    bounds = given.get("interval")
-    interval = (
-        None
-        if bounds is None or None in bounds
-        else (float(bounds[0] or 0.0), float(bounds[1] or 0.0))
-    )
-    unit = given.get("unit") or coefficient_unit(own, power)
+    ends: Any = given.get("interval") or (None, None)
     return Estimate(
-        given["value"], given.get("std_error"), interval, unit, given.get("detected", True), name
+        given["value"],
+        given.get("std_error"),
+        None if None in ends else ends,
+        given.get("unit") or coefficient_unit(own, power),
+        given.get("detected", True),
+        one.name,
     ).to(coefficient_unit(target, power))
 
 
-def _scaled_estimate(value: Estimate, factor: float) -> Estimate:
-    """`Estimate` with value, standard error and interval multiplied by a factor; a missing error or interval stays None."""
-    return Estimate(
-        factor * value,
-        None if value.std_error is None else factor * value.std_error,
-        None
-        if value.interval is None
-        else (factor * value.interval[0], factor * value.interval[1]),
-        value.unit,
-        value.detected,
-        value.name,
-    )
+def value_or_limit(estimate: Estimate) -> tuple[float, str]:
+    """Pair (value, remark): the fitted coefficient and ``""``; if it was not detected, its upper limit and a remark."""
+    if estimate.detected or estimate.interval is None:
+        return float(estimate), ""
+    return estimate.interval[1], "not detected, this is the 95 % upper limit"
 
 
 def gyro_and_accel_axes(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
@@ -679,7 +661,7 @@ def axis_for_export(
     horizon : float, optional
         Longest time without aiding, s. Default: 100 s or a tenth of the recording, whichever is shorter.
     whole_record : bool
-        Whether the default horizon is a tenth of the recording.
+        Whether the default horizon is a tenth of the recording, also if that is longer than 100 s.
     as_fitted, inflate : bool, float
         See `Axis`.
     """
@@ -695,7 +677,7 @@ def axis_for_export(
         inflate=inflate,
         scale=axis.scale * inflate,
         coefficients={
-            n: _scaled_estimate(value, inflate) for n, value in axis.coefficients.items()
+            n: scaled_estimate(value, inflate, value.unit) for n, value in axis.coefficients.items()
         },
         notes=(
             *axis.notes,

@@ -3,53 +3,54 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.exports._follow import SLACK, follow_lag, follow_walk, negligible_walk
-from allanite.exports._held import Choice, random_walk_effect
-from allanite.exports._overbound import overbound_lag, overbound_walk
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from allanite.effects.model import Model
-    from allanite.exports._axis import Axis
+from allanite.exports._axis import Axis, value_or_limit
+from allanite.exports._follow import (
+    follow_gauss_markov,
+    follow_walk,
+    followed_model,
+    negligible_walk,
+)
+from allanite.exports._held import NoiseParameters
+from allanite.exports._overbound import overbound_gauss_markov, overbound_walk
 
 #: Comment of files with a Gauss-Markov bias: where its correlation time comes from.
 TIME_NOTE = "T follows the Allan deviation of the model up to the horizon. It need not be a time constant of the sensor."
-#: Remark on a coefficient that was not detected.
-LIMIT = "not detected, this is the 95 % upper limit"
 
 
-def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> Choice:
-    """`Choice` with the N and K to be written for an axis: covering its limits, as fitted, or following its model.
+def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> NoiseParameters:
+    """`NoiseParameters` with the N and K that a file states for an axis: fitted, an overbound, or following its model.
 
     Parameters
     ----------
     axis : Axis
-        The axis. Its attributes also state the horizon, and whether the coefficients are written as fitted.
+        The axis. It also states the horizon, and with `Axis.as_fitted` whether the fitted coefficients are written.
     overbound : bool
-        True if N and K must cover the upper limits of the model. `axis.as_fitted` is then ignored.
+        True if N and K must cover the upper limits of the model. `Axis.as_fitted` is then ignored.
     simulator : bool
-        Whether the numbers are for a simulator. Otherwise they are for a filter.
+        Whether the file is for a simulator. Otherwise it is for a filter.
     """
     if overbound:
         return overbound_walk(axis)
-    return _fitted_choice(axis) if axis.as_fitted else follow_walk(axis, simulator=simulator)
+    return (
+        _fitted_choice(axis)
+        if axis.as_fitted
+        else follow_walk(followed_model(axis, simulator=simulator))
+    )
 
 
-def choose_lag(
+def choose_gauss_markov(
     axis: Axis, time: float | None = None, *, overbound: bool = False, simulator: bool = False
-) -> Choice:
-    """`Choice` with N and a Gauss-Markov process to be written for an axis. `time` fixes the correlation time, s.
+) -> NoiseParameters:
+    """`NoiseParameters` with the N and the Gauss-Markov process that a file states for an axis; `time` (s) fixes its time.
 
     The other parameters are those of `choose`. As fitted, the first Gauss-Markov process of the model is written if it
-    has this time; otherwise numbers follow the model.
+    has this time; otherwise N and the process follow the model.
     """
     if overbound:
-        return overbound_lag(axis, time)
+        return overbound_gauss_markov(axis, time)
     if axis.as_fitted:
         own = next((e.gauss_markov for e in axis.model.stochastic if e.gauss_markov), None)
         if own is not None and time in (None, own[1]):
@@ -62,11 +63,11 @@ def choose_lag(
                 correlation_time=own[1],
                 holds=(*held, "GM"),
             )
-    return follow_lag(axis, time, simulator=simulator)
+    return follow_gauss_markov(followed_model(axis, simulator=simulator), time)
 
 
-def _fitted_choice(axis: Axis) -> Choice:
-    """`Choice` with the fitted N and K; for a coefficient that was not detected, its upper limit.
+def _fitted_choice(axis: Axis) -> NoiseParameters:
+    """`NoiseParameters` with the fitted N and K; for a coefficient that was not detected, its upper limit.
 
     Without white noise in the model, N comes from the Allan deviation at one sample. Without a random walk, K is
     negligibly small. A changing white-noise level is averaged over the record.
@@ -77,16 +78,16 @@ def _fitted_choice(axis: Axis) -> Choice:
         estimate = axis.coefficients.get(name)
         if estimate is None:
             continue
-        limit = not estimate.detected and estimate.interval is not None
-        numbers[name] = float(estimate.interval[1] if limit and estimate.interval else estimate)
+        numbers[name], remark = value_or_limit(estimate)
         if name == "N" and axis.model.levels:
             numbers["N"] *= axis.model.mean_level(axis.span)
         if numbers[name] > 0.0:
             holds.append(name)
-            remarks += [(name, LIMIT)] if limit else []
+            remarks += [(name, remark)] if remark else []
     if not numbers["N"] > 0.0:
         tau = axis.taus[:1]
-        numbers["N"] = float(np.sqrt(_allan_variance(axis, axis.broad_model, tau) * tau)[0])
+        variance = axis.scale**2 * axis.broad_model.allan_variance(tau, axis.sampling)
+        numbers["N"] = float(np.sqrt(variance * tau)[0])
         remarks.append(
             (
                 "N",
@@ -94,24 +95,6 @@ def _fitted_choice(axis: Axis) -> Choice:
             )
         )
     if not numbers["K"] > 0.0:
-        numbers["K"] = negligible_walk(numbers["N"], axis)
+        numbers["K"] = negligible_walk(numbers["N"], axis.horizon, axis.sampling)
         remarks.append(("K", "the model has no random walk: this K is negligibly small"))
-    return Choice(numbers["N"], numbers["K"], remarks=tuple(remarks), holds=tuple(holds))
-
-
-def _allan_variance(axis: Axis, part: Model, tau: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Allan variance of the model `part` of an axis at the averaging times `tau` (s), SI, shape of `tau`."""
-    return axis.scale**2 * part.allan_variance(tau, axis.sampling)
-
-
-def smallest_covering_walk(axis: Axis, rest: Model) -> float:
-    """Smallest coefficient K (SI) of a random walk that, added to the model `rest`, covers the noise of the axis.
-
-    Covered means at least 98 % of the Allan deviation of the white and slow noise of the axis at every τ. The result is
-    0 if `rest` alone is sufficient.
-    """
-    tau = axis.taus
-    slow = (1.0 - SLACK) ** 2 * _allan_variance(axis, axis.slow_model, tau)
-    missing = slow - rest.allan_variance(tau, axis.sampling)
-    needed = float((missing / random_walk_effect(1.0).allan_variance(tau, axis.sampling)).max())
-    return float(np.sqrt(max(0.0, needed)))
+    return NoiseParameters(numbers["N"], numbers["K"], remarks=tuple(remarks), holds=tuple(holds))

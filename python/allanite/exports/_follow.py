@@ -12,27 +12,18 @@ The numbers for a simulator only follow the Allan deviation, from one sample on,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.common.arrays import Array
 from allanite.common.numbers import percent_text
-from allanite.effects import white_noise
-from allanite.exports._held import Choice, gauss_markov_effect, random_walk_effect
-from allanite.statespace.bias_filter import bias_filter_errors, mission_of, true_variance
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from allanite.effects.model import Model
-    from allanite.exports._axis import Axis
-    from allanite.statespace.bias_filter import Errors
-
-    Array = NDArray[np.float64]
+from allanite.effects import Model, white_noise
+from allanite.exports._axis import Axis
+from allanite.exports._held import NoiseParameters, gauss_markov_effect, random_walk_effect
+from allanite.statespace.bias_filter import Errors, bias_filter_errors, mission_of, true_variance
 
 #: Allowed relative shortfall of the Allan deviation, and allowed excess of the NEES over 1.
 SLACK = 0.02
@@ -86,17 +77,12 @@ class Quality:
     early: float
     at_horizon: float
 
-    @property
-    def log_ratio(self) -> float:
-        """Natural logarithm of `ratio`, the Allan deviation of the written numbers divided by that of the model."""
-        return float(np.log(self.ratio))
-
 
 @dataclass(frozen=True)
-class _FollowedModel:
-    """Model of an axis that the numbers must follow, and its broad and slow part, in units of `scale` SI units.
+class FollowedModel:
+    """Model of an axis that the numbers of a file must follow, in units of `scale` SI units, and its white and slow part.
 
-    `rate` is in Hz, `horizon` in s. `simulator` is False for the numbers of a filter.
+    `rate` is in Hz. `horizon`, in s, is the longest time without aiding. `simulator` is False for a filter.
     `undetected` names the standard coefficients, such as K, that were not detected and have their expected size.
     """
 
@@ -125,7 +111,7 @@ class _FollowedModel:
     def allan(self) -> Array:
         """Allan variance (SI) of the white and slow noise at the averaging times `tau`, shape of `tau`.
 
-        Vibration is excluded: the NEES counts its integrated effect.
+        Noise in narrow bands, such as vibration, is not included.
         """
         return np.asarray(self.scale**2 * self.slow.allan_variance(self.tau, self.rate))
 
@@ -150,9 +136,10 @@ class _FollowedModel:
         return sorted({*map(float, grid), *(T for _, T in self.gauss_markov_values)})
 
     def nees(self, ratio: Array, time: Array) -> Array:
-        """NEES of filters, shape (candidates, coasting times): true over predicted error variance, for N = 1 (SI).
+        """Normalized estimation error squared (NEES) of bias filters, shape (filters, coasting times).
 
-        Each candidate has a ratio K/N in 1/s and a correlation time in s, infinite for a random walk.
+        NEES is the true variance of the filter's error over the predicted variance. The filters have N = 1 in SI units;
+        each has a ratio K/N in 1/s and a correlation time in s, infinite for a random walk.
         """
         errors = _filter_errors(
             self.horizon, self.rate, tuple(ratio.tolist()), tuple(time.tolist())
@@ -161,11 +148,11 @@ class _FollowedModel:
         return np.asarray(self.scale**2 * true / errors.predicted)
 
     def candidates_of(self, ratio: Array, time: Array) -> Candidates:
-        """`Candidates` with these ratios K/N (1/s) and correlation times (s), each with its N² and cost.
+        """`Candidates` with these ratios K/N (1/s) and correlation times (s), the smallest sufficient N², and a cost.
 
-        A correlation time is infinite for a random walk. N² is the smallest that covers the white noise, the Allan
-        variance within 2 %, and, unless for a simulator, the error variance. Short coasting times are ignored, one by
-        one, while the best filter is too pessimistic at the horizon.
+        A correlation time is infinite for a random walk. N² must cover the white noise, and the Allan variance up to 4
+        %. For a filter, N² must also cover the variance of the error after coasting. The shortest coasting times are
+        left out, one by one, while the best filter is too pessimistic at the horizon.
         """
         tau, fs = self.tau, self.rate
         white = white_noise(1.0).allan_variance(tau, fs)
@@ -189,18 +176,13 @@ class _FollowedModel:
 
     def candidates_on_grid(self, times: Sequence[float]) -> Candidates:
         """`Candidates` for all combinations of the ratios K/N in `ratios` and correlation `times` (s), ordered by time."""
-        ratios = self.ratios
+        count = int(RATIOS_PER_DECADE * np.log10(MAX_RATIO / MIN_RATIO)) + 1
+        ratios = np.geomspace(MIN_RATIO, MAX_RATIO, count) / self.horizon
         every_time = np.repeat(np.asarray(times, float), ratios.size)
         return self.candidates_of(np.tile(ratios, len(times)), every_time)
 
-    @property
-    def ratios(self) -> Array:
-        """Ratios K/N to try, 1/s, ascending: five per decade from 1e-3 to 1e5, divided by the horizon."""
-        count = int(RATIOS_PER_DECADE * np.log10(MAX_RATIO / MIN_RATIO)) + 1
-        return np.geomspace(MIN_RATIO, MAX_RATIO, count) / self.horizon
-
     def refine_best(self, found: Candidates) -> tuple[float, float, float]:
-        """Tuple (N, K or q_c, correlation time in s) of the best candidate in `found` or on a finer K/N grid."""
+        """Tuple (N, K or q_c, correlation time in s) in SI: the best of `found` and of 13 ratios K/N close to it."""
         ratio, time = found.ratio[found.best], found.time[found.best]
         step = 1 / RATIOS_PER_DECADE
         near = ratio * np.geomspace(10**-step, 10**step, 13)
@@ -212,7 +194,7 @@ class _FollowedModel:
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Candidates, shape (c,): K/N, correlation time, the smallest N² that is sufficient, and the cost."""
+    """Candidates for a file, arrays of shape (c,): K/N in 1/s, correlation time in s, smallest sufficient N², and cost."""
 
     ratio: Array
     time: Array
@@ -225,37 +207,23 @@ class Candidates:
         return int(np.argmin(self.cost))
 
 
-def _costs_of(shares: Array, squares: Array, last: float) -> Array:
-    """Cost of each candidate, shape (candidates,): mean of ln²(share/N²) over time, plus `last` times its last value.
+def _costs_of(shares: Array, squares: Array, last_weight: float) -> Array:
+    """Costs, shape (candidates,): mean of ln²(share/N²) over time, plus `last_weight` times its last value.
 
     A share is a variance of the model divided by that of a candidate with N = 1. `shares` has the shape (candidates,
-    times), and `squares` holds N² of each candidate.
+    times), and `squares`, of shape (candidates,), holds N².
     """
     logs = np.log(np.maximum(shares / np.maximum(squares, 1e-300)[:, None], 1e-12))
-    return np.asarray((logs**2).mean(axis=1) + last * logs[:, -1] ** 2)
-
-
-def follow_walk(axis: Axis, *, simulator: bool = False) -> Choice:
-    """`Choice` with the N and K that follow the model of an axis up to its horizon, for a filter or a simulator."""
-    return _choose_walk(_followed_model(axis, simulator))
-
-
-def follow_lag(axis: Axis, time: float | None = None, *, simulator: bool = False) -> Choice:
-    """`Choice` with N and the Gauss-Markov process closest to the whole model up to the horizon of the axis.
-
-    A given `time` (s) fixes the correlation time. For a filter, N and the process are not overconfident; for a simulator,
-    they only approximate the Allan deviation.
-    """
-    return _choose_gauss_markov(_followed_model(axis, simulator), time)
+    return np.asarray((logs**2).mean(axis=1) + last_weight * logs[:, -1] ** 2)
 
 
 def shared_correlation_time(axes: Sequence[Axis]) -> float:
-    """Correlation time in s for all axes together.
+    """Correlation time in s for a format with one time for all axes.
 
-    If every model has a Gauss-Markov process, all with the same correlation time, this time is returned. Otherwise it is
-    the candidate time with the smallest cost, summed over the axes.
+    If every model has a Gauss-Markov process, all with the same correlation time, this time is returned. Otherwise it
+    is the tried time with the smallest cost of the best filter, summed over the axes.
     """
-    targets = [_followed_model(axis, simulator=False) for axis in axes]
+    targets = [followed_model(axis) for axis in axes]
     own = {T for target in targets for _, T in target.gauss_markov_values}
     if len(own) == 1 and all(target.gauss_markov_values for target in targets):
         return own.pop()
@@ -266,15 +234,18 @@ def shared_correlation_time(axes: Sequence[Axis]) -> float:
     return times[int(np.argmin(total))]
 
 
-def quality(axis: Axis, choice: Choice) -> Quality:
-    """`Quality` of the numbers of `choice` against the whole model of an axis: ratio of Allan deviations, and NEES."""
-    bare = Choice(choice.N, choice.K, choice.q_c, choice.correlation_time, B=choice.B)
-    return _quality(_followed_model(axis, simulator=False), bare)
+def quality(axis: Axis, choice: NoiseParameters) -> Quality:
+    """`Quality` of written parameters compared with the whole model of an axis: ratio of the Allan deviations, and NEES."""
+    bare = NoiseParameters(choice.N, choice.K, choice.q_c, choice.correlation_time, B=choice.B)
+    return _quality(followed_model(axis), bare)
 
 
-def _followed_model(axis: Axis, simulator: bool) -> _FollowedModel:
-    """`_FollowedModel` of an axis: its expected model, white and slow noise, rate and horizon."""
-    return _FollowedModel(
+def followed_model(axis: Axis, *, simulator: bool = False) -> FollowedModel:
+    """`FollowedModel` of an axis: its model of expected size, the white and slow part, sampling rate and horizon.
+
+    `simulator` is True if a file for a simulator follows the model, False for a filter.
+    """
+    return FollowedModel(
         axis.expected_model,
         axis.slow_model,
         axis.sampling,
@@ -286,7 +257,7 @@ def _followed_model(axis: Axis, simulator: bool) -> _FollowedModel:
 
 
 def _coefficient_of(model: Model, name: str) -> float:
-    """Coefficient of the first standard effect called `name`, in the unit of the model; 0 if the model has none."""
+    """Coefficient of the standard noise `name` (Q, N, B, K or R), in the unit of the model; 0 if the model has none."""
     for effect in model.stochastic:
         if effect.standard is not None and effect.standard.name == name:
             return float(getattr(effect, effect.coefficient))
@@ -297,7 +268,7 @@ def _coefficient_of(model: Model, name: str) -> float:
 def _filter_errors(
     horizon: float, rate: float, ratio: tuple[float, ...], time: tuple[float, ...]
 ) -> Errors:
-    """`Errors` of bias filters with N = 1, one filter per pair of ratio K/N (1/s) and correlation time (s).
+    """`Errors` after coasting of bias filters with N = 1: one filter per ratio K/N (1/s) and correlation time (s).
 
     The result is cached, because every axis tries the same ratios.
     """
@@ -305,43 +276,43 @@ def _filter_errors(
 
 
 @lru_cache(maxsize=64)
-def _choose_walk(target: _FollowedModel) -> Choice:
-    """`Choice` with the N and K of a filter that follows a model; cached.
+def follow_walk(target: FollowedModel) -> NoiseParameters:
+    """`NoiseParameters` with an N and K with which a filter (or simulator) follows the model; cached.
 
-    They are the fitted N and K if the filter with them is consistent, otherwise those of the best candidate on a grid.
+    They are the fitted N and K if `_is_consistent` accepts them: the filter predicts its error within a few percent.
+    Otherwise they are those of the candidate with the smallest cost on a grid of K/N.
     """
     fitted = target.scale * _coefficient_of(target.model, "K")
     plain = _fitted_walk(target, fitted)
     if plain is not None:
         return plain
     N, K, _ = target.refine_best(target.candidates_on_grid([np.inf]))
-    return Choice(N, K, remarks=_remarks_on_numbers(target, N, "K", K, fitted))
+    return NoiseParameters(N, K, remarks=_remarks_on_numbers(target, N, "K", K, fitted))
 
 
 @lru_cache(maxsize=64)
-def _choose_gauss_markov(target: _FollowedModel, time: float | None) -> Choice:
-    """`Choice` with N and a Gauss-Markov process: the fitted ones if consistent, otherwise the best candidate.
+def follow_gauss_markov(target: FollowedModel, time: float | None) -> NoiseParameters:
+    """`NoiseParameters` with an N and a Gauss-Markov process with which a filter (or simulator) follows the model; cached.
 
-    Cached. A given `time` (s) fixes the correlation time.
+    They are the fitted ones if the model has exactly one such process and `_is_consistent` accepts it. Otherwise they
+    are those of the candidate with the smallest cost. A given `time` (s) fixes the correlation time.
     """
     own = target.gauss_markov_values
     if len(own) == 1 and time in (None, own[0][1]) and target.white > 0.0:
-        choice = Choice(target.white, 0.0, *own[0])
+        choice = NoiseParameters(target.white, 0.0, *own[0])
         if _is_consistent(target, choice):
             return choice
     N, q_c, T = target.refine_best(
         target.candidates_on_grid(target.times if time is None else [time])
     )
-    return Choice(N, 0.0, q_c, T, remarks=_remarks_on_numbers(target, N, "lag", q_c, 0.0))
+    return NoiseParameters(N, 0.0, q_c, T, remarks=_remarks_on_numbers(target, N, "lag", q_c, 0.0))
 
 
-def negligible_walk(N: float, axis: Axis) -> float:
-    """Coefficient K (SI) of a negligible random walk: it adds 1 % to the Allan variance of N at the horizon of an axis."""
-    return _negligible_walk(N, axis.horizon, axis.sampling)
+def negligible_walk(N: float, horizon: float, rate: float) -> float:
+    """Coefficient K of a random walk that adds 1 % to the Allan variance of white noise `N` at the horizon (s).
 
-
-def _negligible_walk(N: float, horizon: float, rate: float) -> float:
-    """Coefficient K of a random walk that adds 1 % to the Allan variance of N at the horizon (s, at least one sample)."""
+    `rate` is the sampling rate, Hz. A horizon below one sample counts as one sample.
+    """
     last = np.array([max(horizon, 1.0 / rate)])
     white, unit = (
         e.allan_variance(last, rate)[0] for e in (white_noise(N), random_walk_effect(1.0))
@@ -349,16 +320,16 @@ def _negligible_walk(N: float, horizon: float, rate: float) -> float:
     return float(np.sqrt(SMALL_WALK_SHARE * white / unit))
 
 
-def _fitted_walk(target: _FollowedModel, K: float) -> Choice | None:
-    """`Choice` with the fitted N and K; None if a filter with them is not consistent or the model has no white noise.
+def _fitted_walk(target: FollowedModel, K: float) -> NoiseParameters | None:
+    """`NoiseParameters` with the fitted N and `K`; None if `_is_consistent` refuses them or the model has no white noise.
 
-    A negligible positive K replaces a smaller one.
+    If `K` is smaller than a negligible positive K, this K replaces it.
     """
     N = target.white
     if not N > 0.0:
         return None
-    little = _negligible_walk(N, target.horizon, target.rate)
-    choice = Choice(N, max(K, little))
+    little = negligible_walk(N, target.horizon, target.rate)
+    choice = NoiseParameters(N, max(K, little))
     if not _is_consistent(target, choice):
         return None
     if little <= K:
@@ -366,13 +337,13 @@ def _fitted_walk(target: _FollowedModel, K: float) -> Choice | None:
         return replace(choice, remarks=(("K", words),)) if "K" in target.undetected else choice
     last = target.horizon
     words = f"the model needs none: this K adds {percent_text(SMALL_WALK_SHARE)} to the Allan variance at {last:.3g} s"
-    return Choice(N, little, remarks=(("K", words),))
+    return NoiseParameters(N, little, remarks=(("K", words),))
 
 
-def _is_consistent(target: _FollowedModel, choice: Choice) -> bool:
-    """True if the NEES of a filter lies in [0.95, 1.02] at all coasting times.
+def _is_consistent(target: FollowedModel, choice: NoiseParameters) -> bool:
+    """True if a filter with these parameters has a NEES (true over predicted error variance) in [0.95, 1.02] at all times.
 
-    For a simulator, true if the model's Allan variance over that of the choice lies in [0.95, 1.04] at all τ.
+    For a simulator, true if the model's Allan variance over that of the parameters lies in [0.95, 1.04] at all τ.
     """
     if target.simulator:
         shares = target.allan / choice.model.allan_variance(target.tau, target.rate)
@@ -381,20 +352,20 @@ def _is_consistent(target: _FollowedModel, choice: Choice) -> bool:
     return bool(nees.max() <= 1.0 + SLACK and nees.min() >= MIN_UNCHANGED_NEES)
 
 
-def _nees_of(target: _FollowedModel, choice: Choice) -> Array:
-    """NEES of a filter with the numbers of `choice`, shape (coasting times,)."""
+def _nees_of(target: FollowedModel, choice: NoiseParameters) -> Array:
+    """NEES (true over predicted error variance) of a filter with these parameters, shape (coasting times,)."""
     ratio = np.array([(choice.q_c or choice.K) / choice.N])
     time = np.array([choice.correlation_time or np.inf])
     return target.nees(ratio, time)[0] / choice.N**2
 
 
 def _remarks_on_numbers(
-    target: _FollowedModel, N: float, name: str, value: float, fitted: float
+    target: FollowedModel, N: float, name: str, value: float, fitted: float
 ) -> tuple[tuple[str, str], ...]:
-    """Tuple of pairs (name, remark) on N and the slow coefficient called `name`.
+    """Tuple of pairs (name, remark), which compare the written N and the slow coefficient `name` with the fitted ones.
 
-    The slow coefficient always has a remark. N has one if the model has no white noise or N is over 0.5 % larger than
-    N of the model.
+    The slow coefficient always has a remark. N has one if the model has no white noise, or N is over 0.5 % larger than
+    N of the model. `fitted` is the fitted K, or 0.
     """
     last = f"{target.horizon:.4g} s"
     words = {}
@@ -413,8 +384,8 @@ def _remarks_on_numbers(
     return tuple(words.items())
 
 
-def _ratio_text(target: _FollowedModel, name: str, ratio: float) -> str:
-    """Text ``2.1 times the fitted K``: a number of a file relative to the fitted coefficient `name`.
+def _ratio_text(target: FollowedModel, name: str, ratio: float) -> str:
+    """Text ``2.1 times the fitted K``: a written number relative to the fitted coefficient `name`; ``the fitted K`` for 1.
 
     If the coefficient was not detected, the text states the ratio to its expected size.
     """
@@ -424,11 +395,11 @@ def _ratio_text(target: _FollowedModel, name: str, ratio: float) -> str:
 
 
 @lru_cache(maxsize=256)
-def _quality(target: _FollowedModel, choice: Choice) -> Quality:
-    """`Quality` of the numbers of `choice`, compared with the whole model: ratio of Allan deviations, and NEES. Cached.
+def _quality(target: FollowedModel, choice: NoiseParameters) -> Quality:
+    """`Quality` of the written parameters `choice` compared with the whole model, not only its white and slow part; cached.
 
-    The ratio is the one farthest from 1. The NEES is the largest one over the coasting times, without the short times of
-    `_count_short_times`. The largest NEES at short times and the NEES at the horizon are separate entries.
+    `Quality.ratio` is the ratio of Allan deviations that is farthest from 1. `Quality.nees` is the largest NEES from a
+    tenth of the horizon on.
     """
     tau, fs = target.tau, target.rate
     written = choice.model.allan_variance(tau, fs)
@@ -449,7 +420,7 @@ def _quality(target: _FollowedModel, choice: Choice) -> Quality:
     )
 
 
-def _count_short_times(target: _FollowedModel) -> int:
+def _count_short_times(target: FollowedModel) -> int:
     """Number of the compared coasting times of `target` that are shorter than a tenth of its horizon."""
     times = mission_of(target.horizon, target.rate).times
     return int(np.count_nonzero(times < target.horizon / IGNORABLE_FRACTION))

@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from allanite.effects._base import Stochastic
+from allanite.effects import Effect, Stochastic
 from allanite.effects._known import Deterministic
-from allanite.exports._axis import HORIZON
+from allanite.exports._axis import HORIZON, Axis
 from allanite.exports._follow import Quality, quality
+from allanite.exports._held import NoiseParameters
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from allanite.effects import Effect
-    from allanite.exports._axis import Axis
-    from allanite.exports._held import Choice
-
-    Pair = tuple[Axis, Choice]
+Pair = tuple[Axis, NoiseParameters]
 
 GENERAL = "Densities are two-sided: white noise has S(f) = N^2, sigma^2(tau) = N^2/tau."
 #: NEES above which a filter is called overconfident; also the acceptance limit of the tests of every format. Chosen by
@@ -75,7 +69,7 @@ def verdict_comment(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
     filters = [(a, c, q) for (a, c), (_, q) in zip(pairs, found, strict=True) if not c.B]
     if not simulator:
         reasons += [_overconfidence_text(*one) for one in filters if one[2].nees > MAX_NEES]
-    axis, worst = max(found, key=lambda one: abs(one[1].log_ratio))
+    axis, worst = max(found, key=lambda one: abs(np.log(one[1].ratio)))
     where = f" ({axis.name})" if len(found) > 1 else ""
     horizon = max(a.horizon for a, _ in pairs)
     use = f"Use: no. {'; '.join(reasons)}." if reasons else "Use: yes."
@@ -101,7 +95,10 @@ def verdict_comment(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
 
 
 def _nees_sentences(pairs: Sequence[Pair]) -> list[str]:
-    """List of one sentence on the NEES of a bias filter with the numbers of each axis; empty if all have a B."""
+    """List of one sentence on the NEES (true over predicted error variance) of bias filters with the written numbers.
+
+    Axes whose parameters include B are left out, because the filter has no such state; empty if no axis remains.
+    """
     filters = [quality(axis, choice) for axis, choice in pairs if not choice.B]
     if not filters:
         return []
@@ -148,8 +145,8 @@ def _short_log_sentences(axes: Sequence[Axis]) -> list[str]:
     ]
 
 
-def _overconfidence_text(axis: Axis, choice: Choice, found: Quality) -> str:
-    """Text that a filter with the numbers of this axis is overconfident, with its NEES and the effects that they omit."""
+def _overconfidence_text(axis: Axis, choice: NoiseParameters, found: Quality) -> str:
+    """Text that a filter with the written numbers of an axis is overconfident, with its NEES and the omitted effects."""
     left = [label for label, _ in _omitted_effects(axis, choice, simulator=False)]
     what = ", ".join(left) or "a part of the model"
     return (
@@ -158,23 +155,20 @@ def _overconfidence_text(axis: Axis, choice: Choice, found: Quality) -> str:
     )
 
 
-def axis_comments(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list[str]:
+def axis_comments(
+    axis: Axis, choice: NoiseParameters | None, *, simulator: bool = False
+) -> list[str]:
     """List of comment lines on one axis: its model, notes, assumptions, and the effects that the numbers cover or omit.
 
-    More than 8 omitted effects are counted by kind. Without a `choice`, the file covers all effects. An overbound names
-    the loudest segment.
+    More than 8 effects are counted by kind. With `choice` None, the file covers all effects. If an overbound covers a
+    changing white-noise level, a line names the loudest segment.
     """
     covered = _covered_text(axis, choice, simulator=simulator)
     name = "+".join(_names_with_counts(e.short for e in axis.model))
-    line = f"{axis.name}: model {name}; in this file: {covered}"
-    left = [
-        f"{label} ({e.kind})" for label, e in _omitted_effects(axis, choice, simulator=simulator)
-    ]
-    if len(left) > MAX_LISTED_EFFECTS:
-        left = _names_with_counts(
-            e.kind for _, e in _omitted_effects(axis, choice, simulator=simulator)
-        )
-    lines = [line, *(f"  {note}" for note in axis.notes)]
+    omitted = _omitted_effects(axis, choice, simulator=simulator)
+    left = _listed_or_counted({f"{label} ({e.kind})": e.kind for label, e in omitted})
+    lines = [f"{axis.name}: model {name}; in this file: {covered}"]
+    lines += [f"  {note}" for note in axis.notes]
     lines += [f"  assumed: {assumption}" for assumption in axis.assumptions]
     if choice is not None and choice.overbound and axis.loudest_segment is not None:
         begin, end = axis.loudest_segment
@@ -192,10 +186,15 @@ def _names_with_counts(names: Iterable[str]) -> list[str]:
     return [name if n == 1 else f"{n} {name}" for name, n in Counter(names).items()]
 
 
-def _alternative_intervals(axis: Axis) -> Iterator[str]:
-    """Yield a line for each coefficient whose interval is over 10 % wider at an end under alternative models.
+def _listed_or_counted(kinds: Mapping[str, str]) -> list[str]:
+    """List of the keys (labels of effects); for more than 8, list of the values (kinds), each with its count."""
+    return list(kinds) if len(kinds) <= MAX_LISTED_EFFECTS else _names_with_counts(kinds.values())
 
-    An example is ``K 115 (95 ... 137); 0 ... 190 if it is gauss_markov``.
+
+def _alternative_intervals(axis: Axis) -> Iterator[str]:
+    """Yield a line for each coefficient whose 95 % interval is wider under an alternative model that explains the log.
+
+    Wider means at one end, by over 10 % of the width. Example: ``K 115 (95 ... 137); 0 ... 190 if it is gauss_markov``.
     """
     for (label, _), entry in zip(_labeled_effects(axis), axis.document["effects"], strict=True):
         for name, ends in (entry.get("over_rivals") or {}).items():
@@ -214,11 +213,12 @@ def _alternative_intervals(axis: Axis) -> Iterator[str]:
             )
 
 
-def _covered_text(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
+def _covered_text(axis: Axis, choice: NoiseParameters | None, *, simulator: bool) -> str:
     """Text that names the effects in the numbers of a file, and the axes from which the largest numbers come.
 
-    Without a `choice`, all effects are named. With overbounds, it is "the upper limits of all its effects"; with `holds`,
-    these "as fitted". Otherwise the covered effects are named, or counted by kind if there are more than 8.
+    All effects are named if `choice` is None. For an overbound, it is "the upper limits of all its effects". For fitted
+    coefficients, they are named "as fitted". Otherwise the covered effects are named, or counted by kind if more than
+    8.
     """
     if choice is None:
         covered = ", ".join(label for label, _ in _labeled_effects(axis))
@@ -227,13 +227,9 @@ def _covered_text(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
     elif choice.holds is not None:
         covered = f"{', '.join(choice.holds)} as fitted"
     else:
-        missing = {label for label, _ in _omitted_effects(axis, choice, simulator=simulator)}
-        own = (label for label, _ in _labeled_effects(axis) if label not in missing)
-        labels = tuple(own)
-        shorts = (e.short for label, e in _labeled_effects(axis) if label in labels)
-        covered = "numbers that cover " + ", ".join(
-            labels if len(labels) <= MAX_LISTED_EFFECTS else _names_with_counts(shorts)
-        )
+        omitted = dict(_omitted_effects(axis, choice, simulator=simulator))
+        shorts = {label: e.short for label, e in _labeled_effects(axis) if label not in omitted}
+        covered = "numbers that cover " + ", ".join(_listed_or_counted(shorts))
     if choice is not None and choice.others:
         of: dict[str, list[str]] = {}
         for name, other in choice.others:
@@ -249,11 +245,12 @@ def _labeled_effects(axis: Axis) -> Iterator[tuple[str, Effect]]:
 
 
 def _omitted_effects(
-    axis: Axis, choice: Choice | None, *, simulator: bool
+    axis: Axis, choice: NoiseParameters | None, *, simulator: bool
 ) -> list[tuple[str, Effect]]:
     """List of pairs (label, effect) of the effects that the numbers of a file omit.
 
-    With a choice that holds certain effects, all others; else those that the numbers do not cover.
+    For fitted coefficients, these are all effects whose coefficients are not written. Otherwise they are those that
+    `_is_covered` refuses.
     """
     if choice is not None and choice.holds is not None:
         return [(label, e) for label, e in _labeled_effects(axis) if label not in choice.holds]
@@ -263,7 +260,7 @@ def _omitted_effects(
 
 
 def _is_covered(effect: Effect, axis: Axis, simulator: bool) -> bool:
-    """True if an exported N and K can represent this effect.
+    """True if exported numbers, such as N and K, can represent this effect.
 
     True for random processes, spectral lines, all modifiers, and known functions whose Allan variance does not depend
     on the record (a ramp). With `simulator`, false for lines and narrow bands.

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Effect, standard, white_noise
+from allanite.effects import Effect, Model, standard, white_noise
 from allanite.effects.gauss_markov import GaussMarkov
-
-if TYPE_CHECKING:
-    from allanite.effects.model import Model
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
-    """Numbers for one axis in SI units, with two-sided densities.
+class NoiseParameters:
+    """Noise that a file states for one axis, in SI units with two-sided densities: white noise and one slow process.
 
     Attributes
     ----------
@@ -57,7 +53,7 @@ class Choice:
 
     @property
     def model(self) -> Model:
-        """`Model` of the numbers in SI units: N and K, and B and a Gauss-Markov process if they are not 0."""
+        """`Model` (SI) with white noise N and random walk K, and with B and a Gauss-Markov process if they are not 0."""
         out = white_noise(self.N) + random_walk_effect(self.K)
         if self.B:
             out = out + standard()["B"]().with_values(B=self.B)

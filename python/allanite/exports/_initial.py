@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from allanite.exports._axis import gyro_and_accel_axes
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from allanite.exports._axis import Axis
+from allanite.exports._axis import Axis, gyro_and_accel_axes
 
 #: Alignment time at rest for which files state the remaining bias, s. Chosen by judgment; not measured.
 ALIGNMENT = 60.0

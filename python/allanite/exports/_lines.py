@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
-from allanite.exports._axis import gyro_and_accel_axes
+from allanite.exports._axis import Axis, gyro_and_accel_axes
 from allanite.exports._choice import choose
 from allanite.exports._head import head_comments
+from allanite.exports._held import NoiseParameters
 from allanite.exports._text import as_comments
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from allanite.exports._axis import Axis
-    from allanite.exports._held import Choice
 
 
 def check_both_sensors(axes: Iterable[Axis], target: str) -> None:
@@ -29,15 +24,17 @@ def check_both_sensors(axes: Iterable[Axis], target: str) -> None:
 
 def choose_all(
     axes: Iterable[Axis], *, overbound: bool, simulator: bool = False
-) -> list[tuple[Axis, Choice]]:
-    """List of pairs (axis, `Choice`); a `Choice` holds the N and K that a file states for the axis."""
+) -> list[tuple[Axis, NoiseParameters]]:
+    """List of pairs (axis, `NoiseParameters`) with the N and K that a file states for each axis."""
     return [(axis, choose(axis, overbound=overbound, simulator=simulator)) for axis in axes]
 
 
-def with_shared_numbers(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis, Choice]]:
-    """List of pairs (axis, `Choice`), in which N and K are replaced by the largest of all axes; empty without pairs.
+def with_shared_numbers(
+    pairs: Sequence[tuple[Axis, NoiseParameters]],
+) -> list[tuple[Axis, NoiseParameters]]:
+    """List of pairs (axis, `NoiseParameters`), in which N and K are the largest of all axes; empty without pairs.
 
-    This is for formats with one number per sensor. `others` names the axes of replaced numbers.
+    This is for formats with one N and one K per sensor. The attribute `others` names the axes with the largest numbers.
     """
     if not pairs:
         return []
@@ -51,19 +48,21 @@ def with_shared_numbers(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis
     return out
 
 
-def _axis_with_largest(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[Axis, Choice]:
-    """Pair (axis, `Choice`) with the largest number called `name` (``N``, ``K``); the first of equal ones.
+def _axis_with_largest(
+    pairs: Sequence[tuple[Axis, NoiseParameters]], name: str
+) -> tuple[Axis, NoiseParameters]:
+    """Pair (axis, `NoiseParameters`) with the largest N or K (`name`); the first of equal ones.
 
     Raises `ValueError` without pairs.
     """
     return max(pairs, key=lambda pair: getattr(pair[1], name))
 
 
-def largest_number(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[float, str]:
+def largest_number(pairs: Sequence[tuple[Axis, NoiseParameters]], name: str) -> tuple[float, str]:
     """Pair (value, remark): the largest N or K (`name`) of several axes, and a text that states its axis.
 
-    This is for formats with one number per sensor. The text also holds the remark on the number, and can be empty for
-    one axis. Raises `InputError` unless the value is positive.
+    The text also holds the remark on the number. It is empty for one axis without a remark. Raises `InputError` unless
+    the value is positive.
     """
     axis, choice = _axis_with_largest(pairs, name)
     value = getattr(choice, name)
@@ -87,6 +86,7 @@ def value_lines(
     form: str = "{key}: {value:.6e}  {note}",
     mark: str = "#",
     ranges: Mapping[str, tuple[float, float]] | None = None,
+    node: str = "",
 ) -> str:
     """Text of a file with a head and lines ``key: value``; each value is the largest of the axes of its sensor.
 
@@ -99,7 +99,7 @@ def value_lines(
     rows : sequence of (key, sensor, name, unit)
         One tuple per line; sensor is ``gyro`` or ``accel``, name is ``N`` or ``K``.
     convert : dict of str to callable
-        Functions that convert N and K in SI to the numbers of the format.
+        Functions that convert N and K in SI to the numbers of the format. Without a function, the number is in SI.
     convention : sequence of str
         Lines of the head about conventions: continuous time or per sample, variance or deviation.
     overbound : bool
@@ -108,6 +108,8 @@ def value_lines(
         Format of a line with ``key``, ``value`` and ``note``, and the beginning of a comment.
     ranges : dict of str to (float, float), optional
         Documented minimum and maximum of a key. A number outside is written, with a note.
+    node : str
+        Text between the head and the lines, such as the name of the YAML node that contains them.
     """
     gyro, accel = gyro_and_accel_axes(axes)
     pairs = {
@@ -119,10 +121,11 @@ def value_lines(
     for sensor, own in pairs.items():
         if not own:
             lines.append(f"{mark} {sensor}: no model given, so its keys are missing\n")
+    lines.append(node)
     for key, sensor, name, unit in rows:
         if pairs[sensor]:
             value, remark = largest_number(pairs[sensor], name)
-            written = convert[name](value)
+            written = convert.get(name, float)(value)
             low, high = (ranges or {}).get(key, (-math.inf, math.inf))
             limit = f"below its documented minimum {low:g}" if written < low else ""
             limit = f"above its documented maximum {high:g}" if written > high else limit

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.numbers import percent_text
-from allanite.effects import white_noise
+from allanite.effects import Effect, white_noise
+from allanite.exports._axis import Axis
 from allanite.exports._follow import SMALL_WALK_SHARE, negligible_walk
-from allanite.exports._held import Choice, gauss_markov_effect, random_walk_effect
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from allanite.effects._base import Effect
-    from allanite.exports._axis import Axis
+from allanite.exports._held import NoiseParameters, gauss_markov_effect, random_walk_effect
 
 #: Number of tried correlation times per decade.
 LAGS_PER_DECADE = 12
@@ -25,27 +20,30 @@ LAGS_PER_DECADE = 12
 POINTS_PER_DECADE, POINTS_PER_BAND = 48, 65
 
 
-def overbound_walk(axis: Axis) -> Choice:
-    """`Choice` with the smallest N and K that cover the upper limits of an axis, by linear programming in N² and K².
+def overbound_walk(axis: Axis) -> NoiseParameters:
+    """`NoiseParameters` with the smallest N and K whose Allan variance and density cover the upper limits of an axis.
 
-    If no K is needed, K is negligibly small.
+    They minimize a weighted sum of N² and K² by linear programming. If no K is needed, K is negligibly small.
     """
     limits = _Limits(axis)
     white, slow = limits.smallest(random_walk_effect(1.0))[0]
     if slow > 0.0:
-        return Choice(float(np.sqrt(white)), float(np.sqrt(slow)), overbound=True)
+        return NoiseParameters(float(np.sqrt(white)), float(np.sqrt(slow)), overbound=True)
     N = float(np.sqrt(white))
     remark = (
         f"the model needs none: this K adds {percent_text(SMALL_WALK_SHARE)} to the Allan variance at"
         f" {axis.horizon:.3g} s"
     )
-    return Choice(N, negligible_walk(N, axis), remarks=(("K", remark),), overbound=True)
+    return NoiseParameters(
+        N, negligible_walk(N, axis.horizon, axis.sampling), remarks=(("K", remark),), overbound=True
+    )
 
 
-def overbound_lag(axis: Axis, time: float | None = None) -> Choice:
-    """`Choice` with the smallest N and Gauss-Markov process that cover the upper limits of an axis.
+def overbound_gauss_markov(axis: Axis, time: float | None = None) -> NoiseParameters:
+    """`NoiseParameters` with the smallest N and Gauss-Markov process that cover the upper limits of an axis.
 
-    `time` (s) fixes the correlation time. Otherwise it is the one of least mean ratio to the limits.
+    `time` (s) fixes the correlation time. Otherwise it is the tried time whose curves exceed the limits least on
+    average.
     """
     limits, tau = _Limits(axis), axis.taus
     low, high = 4.0 * tau[0], 10.0 * tau[-1]
@@ -54,7 +52,7 @@ def overbound_lag(axis: Axis, time: float | None = None) -> Choice:
     found = [(limits.smallest(gauss_markov_effect(1.0, T)), T) for T in times]
     (sizes, _), best = min(found, key=lambda item: item[0][1])
     white, slow = np.sqrt(sizes)
-    return Choice(float(white), 0.0, float(slow), float(best), overbound=True)
+    return NoiseParameters(float(white), 0.0, float(slow), float(best), overbound=True)
 
 
 class _Limits:
@@ -79,17 +77,17 @@ class _Limits:
                 f"{axis.name}: the model has no noise: fit a model with noise, such as N+K"
             )
 
-    def _curves(self, effect: Effect) -> NDArray[np.float64]:
-        """Array: Allan variance of an effect at all `self.tau`, then its density at all `self.f` and `self.in_bands`."""
+    def _curves(self, effect: Effect) -> Array:
+        """Array: Allan variance of an effect at all `self.tau`, then its density at `self.f` and `self.in_bands` (Hz)."""
         fs = self.axis.sampling
         f = np.concatenate([self.f, self.in_bands])
         return np.concatenate([effect.allan_variance(self.tau, fs), effect.psd(f, fs)])
 
-    def smallest(self, slow: Effect) -> tuple[NDArray[np.float64], float]:
-        """Pair: array of the smallest (N², K² or q_c²) whose curves cover the limits, and the mean ratio to the limits.
+    def smallest(self, slow: Effect) -> tuple[Array, float]:
+        """Pair (squares, excess): smallest array (N², K²) or (N², q_c²) whose curves cover the limits, and their excess.
 
-        `slow` is the slow process with coefficient 1. The ratio is the mean over τ plus the mean over frequency,
-        without the points in bands. Raises `InputError` if the linear program has no solution.
+        The excess is the mean ratio of the curves to the limits over τ, plus that over frequency; bands do not count.
+        `slow` is the slow process with coefficient 1. Raises `InputError` if the linear program has no solution.
         """
         from scipy.optimize import linprog
 
@@ -107,8 +105,8 @@ class _Limits:
         return scaled / size, float(cost @ scaled)
 
 
-def _band_frequencies(axis: Axis) -> Iterator[NDArray[np.float64]]:
-    """Yield an array of up to 65 frequencies (Hz), evenly spaced over the band, for each band-limited process.
+def _band_frequencies(axis: Axis) -> Iterator[Array]:
+    """Yield arrays of at most 65 frequencies (Hz), evenly spaced over the band of each band-limited random process.
 
     One array is yielded for each model of the process in `axis.corners` (parameters at the ends of their intervals).
     Frequencies at 0, or at half the sampling rate or above, are left out.

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
-from allanite.exports._axis import gyro_and_accel_axes
+from allanite.exports._axis import Axis, gyro_and_accel_axes
 from allanite.exports._choice import choose
 from allanite.exports._follow import negligible_walk
+from allanite.exports._held import NoiseParameters
 from allanite.exports._triad import numbers_in_xyz
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
-    from allanite.exports._held import Choice
 
 #: Order of the states of robot_localization and of the three-dimensional models of fuse.
 STATES = (
@@ -41,14 +36,14 @@ class ProcessNoise:
     ----------
     variances : dict of str to float
         Variance per second by state: of angles in rad²/s, of velocities in m²/s³.
-    pairs : list of (Axis, Choice)
+    pairs : list of (Axis, NoiseParameters)
         Each axis with white noise of the same variance, for the head of the file.
     remarks : list of str
         Remarks on axes without a model.
     """
 
     variances: dict[str, float]
-    pairs: list[tuple[Axis, Choice]]
+    pairs: list[tuple[Axis, NoiseParameters]]
     remarks: list[str]
 
 
@@ -70,7 +65,12 @@ def process_noise(axes: Sequence[Axis], *, overbound: bool) -> ProcessNoise:
             walk = choice.K**2 * axis.horizon**2 / 3.0
             found.append((walk,))
             white = math.sqrt(choice.N**2 + walk)
-            pairs.append((axis, replace(choice, N=white, K=negligible_walk(white, axis))))
+            pairs.append(
+                (
+                    axis,
+                    replace(choice, N=white, K=negligible_walk(white, axis.horizon, axis.sampling)),
+                )
+            )
         numbers, axis_remarks = numbers_in_xyz(own, found)
         variances |= {state: value for state, (value,) in zip(states, numbers, strict=True)}
         remarks += [f"{sensor} {line}" for line in axis_remarks]

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from allanite.common.errors import InputError
 from allanite.common.extensions import EntryPoints, values_of_modules
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
+from allanite.exports._axis import Axis
 
 #: Group of the entry points of installed packages.
 ENTRY_POINTS = "allanite.exports"

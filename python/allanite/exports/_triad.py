@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
+from allanite.exports._axis import Axis, gyro_and_accel_axes
+from allanite.exports._held import NoiseParameters
 from allanite.recording.axis_names import axis_letter
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 PLACES = ("x", "y", "z")
 
@@ -17,11 +14,11 @@ PLACES = ("x", "y", "z")
 def numbers_in_xyz(
     axes: Sequence[Axis], numbers: Sequence[tuple[float, ...]]
 ) -> tuple[list[tuple[float, ...]], list[str]]:
-    """Pair: list of the numbers (tuples) of x, y and z in this order, and list of remarks on axes without an own model.
+    """Pair (numbers, remarks): list of the tuples of numbers of x, y and z, and list of remarks on missing models.
 
-    The letter in its name assigns an axis. If any of exactly three axes has no letter, they are taken in their order.
-    An axis without a model gets the largest of each number. All three get the largest numbers if a letter is repeated,
-    or if it is missing and the number of axes is not three.
+    The letter in its name says which axis it is. If any of exactly three axes has no letter, they are taken in their
+    order. An axis without a model gets the largest of each number. All three get the largest numbers if a letter is
+    repeated, or if it is missing and the number of axes is not three.
 
     Notes
     -----
@@ -45,3 +42,30 @@ def numbers_in_xyz(
             f"{', '.join(bare)}: no own model was given; the numbers are those of {axes[0].name}"
         ]
     return [given.get(place, most) for place in PLACES], axis_remarks
+
+
+def sensors_in_xyz(
+    axes: Sequence[Axis],
+    labels: Iterable[str],
+    choose: Callable[[Axis], NoiseParameters],
+    names: Sequence[str],
+) -> Iterator[tuple[str, list[tuple[Axis, NoiseParameters]], list[tuple[float, ...]], list[str]]]:
+    """Yield tuples (label, pairs, numbers, remarks) of the gyroscope and the accelerometer, unless a sensor has no axes.
+
+    Parameters
+    ----------
+    axes : sequence of Axis
+        Axes of gyroscopes and accelerometers. `pairs` has the tuple (axis, ``choose(axis)``) of each axis of the sensor.
+    labels : iterable of str
+        Names of the gyroscope and of the accelerometer in the file. Each remark begins with the label of its sensor.
+    choose : callable
+        Returns the `NoiseParameters` of an axis.
+    names : sequence of str
+        Attributes of `NoiseParameters`. `numbers` holds their values for x, y and z, as `numbers_in_xyz` returns them.
+    """
+    for own, label in zip(gyro_and_accel_axes(axes), labels, strict=True):
+        if own:
+            pairs = [(axis, choose(axis)) for axis in own]
+            values = [tuple(getattr(found, name) for name in names) for _, found in pairs]
+            numbers, remarks = numbers_in_xyz(own, values)
+            yield label, pairs, numbers, [f"{label} {remark}" for remark in remarks]

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from allanite.effects import Stochastic
-from allanite.exports._axis import gyro_and_accel_axes, rate_of
-from allanite.exports._choice import LIMIT, choose, smallest_covering_walk
+from allanite.exports._axis import Axis, gyro_and_accel_axes, rate_of, value_or_limit
+from allanite.exports._choice import choose
+from allanite.exports._follow import SLACK
 from allanite.exports._head import head_comments
+from allanite.exports._held import NoiseParameters, random_walk_effect
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
 from allanite.exports._triad import numbers_in_xyz
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
-    from allanite.exports._held import Choice
 
 NOTE = (
     "imuSensor: continuous-time densities. NoiseDensity is double-sided, as NoiseType states. Versions of MATLAB without",
@@ -42,7 +39,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """
     fs = rate_of(axes, rate, "matlab")
     convention = [*NOTE]
-    everything: list[tuple[Axis, Choice]] = []
+    everything: list[tuple[Axis, NoiseParameters]] = []
     lines = [f"imu = imuSensor('accel-gyro', 'SampleRate', {fs:g});\n"]
     for own, member, maker, unit in zip(
         gyro_and_accel_axes(axes),
@@ -77,25 +74,20 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     return as_comments(head_comments(everything, convention, simulator=True), "%") + "".join(lines)
 
 
-def _fitted_numbers(axis: Axis) -> Choice:
-    """`Choice` with the fitted N, B and K, or their upper limits if not detected; K also covers other slow processes.
+def _fitted_numbers(axis: Axis) -> NoiseParameters:
+    """`NoiseParameters` with the fitted N, B and K, or their upper limits if not detected; K also covers other slow noise.
 
     If the axis is exported as fitted (`as_fitted`), K is the fitted one alone.
     """
-    first = choose(axis, simulator=True) if axis.as_fitted else _white_numbers(axis)
+    first = choose(replace(axis, as_fitted=True))
     values = {"B": 0.0, "K": 0.0}
     remarks = {"N": first.remark("N")}
     for name in values.keys() & axis.coefficients.keys():
-        estimate = axis.coefficients[name]
-        limit = not estimate.detected and estimate.interval is not None
-        values[name] = float(estimate.interval[1] if limit and estimate.interval else estimate)
-        remarks[name] = LIMIT if limit else ""
-    choice = replace(first, B=values["B"], K=0.0)
-    needed = (
-        smallest_covering_walk(axis, choice.model)
-        if _has_others(axis) and not axis.as_fitted
-        else 0.0
-    )
+        values[name], remarks[name] = value_or_limit(axis.coefficients[name])
+    written = replace(first, B=values["B"], K=0.0)
+    needed = 0.0
+    if _has_other_slow_noise(axis) and not axis.as_fitted:
+        needed = _smallest_covering_walk(axis, written)
     if needed > values["K"]:
         values["K"] = needed
         remarks["K"] = (
@@ -103,17 +95,24 @@ def _fitted_numbers(axis: Axis) -> Choice:
             f" up to {axis.taus[-1]:.3g} s"
         )
     holds = tuple(name for name in "NBK" if name in axis.coefficients) if axis.as_fitted else None
-    return replace(choice, K=values["K"], remarks=tuple(remarks.items()), holds=holds)
+    return replace(written, K=values["K"], remarks=tuple(remarks.items()), holds=holds)
 
 
-def _white_numbers(axis: Axis) -> Choice:
-    """`Choice` with the fitted N and K = 0; without white noise, N from the Allan deviation at one sample."""
-    fitted = replace(axis, as_fitted=True)
-    return replace(choose(fitted), K=0.0, holds=None)
+def _smallest_covering_walk(axis: Axis, written: NoiseParameters) -> float:
+    """Smallest coefficient K (SI) of a random walk that, added to the `written` noise, covers the noise of an axis.
+
+    Covered means at least 98 % of the Allan deviation of the white and slow noise of the axis at every τ up to the
+    horizon. The result is 0 if the `written` noise alone is sufficient.
+    """
+    tau, rate = axis.taus, axis.sampling
+    slow = axis.scale**2 * axis.slow_model.allan_variance(tau, rate)
+    missing = (1.0 - SLACK) ** 2 * slow - written.model.allan_variance(tau, rate)
+    needed = float((missing / random_walk_effect(1.0).allan_variance(tau, rate)).max())
+    return math.sqrt(max(0.0, needed))
 
 
-def _has_others(axis: Axis) -> bool:
-    """True if the model has a slow process other than B and K."""
+def _has_other_slow_noise(axis: Axis) -> bool:
+    """True if the model of an axis has a slow random process other than B and K."""
     return any(
         isinstance(e, Stochastic)
         and not e.white
@@ -122,8 +121,8 @@ def _has_others(axis: Axis) -> bool:
     )
 
 
-def _remarks_text(pairs: Sequence[tuple[Axis, Choice]], name: str) -> str:
-    """Remarks on the number `name`, as text to append to a comment (``; remark; x, y: remark``), or an empty text.
+def _remarks_text(pairs: Sequence[tuple[Axis, NoiseParameters]], name: str) -> str:
+    """Remarks on N, B or K (`name`), as text to append to a comment (``; remark; x, y: remark``), or an empty text.
 
     A remark that does not hold for all axes names its axes.
     """

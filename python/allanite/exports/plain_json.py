@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from allanite import _kernels
+from allanite.exports._axis import Axis
 from allanite.exports._choice import choose
 from allanite.exports._target import Target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from allanite.exports._axis import gyro_and_accel_axes, rate_of
 from allanite.exports._follow import negligible_walk
 from allanite.exports._head import head_comments
-from allanite.exports._held import Choice
+from allanite.exports._held import NoiseParameters
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
 from allanite.exports._triad import numbers_in_xyz
@@ -57,9 +57,16 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
                 convention.append(
                     f"{axis.name}: the variance of a sample within the band of the sensor's filter is {inside:.3e} {unit}"
                 )
-            small = Choice(math.sqrt(one / fs))
+            small = NoiseParameters(math.sqrt(one / fs))
             pairs.append(
-                (axis, replace(small, K=negligible_walk(small.N, axis), overbound=overbound))
+                (
+                    axis,
+                    replace(
+                        small,
+                        K=negligible_walk(small.N, axis.horizon, axis.sampling),
+                        overbound=overbound,
+                    ),
+                )
             )
         note = f"{unit}; {'from the upper limits' if overbound else 'as fitted'}"
         rows.append(f"{key}: [{x:.6e}, 0, 0, 0, {y:.6e}, 0, 0, 0, {z:.6e}]  # {note}\n")
@@ -107,7 +114,10 @@ def sample_variance(
 
 
 def _power_between(term: Term, w: NDArray[np.float64]) -> float:
-    """Integrated spectrum of a term, U², from the first to the last of the ascending frequencies `w` (rad per sample)."""
+    """Integral of the spectrum of a term over the ascending frequencies `w` (rad per sample), divided by π.
+
+    It is the variance between the first and the last frequency, in U² for samples in U.
+    """
     return float(np.trapezoid(term.spectrum(w) * w, np.log(w))) / np.pi
 
 

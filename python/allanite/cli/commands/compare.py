@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import click
 
@@ -14,9 +15,6 @@ from allanite.cli.options import (
     model_option,
     plot_option,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 @click.command(

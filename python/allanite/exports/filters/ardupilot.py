@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
+from allanite.exports._axis import Axis
 from allanite.exports._lines import value_lines
 from allanite.exports._target import Target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 #: Rate of the filter, whatever the rate of the sensor, Hz: EKF_TARGET_DT = 0.012 s.
 FILTER_RATE = 1.0 / 0.012
@@ -33,10 +29,8 @@ ROWS = (
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of lines ``key,value`` with N/√dt and K/√dt, with the step dt of the filter, 1/`rate` or by default 0.012 s.
 
-    EK3 uses the variances (dt·σ)², and (dt²·σ)² for delta biases.
-
-    Comments are on their own lines, because ground stations only accept lines with two words. Each number is the
-    largest of the axes of its sensor.
+    EK3 uses the variances (dt·σ)², and (dt²·σ)² for delta biases. Comments are on their own lines, because ground
+    stations only accept lines with two words. Each number is the largest of the axes of its sensor.
     """
     fs = rate or FILTER_RATE
     convention = (

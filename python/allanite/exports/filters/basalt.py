@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from allanite.exports._axis import gyro_and_accel_axes, rate_of
+from allanite.exports._axis import Axis, gyro_and_accel_axes, rate_of
 from allanite.exports._head import head_comments
 from allanite.exports._lines import check_both_sensors, choose_all
 from allanite.exports._target import Target
 from allanite.exports._triad import numbers_in_xyz
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
-
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """JSON text of the calibration file: lists of N and of K for x, y and z in SI, not converted, and the update rate.
 
-    Basalt multiplies N by √rate to get the standard deviation of a sample.
-
-    ``dicrete_time_gyro_noise_std`` is std·√imu_update_rate, and a random walk over dt has the variance std²·dt
-    (basalt/calibration/calibration.hpp, basalt/linearization/imu_block.hpp). Raises `InputError` unless both sensors
-    and one sampling rate are known.
+    Basalt multiplies N by √rate to get the standard deviation of a sample. ``dicrete_time_gyro_noise_std`` is
+    std·√imu_update_rate, and a random walk over dt has the variance std²·dt (basalt/calibration/calibration.hpp,
+    basalt/linearization/imu_block.hpp). Raises `InputError` unless both sensors and one sampling rate are known.
     """
     update = rate_of(axes, rate, "basalt")
     check_both_sensors(axes, "basalt")

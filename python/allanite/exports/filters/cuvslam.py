@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from allanite.exports._axis import rate_of
+from allanite.exports._axis import Axis, rate_of
 from allanite.exports._lines import check_both_sensors, value_lines
 from allanite.exports._target import Target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 ROWS = (
     ("gyro_noise_density", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
@@ -32,15 +27,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     convention = (
         "cuVSLAM (isaac_ros_visual_slam): Kalibr's noise model with continuous-time, two-sided densities.",
     )
-    same = {"N": float, "K": float}
     form = "    {key}: {value:.6e}  {note}"
-    head, first, rest = value_lines(
-        axes, ROWS, same, convention, overbound=overbound, form=form
-    ).partition("    gyro_noise_density")
-    return (
-        f"{head}visual_slam_node:\n  ros__parameters:\n    enable_imu_fusion: true\n{first}{rest}"
-        f"    calibration_frequency: {fs:.6e}  # Hz\n"
-    )
+    node = "visual_slam_node:\n  ros__parameters:\n    enable_imu_fusion: true\n"
+    numbers = value_lines(axes, ROWS, {}, convention, overbound=overbound, form=form, node=node)
+    return f"{numbers}    calibration_frequency: {fs:.6e}  # Hz\n"
 
 
 TARGETS = (Target("cuvslam", "cuVSLAM (Isaac ROS)", "isaac-ros-visual-slam.yaml", render),)

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
+from allanite.exports._axis import Axis
 from allanite.exports._lines import check_both_sensors, value_lines
 from allanite.exports._target import Target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 ROWS = (
     ("accelerometer_noise_density", "accel", "N", "m/s^2/sqrt(Hz), two-sided"),

@@ -2,33 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from functools import partial
 
-from allanite.exports._axis import gyro_and_accel_axes, rate_of
+from allanite.exports._axis import Axis, rate_of
+from allanite.exports._choice import choose
 from allanite.exports._head import head_comments
-from allanite.exports._lines import check_both_sensors, choose_all
+from allanite.exports._lines import check_both_sensors
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
-from allanite.exports._triad import numbers_in_xyz
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
+from allanite.exports._triad import sensors_in_xyz
 
 #: Minimum SampleRate in the documentation of factorIMUParameters, Hz.
 MIN_SAMPLE_RATE = 100.0
+#: Units of √(N²·Hz) and √(K²·Hz) of each sensor.
+UNITS = {"Gyroscope": ("rad/s", "rad/s^2"), "Accelerometer": ("m/s^2", "m/s^3")}
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of a MATLAB script with N² and K² of x, y and z.
+    """Text of a MATLAB script that calls factorIMUParameters with N² and K² of x, y and z in SI.
 
-    The factor multiplies N² by the rate for a sample, and K² by the time between nodes. A rate below 100 Hz adds a
-    remark. Raises `InputError` unless both sensors and one sampling rate are known.
+    MATLAB's factorIMU multiplies N² by the rate for a sample, and K² by the time between nodes. A rate below 100 Hz
+    adds a remark. Raises `InputError` unless both sensors and one sampling rate are known.
     """
     fs = rate_of(axes, rate, "factorimu")
     check_both_sensors(axes, "factorimu")
-    gyro, accel = (choose_all(own, overbound=overbound) for own in gyro_and_accel_axes(axes))
     convention = [
         "factorIMUParameters: continuous-time, two-sided covariances N^2 and K^2, despite the units in its documentation.",
         "The factor multiplies N^2 by SampleRate for a sample, and K^2 by the time between two nodes.",
@@ -37,21 +35,17 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         convention.append(
             f"SampleRate is below the documented minimum of {MIN_SAMPLE_RATE:g} Hz: use a higher sampling rate."
         )
-    rows = []
-    for name, units, pairs in (
-        ("Gyroscope", ("rad/s", "rad/s^2"), gyro),
-        ("Accelerometer", ("m/s^2", "m/s^3"), accel),
-    ):
-        numbers, axis_remarks = numbers_in_xyz(
-            [a for a, _ in pairs], [(c.N, c.K) for _, c in pairs]
-        )
-        convention += [f"{name} {line}" for line in axis_remarks]
+    rows, pairs = [], []
+    chosen = partial(choose, overbound=overbound)
+    for name, own, numbers, remarks in sensors_in_xyz(axes, UNITS, chosen, ("N", "K")):
+        pairs += own
+        convention += remarks
         for key, column, unit in zip(
-            ("Noise", "BiasNoise"), zip(*numbers, strict=True), units, strict=True
+            ("Noise", "BiasNoise"), zip(*numbers, strict=True), UNITS[name], strict=True
         ):
             values = " ".join(f"{value:.6e}" for value in column)
             rows.append(f"    '{name}{key}', diag([{values}].^2), ...  % ({unit})^2/Hz\n")
-    lines = as_comments(head_comments([*gyro, *accel], convention), "%")
+    lines = as_comments(head_comments(pairs, convention), "%")
     return (
         f"{lines}parameters = factorIMUParameters( ...\n{''.join(rows)}    'SampleRate', {fs:g});\n"
     )

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
+from allanite.exports._axis import Axis
 from allanite.exports._head import head_comments
 from allanite.exports._process_noise import CONVENTION, STATES, process_noise
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 #: Motion models and the order of their states (fuse_models/src, dae8521 and 24ee705).
 MODELS = {

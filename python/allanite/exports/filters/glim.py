@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from allanite.exports._axis import gyro_and_accel_axes
+from allanite.exports._axis import Axis, gyro_and_accel_axes
 from allanite.exports._head import head_comments
 from allanite.exports._lines import (
     check_both_sensors,
@@ -16,23 +16,16 @@ from allanite.exports._lines import (
 )
 from allanite.exports._target import Target
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
-
 #: Scan rate of a usual LiDAR, Hz. The bias steps from scan to scan.
 SCAN_RATE = 10.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """JSON text: N in SI, and K/√(scan rate) as standard deviation of the bias change per scan.
+    """JSON text: N in SI, and K/√(scan rate) as standard deviation of the bias change per scan of the LiDAR.
 
-    The scan rate is `rate`, by default 10 Hz.
-    imu_integration.cpp squares N.
-
-    odometry_estimation_imu.cpp (koide3 d1c23be) uses one number for all six biases. It is the larger one of both
-    sensors. Raises `InputError` unless both sensors are given.
+    The scan rate is `rate`, by default 10 Hz. imu_integration.cpp squares N. odometry_estimation_imu.cpp (koide3
+    d1c23be) uses one number for all six biases: the larger one of both sensors is written. Raises `InputError` unless
+    both sensors are given.
     """
     check_both_sensors(axes, "glim")
     scans = rate or SCAN_RATE

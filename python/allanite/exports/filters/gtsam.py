@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from allanite.exports._axis import gyro_and_accel_axes
+from allanite.exports._axis import Axis, gyro_and_accel_axes
 from allanite.exports._head import head_comments
 from allanite.exports._initial import initial_bias, unknown_bias_text
 from allanite.exports._lines import choose_all, largest_number, with_shared_numbers
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
-
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of a Python script with the squares of N and K in SI: power spectral densities, not variances of samples.
 
-    The covariance of the integration itself must be set: GTSAM's default, the identity, would alone give 1 m after 1 s.
-    Each number is the largest of the axes of its sensor. A prior on the first bias follows if both sensors have several
-    logs.
+    It also sets the covariance of the integration: GTSAM's default, the identity, would alone give an error of 1 m
+    after 1 s. Each number is the largest of the axes of its sensor. A prior on the first bias follows if both sensors
+    have several logs.
     """
     gyro, accel = (choose_all(own, overbound=overbound) for own in gyro_and_accel_axes(axes))
     convention = (

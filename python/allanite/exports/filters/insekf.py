@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from functools import partial
 
-from allanite.exports._axis import gyro_and_accel_axes, rate_of
+from allanite.exports._axis import Axis, rate_of
+from allanite.exports._choice import choose
 from allanite.exports._head import head_comments
 from allanite.exports._initial import initial_bias, unknown_bias_text
-from allanite.exports._lines import choose_all
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
-from allanite.exports._triad import numbers_in_xyz
+from allanite.exports._triad import sensors_in_xyz
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
-
-SENSORS = (("Gyroscope", "rad/s"), ("Accelerometer", "m/s^2"))
+UNITS = {"Gyroscope": "rad/s", "Accelerometer": "m/s^2"}
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
@@ -28,21 +24,18 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     of x, y and z has its own numbers. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "insekf")
-    sensors = [choose_all(own, overbound=overbound) for own in gyro_and_accel_axes(axes)]
     convention = [
         "insEKF: AdditiveProcessNoise is a continuous-time density, K^2 for a bias. A prediction over dt adds dt times",
         f"this density. Measurement noise is the variance of a sample at {fs:g} Hz, N^2*rate. Orientation, velocity and",
         "other states of motion keep the process noise of your filter.",
     ]
-    body, members = [], []
-    for (name, unit), pairs in zip(SENSORS, sensors, strict=True):
-        if not pairs:
-            continue
-        own = [axis for axis, _ in pairs]
-        numbers, axis_remarks = numbers_in_xyz(own, [(choice.N, choice.K) for _, choice in pairs])
-        convention += [f"{name} {line}" for line in axis_remarks]
-        member = name.lower()
-        members.append(member)
+    body, members, pairs = [], {}, []
+    chosen = partial(choose, overbound=overbound)
+    for name, own, numbers, remarks in sensors_in_xyz(axes, UNITS, chosen, ("N", "K")):
+        pairs += own
+        convention += remarks
+        unit = UNITS[name]
+        member = members[name] = name.lower()
         bias = f"states.{name}_Bias"
         white = " ".join(f"{N * math.sqrt(fs):.6e}" for N, _ in numbers)
         walk = " ".join(f"{K:.6e}" for _, K in numbers)
@@ -51,24 +44,18 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             f"Q({bias}, {bias}) = diag([{walk}].^2);\n",
             f"{member}Noise = diag([{white}].^2);  % fuse(filter, {member}, reading, {member}Noise)\n",
         ]
-        known = [v for axis in own if (v := initial_bias(axis, overbound=overbound)) is not None]
+        known = [v for axis, _ in own if (v := initial_bias(axis, overbound=overbound)) is not None]
         if known:
             body.append(
                 f"statecovparts(filter, '{name}_Bias', {max(known):.6e}^2);"
                 "  % standard deviation at switch-on, largest of the axes\n"
             )
         else:
-            body.append(as_comments([unknown_bias_text(own[0])], "%"))
-    made = "".join(
-        f"{member} = ins{name};\n"
-        for (name, _), member in zip(SENSORS, ("gyroscope", "accelerometer"), strict=True)
-        if member in members
-    )
-    lines = as_comments(
-        head_comments([pair for pairs in sensors for pair in pairs], convention), "%"
-    )
+            body.append(as_comments([unknown_bias_text(own[0][0])], "%"))
+    made = "".join(f"{member} = ins{name};\n" for name, member in members.items())
+    lines = as_comments(head_comments(pairs, convention), "%")
     return (
-        f"{lines}{made}filter = insEKF({', '.join(members)}, insMotionPose);\nstates = stateinfo(filter);\n"
+        f"{lines}{made}filter = insEKF({', '.join(members.values())}, insMotionPose);\nstates = stateinfo(filter);\n"
         f"Q = filter.AdditiveProcessNoise;\n{''.join(body)}filter.AdditiveProcessNoise = Q;\n"
     )
 

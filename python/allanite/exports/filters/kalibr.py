@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from allanite.exports._axis import rate_of
+from allanite.exports._axis import Axis, rate_of
 from allanite.exports._lines import value_lines
 from allanite.exports._target import Target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 ROWS = (
     ("accelerometer_noise_density", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),
@@ -36,8 +31,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     convention = (
         "Kalibr and OpenVINS: continuous-time, two-sided densities. The programs apply sqrt(dt) themselves.",
     )
-    same = {"N": float, "K": float}
-    text = value_lines(axes, ROWS, same, convention, overbound=overbound)
+    text = value_lines(axes, ROWS, {}, convention, overbound=overbound)
     return text + f"rostopic: /imu0\nupdate_rate: {update:g}  # Hz{slower}\n"
 
 

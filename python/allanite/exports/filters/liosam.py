@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
+from allanite.exports._axis import Axis
 from allanite.exports._lines import value_lines
 from allanite.exports._target import Target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 ROWS = (
     ("imuAccNoise", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),
@@ -29,8 +25,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     convention = (
         "LIO-SAM (copy below lio_sam:): continuous-time, two-sided densities. LIO-SAM squares them itself.",
     )
-    same = {"N": float, "K": float}
-    return value_lines(axes, ROWS, same, convention, overbound=overbound)
+    return value_lines(axes, ROWS, {}, convention, overbound=overbound)
 
 
 TARGETS = (Target("liosam", "LIO-SAM", "liosam.yaml", render),)

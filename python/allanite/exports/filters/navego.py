@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from functools import partial
 
-from allanite.exports._axis import gyro_and_accel_axes
-from allanite.exports._choice import TIME_NOTE, choose_lag
+from allanite.exports._axis import Axis
+from allanite.exports._choice import TIME_NOTE, choose_gauss_markov
 from allanite.exports._head import head_comments
 from allanite.exports._lines import check_both_sensors
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
-from allanite.exports._triad import numbers_in_xyz
+from allanite.exports._triad import sensors_in_xyz
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
+#: Keys of N and of the bias of each sensor, and its SI unit.
+KEYS = {"gyroscope": ("arw", "gb", "rad/s"), "accelerometer": ("vrw", "ab", "m/s^2")}
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
@@ -32,14 +31,12 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         TIME_NOTE,
     ]
     rows, pairs = [], []
-    for own, white, bias, unit in zip(
-        gyro_and_accel_axes(axes), ("arw", "vrw"), ("gb", "ab"), ("rad/s", "m/s^2"), strict=True
-    ):
-        chosen = [(axis, choose_lag(axis, overbound=overbound)) for axis in own]
-        numbers = [(c.N, c.q_c, c.correlation_time, c.sigma) for _, c in chosen]
-        places, axis_remarks = numbers_in_xyz([axis for axis, _ in chosen], numbers)
-        convention += [f"{white}: {line}" for line in axis_remarks]
-        pairs += chosen
+    choose = partial(choose_gauss_markov, overbound=overbound)
+    names = ("N", "q_c", "correlation_time", "sigma")
+    for sensor, own, places, remarks in sensors_in_xyz(axes, KEYS, choose, names):
+        pairs += own
+        convention += remarks
+        white, bias, unit = KEYS[sensor]
         for key, place, what in (
             (white, 0, f"{unit}/sqrt(Hz)"),
             (f"{bias}_psd", 1, f"{unit}/s/sqrt(Hz), density of the noise that drives the bias"),

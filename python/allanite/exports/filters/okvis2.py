@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
+from allanite.exports._axis import Axis
 from allanite.exports._initial import initial_lines
 from allanite.exports._lines import check_both_sensors, value_lines
 from allanite.exports._target import Target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 ROWS = (
     ("sigma_g_c", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
@@ -34,13 +30,11 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "OKVIS2 (OKVIS): continuous-time, two-sided densities. Each step of length dt adds sigma^2*dt.",
         "Copy these lines into the node imu_parameters. Set a_max, g_max, g and T_BS yourself.",
     )
-    same = {"N": float, "K": float}
     form = "    {key}: {value:.6e}  {note}"
-    head, first, rest = value_lines(
-        axes, ROWS, same, convention, overbound=overbound, form=form
-    ).partition("    sigma_g_c")
-    initial = initial_lines(axes, INITIAL, form, "    #", overbound=overbound)
-    return f"{head}imu_parameters:\n{first}{rest}{initial}"
+    numbers = value_lines(
+        axes, ROWS, {}, convention, overbound=overbound, form=form, node="imu_parameters:\n"
+    )
+    return numbers + initial_lines(axes, INITIAL, form, "    #", overbound=overbound)
 
 
 TARGETS = (Target("okvis2", "OKVIS2", "okvis2.yaml", render),)

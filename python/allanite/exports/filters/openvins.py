@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from allanite.exports._axis import rate_of
+from allanite.exports._axis import Axis, rate_of
 from allanite.exports._lines import check_both_sensors, value_lines
 from allanite.exports._target import Target
 from allanite.exports.filters.kalibr import ROWS
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 #: Rows of the matrices that the loader requires: no rotation, no misalignment, no sensitivity to acceleration.
 IDENTITY = tuple([float(i == j) for j in range(3)] for i in range(3))
@@ -40,16 +35,15 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "OpenVINS: continuous-time, two-sided densities. The program applies sqrt(dt) itself.",
         "The matrices are the identity: replace them by your calibration.",
     )
-    same = {"N": float, "K": float}
-    text = value_lines(
-        axes, ROWS, same, convention, overbound=overbound, form="  {key}: {value:.6e}  {note}"
+    matrices = "".join(
+        f"  {name}:\n" + "".join(f"    - {row}\n" for row in rows)
+        for name, rows in MATRICES.items()
     )
-    head, first, numbers = text.partition("  accelerometer_noise_density")
-    lines = [f"%YAML:1.0\n{head}imu0:\n"]
-    for name, rows in MATRICES.items():
-        lines.append(f"  {name}:\n" + "".join(f"    - {row}\n" for row in rows))
-    lines.append(f'{first}{numbers}  model: "kalibr"\n  rostopic: /imu0\n  time_offset: 0.0\n')
-    return "".join(lines) + f"  update_rate: {update:.6f}  # Hz\n"
+    form = "  {key}: {value:.6e}  {note}"
+    node = f"imu0:\n{matrices}"
+    numbers = value_lines(axes, ROWS, {}, convention, overbound=overbound, form=form, node=node)
+    rest = f'  model: "kalibr"\n  rostopic: /imu0\n  time_offset: 0.0\n  update_rate: {update:.6f}  # Hz\n'
+    return f"%YAML:1.0\n{numbers}{rest}"
 
 
 TARGETS = (Target("openvins", "OpenVINS", "kalibr_imu_chain.yaml", render),)

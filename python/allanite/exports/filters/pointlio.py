@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from allanite.exports._axis import rate_of
+from allanite.exports._axis import Axis, rate_of
 from allanite.exports._lines import value_lines
 from allanite.exports._target import Target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 ROWS = (
     ("gyr_cov_input", "gyro", "N", "(rad/s)^2, variance per sample"),

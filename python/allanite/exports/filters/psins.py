@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from functools import partial
 
-from allanite.exports._axis import gyro_and_accel_axes
-from allanite.exports._choice import TIME_NOTE, choose_lag
+from allanite.exports._axis import Axis
+from allanite.exports._choice import TIME_NOTE, choose_gauss_markov
 from allanite.exports._head import head_comments
 from allanite.exports._lines import check_both_sensors
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
-from allanite.exports._triad import numbers_in_xyz
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
+from allanite.exports._triad import sensors_in_xyz
 
 DEGREE, UG = math.pi / 180.0, 1e-6 * 9.7803267714
 #: Gyroscope and accelerometer: arguments of imuerrset for N, σ and correlation time, each with its unit in SI and as text.
-SENSORS = (
-    (("web", DEGREE / 60.0, "deg/sqrt(h)"), ("sqrtR0G", DEGREE / 3600.0, "deg/h"), ("TauG", 1.0, "s")),
-    (("wdb", UG, "ug/sqrt(Hz)"), ("sqrtR0A", UG, "ug"), ("TauA", 1.0, "s")),
-)  # fmt: skip
+ROWS = {
+    "gyroscope": (("web", DEGREE / 60.0, "deg/sqrt(h)"), ("sqrtR0G", DEGREE / 3600.0, "deg/h"), ("TauG", 1.0, "s")),
+    "accelerometer": (("wdb", UG, "ug/sqrt(Hz)"), ("sqrtR0A", UG, "ug"), ("TauA", 1.0, "s")),
+}  # fmt: skip
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
@@ -41,14 +37,12 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         TIME_NOTE,
     ]
     lines = []
-    for own, rows in zip(gyro_and_accel_axes(axes), SENSORS, strict=True):
-        chosen = [(a, choose_lag(a, overbound=overbound)) for a in own]
-        pairs += chosen
-        places, axis_remarks = numbers_in_xyz(
-            own, [(c.N, c.sigma, c.correlation_time) for _, c in chosen]
-        )
-        convention += axis_remarks
-        for number, (key, unit, spelled) in enumerate(rows):
+    choose = partial(choose_gauss_markov, overbound=overbound)
+    names = ("N", "sigma", "correlation_time")
+    for sensor, own, places, remarks in sensors_in_xyz(axes, ROWS, choose, names):
+        pairs += own
+        convention += remarks
+        for number, (key, unit, spelled) in enumerate(ROWS[sensor]):
             values = "; ".join(f"{place[number] / unit:.6e}" for place in places)
             lines.append(f"{key} = [{values}];  % {spelled}\n")
     return as_comments(head_comments(pairs, convention), "%") + (

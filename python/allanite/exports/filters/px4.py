@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
+from allanite.exports._axis import Axis
 from allanite.exports._initial import initial_lines
 from allanite.exports._lines import value_lines
 from allanite.exports._target import Target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 #: Rate of the filter, whatever the rate of the sensor, Hz: EKF2_PREDICT_US = 10 000.
 FILTER_RATE = 100.0

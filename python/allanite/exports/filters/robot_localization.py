@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from allanite.exports._axis import gyro_and_accel_axes
+from allanite.exports._axis import Axis, gyro_and_accel_axes
 from allanite.exports._head import head_comments
 from allanite.exports._initial import initial_bias, unknown_bias_text
 from allanite.exports._process_noise import CONVENTION, STATES, process_noise
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 #: Default process noise (src/filter_base.cpp, 1cb9533), kept for the states that describe the motion of the vehicle.
 DEFAULTS = dict(
@@ -72,7 +67,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 def _diagonal_matrix_text(values: dict[str, float]) -> str:
     """Text of the full 15 × 15 matrix, row by row, with `values` (by state) on its diagonal and 0 elsewhere.
 
-    Older versions accept no diagonal.
+    Older versions of robot_localization do not accept the diagonal alone.
     """
     rows = [", ".join(f"{values[a]:.6e}" if a == b else "0.0" for b in STATES) for a in STATES]
     return "[" + (",\n" + 8 * " ").join(rows) + "]"

@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from allanite.exports._axis import rate_of
+from allanite.exports._axis import Axis, rate_of
 from allanite.exports._lines import value_lines
 from allanite.exports._target import Target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 ROWS = (
     ("acc_n", "accel", "N", "m/s^2, deviation per sample times sqrt(2)"),

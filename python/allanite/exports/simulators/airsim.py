@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from allanite.exports._axis import gyro_and_accel_axes
+from allanite.exports._axis import Axis, gyro_and_accel_axes
 from allanite.exports._head import head_comments
 from allanite.exports._lines import choose_all, largest_number, with_shared_numbers
 from allanite.exports._target import Target
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 #: Standard gravity, m/s² (CGPM 1901): AirSim counts acceleration in mg.
 GRAVITY = 9.80665

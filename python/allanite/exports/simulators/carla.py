@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from functools import partial
 
-from allanite.exports._axis import gyro_and_accel_axes, rate_of
+from allanite.exports._axis import Axis, rate_of
+from allanite.exports._choice import choose
 from allanite.exports._head import head_comments
-from allanite.exports._lines import choose_all
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
-from allanite.exports._triad import numbers_in_xyz
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
+from allanite.exports._triad import sensors_in_xyz
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
@@ -31,13 +27,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "CARLA's bias is constant, so this file cannot hold slow noise.",
     ]
     lines = []
-    for own, sensor in zip(gyro_and_accel_axes(axes), ("gyro", "accel"), strict=True):
-        if not own:
-            continue
-        numbers = choose_all(own, overbound=overbound, simulator=True)
-        pairs += numbers
-        places, axis_remarks = numbers_in_xyz(own, [(c.N,) for _, c in numbers])
-        convention += [f"{sensor} {line}" for line in axis_remarks]
+    chosen = partial(choose, overbound=overbound, simulator=True)
+    for sensor, own, places, remarks in sensors_in_xyz(axes, ("gyro", "accel"), chosen, ["N"]):
+        pairs += own
+        convention += remarks
         lines += [
             f'    "noise_{sensor}_stddev_{axis}": "{white * math.sqrt(fs):.6e}",\n'
             for axis, (white,) in zip("xyz", places, strict=True)

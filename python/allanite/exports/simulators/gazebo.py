@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from functools import partial
 
-from allanite.exports._axis import gyro_and_accel_axes, rate_of
-from allanite.exports._choice import TIME_NOTE, choose_lag
+from allanite.exports._axis import Axis, rate_of
+from allanite.exports._choice import TIME_NOTE, choose_gauss_markov
 from allanite.exports._head import head_comments
 from allanite.exports._target import Target
 from allanite.exports._text import xml_comment
-from allanite.exports._triad import numbers_in_xyz
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
+from allanite.exports._triad import sensors_in_xyz
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
@@ -34,17 +30,12 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         TIME_NOTE,
     ]
     body = []
-    for own, tag in zip(
-        gyro_and_accel_axes(axes), ("angular_velocity", "linear_acceleration"), strict=True
-    ):
-        if not own:
-            continue
-        chosen = [(a, choose_lag(a, overbound=overbound, simulator=True)) for a in own]
-        pairs += chosen
-        places, axis_remarks = numbers_in_xyz(
-            own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen]
-        )
-        convention += [f"{tag} {line}" for line in axis_remarks]
+    tags = ("angular_velocity", "linear_acceleration")
+    choose = partial(choose_gauss_markov, overbound=overbound, simulator=True)
+    names = ("N", "q_c", "correlation_time")
+    for tag, own, places, remarks in sensors_in_xyz(axes, tags, choose, names):
+        pairs += own
+        convention += remarks
         body.append(f"  <{tag}>\n")
         for letter, (white, q_c, time) in zip("xyz", places, strict=True):
             body.append(

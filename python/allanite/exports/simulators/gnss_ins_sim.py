@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from functools import partial
 
-from allanite.exports._axis import gyro_and_accel_axes
-from allanite.exports._choice import choose_lag
+from allanite.exports._axis import Axis
+from allanite.exports._choice import choose_gauss_markov
 from allanite.exports._head import head_comments
-from allanite.exports._held import Choice
+from allanite.exports._held import NoiseParameters
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
-from allanite.exports._triad import numbers_in_xyz
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
+from allanite.exports._triad import sensors_in_xyz
 
 DEGREE = math.pi / 180.0
-SENSORS = (
-    ("gyro", (("arw", "N", DEGREE / 60, "deg/rt-hr"), ("b_stability", "sigma", DEGREE / 3600, "deg/hr"))),
-    ("accel", (("vrw", "N", 1 / 60, "m/s/rt-hr"), ("b_stability", "sigma", 1.0, "m/s2"))),
-)  # fmt: skip
+ROWS = {
+    "gyro": (("arw", "N", DEGREE / 60, "deg/rt-hr"), ("b_stability", "sigma", DEGREE / 3600, "deg/hr")),
+    "accel": (("vrw", "N", 1 / 60, "m/s/rt-hr"), ("b_stability", "sigma", 1.0, "m/s2")),
+}  # fmt: skip
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
@@ -36,18 +32,14 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "correlation time.",
     ]
     lines = []
-    for own, (sensor, rows) in zip(gyro_and_accel_axes(axes), SENSORS, strict=True):
-        if not own:
-            continue
-        chosen = [(a, choose_lag(a, overbound=overbound, simulator=True)) for a in own]
-        pairs += chosen
-        places, axis_remarks = numbers_in_xyz(
-            own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen]
-        )
-        convention += [f"{sensor} {line}" for line in axis_remarks]
-        held = [Choice(N, 0.0, q_c, time) for N, q_c, time in places]
+    choose = partial(choose_gauss_markov, overbound=overbound, simulator=True)
+    names = ("N", "q_c", "correlation_time")
+    for sensor, own, places, remarks in sensors_in_xyz(axes, ("gyro", "accel"), choose, names):
+        pairs += own
+        convention += remarks
+        held = [NoiseParameters(N, 0.0, q_c, time) for N, q_c, time in places]
         lines.append(f'    "{sensor}_b": np.zeros(3),\n')
-        for key, name, unit, spelled in (*rows, ("b_corr", "correlation_time", 1.0, "s")):
+        for key, name, unit, spelled in (*ROWS[sensor], ("b_corr", "correlation_time", 1.0, "s")):
             values = ", ".join(f"{getattr(c, name) / unit:.6e}" for c in held)
             lines.append(f'    "{sensor}_{key}": np.array([{values}]),  # {spelled}\n')
     notes = head_comments(pairs, convention, simulator=True)

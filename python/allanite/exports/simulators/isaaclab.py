@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from allanite.exports._axis import gyro_and_accel_axes, rate_of
-from allanite.exports._choice import choose_lag
+from allanite.exports._axis import Axis, gyro_and_accel_axes, rate_of
+from allanite.exports._choice import choose_gauss_markov
 from allanite.exports._head import head_comments
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.exports._axis import Axis
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
@@ -33,7 +28,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     for own, name in zip(gyro_and_accel_axes(axes), ("imu_ang_vel", "imu_lin_acc"), strict=True):
         if not own:
             continue
-        held = [(a, choose_lag(a, overbound=overbound, simulator=True)) for a in own]
+        held = [(a, choose_gauss_markov(a, overbound=overbound, simulator=True)) for a in own]
         pairs += held
         white = max(c.N for _, c in held) * math.sqrt(fs)
         bias = max(c.sigma for _, c in held)
