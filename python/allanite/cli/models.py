@@ -53,7 +53,9 @@ def _scaled_effect(effect: Effect, factor: float) -> Effect:
         for k, v in values.items()
     }
     ends = {
-        k: (low * factor, high * factor) for k, (low, high) in effect.limits.items() if k in names
+        k: (low * factor, high * factor)
+        for k, (low, high) in effect.checked_limits.items()
+        if k in names
     }
     return effect.with_values(**scaled, limits={**effect.limits, **ends})
 

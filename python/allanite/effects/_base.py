@@ -16,7 +16,7 @@ from allanite.effects._declared import Array, Columns, has_several, names_of
 from allanite.effects._declared import Parameter as Parameter
 from allanite.effects._declared import StraightLine as StraightLine
 from allanite.effects._documented import document
-from allanite.effects._limits import NO_LIMITS, limits_of
+from allanite.effects._limits import NO_LIMITS, Limits, limits_of
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -226,8 +226,8 @@ class Effect(AsModel):
 
     #: Names of parameters that a fit must not change.
     hold: tuple[str, ...] = field(default=(), kw_only=True)
-    #: Limits (low, high) of a fit by parameter name; None is an open end. Stored as `Limits`.
-    limits: Any = field(default=NO_LIMITS, kw_only=True)
+    #: Limits (low, high) of a fit by parameter name; None is an open end. `checked_limits` are these limits as `Limits`.
+    limits: Mapping[str, tuple[float | None, float | None]] = field(default=NO_LIMITS, kw_only=True)
     #: Names of parameters that a fit found at a limit; they are held there until the next fit.
     at_limit: tuple[str, ...] = field(default=(), kw_only=True)
 
@@ -273,6 +273,12 @@ class Effect(AsModel):
                 raise InputError(
                     f"{self.kind}: {name} is held at {value:g}, outside its limits {low:g} … {high:g}"
                 )
+
+    @property
+    def checked_limits(self) -> Limits:
+        """`Limits` of a fit: (lower, upper) by parameter name, where an open end is ∓∞; empty without limits."""
+        assert isinstance(self.limits, Limits)
+        return self.limits
 
     @property
     def held(self) -> frozenset[str]:
@@ -384,7 +390,7 @@ class Effect(AsModel):
         grid = self.grid(name, n, rate)
         if name not in self.limits:
             return grid
-        low, high = self.limits[name]
+        low, high = self.checked_limits[name]
         inside = grid[(grid > low) & (grid < high)]
         # The optimization extends a grid by a factor of 2 to both sides; limits inside that range are tried too.
         first, last = (0.5 * grid.min(), 2.0 * grid.max()) if grid.min() > 0.0 else (low, high)
@@ -501,7 +507,7 @@ class Effect(AsModel):
     def __str__(self) -> str:
         inside = ", ".join(
             f"{f.name}={f'{value:.6g}' if isinstance(value, float) else value or ''}"
-            f"{'!' if f.name in self.hold else ''}{self.limits.shown(f.name)}"
+            f"{'!' if f.name in self.hold else ''}{self.checked_limits.shown(f.name)}"
             for f in fields(self)
             if isinstance(value := getattr(self, f.name), (float, str)) or f.name in self.limits
         )

@@ -42,7 +42,7 @@ def held_and_limits(effect: Effect) -> dict[str, Any]:
     """Dict (JSON form) of the ``held`` names, ``limits`` and ``at_limit`` names of an effect; empty entries are omitted."""
     every = {
         "held": sorted(effect.hold),
-        "limits": effect.limits.to_dict(),
+        "limits": effect.checked_limits.to_dict(),
         "at_limit": sorted(effect.at_limit),
     }
     return {name: value for name, value in every.items() if value}

@@ -92,8 +92,9 @@ class ModulatedVibration(Resonance):
             return None
         more_power = 1.0 + 0.5 * values["depth"] ** 2
         rms = None if other.rms is None else other.rms * float(np.sqrt(more_power))
-        kept = {"hold": other.hold, "limits": other.limits}
-        return cls(other.frequency, other.damping, rms, **values, **kept)
+        return cls(
+            other.frequency, other.damping, rms, **values, hold=other.hold, limits=other.limits
+        )
 
     def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of values to try: one depth, six modulation rates (Hz), or the grid of a resonance."""

@@ -249,7 +249,7 @@ def _check_limits(effect: Effect, name: str, n: int, rate: float) -> None:
     first, last = 0.5 * min(g.min() for g in grids), 2.0 * max(g.max() for g in grids)
     if effect.periodic:
         last = 0.5 * rate
-    low, high = effect.limits[name]
+    low, high = effect.checked_limits[name]
     if high < first or low >= last:
         raise InputError(
             f"{effect.kind}: the limits of {name}, {low:g} … {high:g}, are outside the range that this record can resolve,"

@@ -236,7 +236,7 @@ def _coefficient(
         low, high = widened(value, (low, high), shape_widening(solution, own, relative, data))
     if detected and effect.white:
         low, high = widened_by_tails(value, (low, high), solution, data)
-    low, high = (effect.limits.clipped(name, end) for end in (low, high))
+    low, high = (effect.checked_limits.clipped(name, end) for end in (low, high))
     error = None if relative is None else value * relative
     return Estimate(value, error, (low, high), own_unit, detected, name)
 
@@ -500,7 +500,7 @@ def _with_admissible_intervals(effect: Effect, values: dict[str, Any]) -> dict[s
             # The frequency of a line that does not exist has no true value.
             out[name] = Estimate(value.value, None, None, value.unit, False, name)
         elif name in effect.limits:
-            low, high = (effect.limits.clipped(name, end) for end in value.interval)
+            low, high = (effect.checked_limits.clipped(name, end) for end in value.interval)
             out[name] = Estimate(
                 value.value, value.std_error, (low, high), value.unit, value.detected, name
             )

@@ -298,13 +298,13 @@ def loudest_frequency(effect: Deterministic, ordinates: Array, noise: Noise, dat
     """
     j = np.arange(8, ordinates.size)
     if "frequency" in effect.limits:
-        low, high = effect.limits["frequency"]
+        low, high = effect.checked_limits["frequency"]
         near = (j >= 2.0 * low * data.duration) & (j <= 2.0 * high * data.duration)
         # Limits closer together than two ordinates may contain none.
         j = j[near] if near.any() else j
     ratio = ordinates[j] ** 2 / noise.variance(j)
     found = float(j[int(np.argmax(ratio))] / (2.0 * data.duration))
-    return float(effect.limits.clipped("frequency", found))
+    return float(effect.checked_limits.clipped("frequency", found))
 
 
 def polish_drifting(

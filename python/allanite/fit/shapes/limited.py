@@ -116,7 +116,7 @@ def _beyond_limits(model: Model, held: Held) -> Held:
             value = effect.values[name]
             if name in effect.hold or (place, name) in held or value is None:
                 continue
-            limit = effect.limits.reached(name, value)
+            limit = effect.checked_limits.reached(name, value)
             if limit is None and name in shapes:
                 declared = effect.parameter(name)
                 limit = Limits({name: (declared.low, declared.high)}).reached(name, value)
@@ -133,7 +133,7 @@ def _clipped_to_limits(effect: Effect) -> Effect:
     if not effect.limits and not effect.at_limit:
         return effect
     values = {
-        name: effect.limits.clipped(name, value)
+        name: effect.checked_limits.clipped(name, value)
         for name in effect.limits
         if (value := effect.values[name]) is not None
     }

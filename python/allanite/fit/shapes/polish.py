@@ -81,7 +81,9 @@ class _Shapes:
         for place, name in places:
             effect = model.effects[place]
             declared = effect.parameter(name)
-            low, high = (effect.limits.clipped(name, e) for e in (declared.low, declared.high))
+            low, high = (
+                effect.checked_limits.clipped(name, e) for e in (declared.low, declared.high)
+            )
             signed.append(declared.low < 0.0)
             if declared.low < 0.0:
                 limits.append((low, high))

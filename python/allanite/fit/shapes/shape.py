@@ -193,7 +193,7 @@ def fit_deterministic_shapes(
             j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
             left = residual_ordinates_at(valued_others, j, data)
             found = polish_line(start, j, left, noise, data, multiples)
-            found = effect.limits.clipped("frequency", found)
+            found = effect.checked_limits.clipped("frequency", found)
             model = model.replaced(place, frequency=found)
             if effect.values["frequency"] is None and not effect.held:
                 # Give the line an amplitude, so that the search of the next line starts from the residual.
@@ -318,7 +318,10 @@ def _with_best_times(
                 if type(found) is type(effect):
                     values = {name: float(found.values[name]) for name in unknown}
                     return effect.with_values(
-                        **{name: effect.limits.clipped(name, v) for name, v in values.items()}
+                        **{
+                            name: effect.checked_limits.clipped(name, v)
+                            for name, v in values.items()
+                        }
                     )
     return effect
 

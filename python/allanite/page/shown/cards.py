@@ -218,7 +218,7 @@ def _displayed_limits(effect: Effect, name: str, factor: float) -> list[float | 
     """
     if not limitable(effect.parameter(name)):
         return None
-    ends = effect.limits.to_dict().get(name, [None, None])
+    ends = effect.checked_limits.to_dict().get(name, [None, None])
     return [None if end is None else float(f"{end * factor:.6g}") for end in ends]
 
 
