@@ -51,9 +51,9 @@ def __getattr__(name: str) -> object:
 
 
 def _former_effect(name: str) -> object:
-    """Effect class by a former name ``al.GaussMarkov``, with a warning; the classes are in `allanite.effects`.
+    """Effect class `name`, formerly a name of this package, with a `DeprecationWarning`.
 
-    Raises `AttributeError` for any other name.
+    The class is now in `allanite.effects`. `AttributeError` if no effect class of the catalog has this name.
     """
     if name[:1].isupper():
         effects = import_module("allanite.effects")
@@ -65,7 +65,7 @@ def _former_effect(name: str) -> object:
 
 
 def _warn(former: str, name: str, stacklevel: int = 4) -> None:
-    """Give a `DeprecationWarning` that a former name has been replaced by another name."""
+    """Warn (`DeprecationWarning`) that ``al.former`` is now ``al.name``; for `stacklevel` see `warnings.warn`."""
     from allanite.common.former import warn_of_former_name
 
     warn_of_former_name(f"al.{former}", f"al.{name}", stacklevel)

@@ -2,16 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from allanite import _core
 from allanite.common.memory import clear_caches
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy as np
-    from numpy.typing import NDArray
 
 version = _core.version
 
@@ -40,17 +32,17 @@ power_law_bank = _core.power_law_bank
 simulate = _core.simulate
 
 
-# -- memory
-def end_with_line(line: str, code: int) -> None:
-    """Let the process print `line` and end with exit code `code` if a memory-mapped file becomes shorter.
+# -- process: only programs call these, because they change signals and the allocator
+end_with_line = _core.end_with_line
+own_process = _core.own_process
+trim = _core.trim
 
-    Only programs call this function. It handles a signal of the whole process, which a library must not change.
-    """
-    _core.end_with_line(line, code)
+
+# -- memory
 
 
 def free_buffers() -> int:
-    """Return the memory that allanite keeps between calls to the operating system.
+    """Return to the operating system the memory that allanite keeps between calls; return the freed bytes.
 
     The core keeps at most two arrays for the next call: the last simulated record and the last phase. Each array has at
     most 256 MiB. The core also keeps the plans of the transforms of the last four lengths, and the package keeps spectra
@@ -72,16 +64,6 @@ def free_buffers() -> int:
     """
     clear_caches()
     return _core.release()
-
-
-def own_process() -> None:
-    """Declare that this process belongs to a program of the package: the allocator has two arenas, and `trim` works."""
-    _core.own_process()
-
-
-def trim() -> bool:
-    """Return freed memory to the system if a program of the package owns the process; return whether it did."""
-    return _core.trim()
 
 
 # -- deviation
@@ -106,35 +88,7 @@ Likelihood = _core.Likelihood
 # -- kalman
 kalman_filter = _core.kalman_filter
 kalman_smooth = _core.kalman_smooth
-
-
-def stamped_filter(
-    times: NDArray[np.float64],
-    there: NDArray[np.bool_],
-    columns: NDArray[np.float64],
-    lags: Sequence[tuple[float, float, bool]],
-    walk: float,
-    white: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Innovations of columns at arbitrary times under a noise model, shape (k, n), and their variances, shape (n,).
-
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Times in s.
-    there : ndarray of bool, shape (n,)
-        False where a sample is missing.
-    columns : ndarray, shape (k, n)
-        Samples of each column.
-    lags : sequence of (float, float, bool)
-        First-order lags: variance, rate in 1/s, and True if the samples contain the integral of the lag.
-    walk : float
-        Variance per s of a random walk.
-    white : float
-        Variance of white noise.
-    """
-    return _core.stamped_filter(times, there, columns, lags, walk, white)
-
+stamped_filter = _core.stamped_filter
 
 # -- lstsq
 gls_nonnegative = _core.gls_nonnegative

@@ -6,7 +6,8 @@ of time are added.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypedDict
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 
@@ -40,10 +41,10 @@ MAX_TAPS, HALF_TAPS_PER_PERIOD = 4096, 4.0
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
-    """Tuple (σ of white noise, numerator b, denominator a) of a filter whose output has the spectrum of `terms`.
+    """Tuple (σ, numerator b, denominator a) of the ARMA process with the spectrum of `terms`.
 
-    b begins with b0 = 1; a begins with a1, because a0 = 1 is omitted. The spectrum of the terms times |a|² is the spectrum
-    of a moving average; b is its minimum-phase factor.
+    Its input is white noise with standard deviation σ. b begins with b0 = 1; a begins with a1, because a0 = 1 is omitted.
+    The spectrum of the terms times |a|² is the spectrum of a moving average; b is its minimum-phase factor.
 
     Parameters
     ----------
@@ -71,7 +72,8 @@ def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
 def _generators(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
     """List of (name, parameters) of the random-number generators of the compiled core whose sum simulates an effect.
 
-    White noise is changed by the modifiers of the model.
+    White noise is simulated after the modifiers of the `model`. `rate` is in Hz. InputError if the variance of a sample is
+    too large for a double, or if there is no generator.
     """
     part = Model((effect, *model.modifiers)) if effect.white else Model((effect,))
     with np.errstate(over="ignore", invalid="ignore"):
@@ -100,9 +102,9 @@ def _generators(model: Model, effect: Any, rate: float) -> list[tuple[str, list[
 
 
 def _has_nonnegative_spectrum(lag: Exponential) -> bool:
-    """True if the spectrum of an exponential term is nowhere negative.
+    """True if the spectrum of an exponential term is nowhere negative, so that the term alone is a random process.
 
-    The numerator of the spectrum is linear in cos w. It is therefore enough to test both ends of the spectrum.
+    The numerator of the spectrum is linear in cos w, so that it is enough to test w = 0 and w = π.
     """
     return bool((lag.spectrum(np.array([0.0, np.pi])) >= 0.0).all())
 
@@ -113,7 +115,10 @@ def _generator(term: Term) -> tuple[str, list[float]]:
 
 
 def _filter_generator(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
-    """Pair (name, parameters) of the generator that simulates a sum of terms as filtered white noise."""
+    """Pair ("filtered", parameters) of the generator that simulates a sum of terms as filtered white noise.
+
+    `terms` are exponentials and white noise. InputError if their filter has more than two poles.
+    """
     if sum(1 + bool(complex(t.phi).imag) for t in terms if isinstance(t, Exponential)) > 2:
         raise InputError(
             "an effect of more than two lags, one with a negative density at some frequency, cannot be simulated:"
@@ -184,22 +189,22 @@ def simulate(
         A value of the model is missing or too large. The rate or the length is not positive, or the record does not fit
         into memory. Seed, axis or replicate is not a whole number from 0 on.
     """
-    source = _SimulatedRecord(model, duration, n, rate, seed, unit, covariates, axis, replicate)
+    source = _SimulatedRecord(
+        model,
+        duration=duration,
+        n=n,
+        rate=rate,
+        seed=seed,
+        unit=unit,
+        covariates=covariates,
+        axis=axis,
+        replicate=replicate,
+    )
     return source.next_samples(source.n)
 
 
 def simulate_chunks(
-    model: Model | Effect | str,
-    *,
-    size: int = 2**20,
-    duration: float | None = None,
-    n: int | None = None,
-    rate: float,
-    seed: int = 0,
-    unit: str = "1",
-    covariates: Mapping[str, ArrayLike] | None = None,
-    axis: int = 0,
-    replicate: int = 0,
+    model: Model | Effect | str, *, size: int = 2**20, **options: Unpack[SimulationOptions]
 ) -> Iterator[Recording]:
     """Iterator over consecutive segments of the recording that `simulate` returns, with exactly the same samples.
 
@@ -207,10 +212,13 @@ def simulate_chunks(
 
     Parameters
     ----------
+    model : Model, Effect or str
+        Model in which every parameter has a value.
     size : int
         Number of samples of each segment; the last segment may be shorter.
-    model, duration, n, rate, seed, unit, covariates, axis, replicate
-        Parameters of the whole record; see `simulate`. Each segment contains its part of the covariates.
+    options
+        Parameters of the whole record: `duration` or `n`, `rate`, `seed`, `unit`, `covariates`, `axis` and `replicate`;
+        see `simulate`. Each segment contains its part of the covariates.
 
     Returns
     -------
@@ -223,7 +231,7 @@ def simulate_chunks(
         The errors of `simulate`, or a size below 1. The error is raised by the call, before the first segment.
     """
     size = whole(size, "size", 1, SAMPLES, "the number of samples of a segment")
-    source = _SimulatedRecord(model, duration, n, rate, seed, unit, covariates, axis, replicate)
+    source = _SimulatedRecord(model, **options)
     steps = range(0, source.n, size)
     return (source.next_samples(min(size, source.n - first)) for first in steps)
 
@@ -234,14 +242,15 @@ class _SimulatedRecord:
     def __init__(
         self,
         model: Model | Effect | str,
-        duration: float | None,
-        n: int | None,
+        *,
+        duration: float | None = None,
+        n: int | None = None,
         rate: float,
-        seed: int,
-        unit: str,
-        covariates: Mapping[str, ArrayLike] | None,
-        axis: int,
-        replicate: int,
+        seed: int = 0,
+        unit: str = "1",
+        covariates: Mapping[str, ArrayLike] | None = None,
+        axis: int = 0,
+        replicate: int = 0,
     ) -> None:
         model = as_model(model)
         self.rate = positive_rate(rate)
@@ -303,9 +312,10 @@ class _SimulatedRecord:
         return Recording(total, rate=self.rate, unit=self.unit, covariates=given or None)
 
     def _noise(self, count: int, first: int) -> Array:
-        """Sum of the random processes after all filters, shape (count,), beginning at the sample with index `first`.
+        """Array of the next `count` samples of the sum of the random processes after all filters, shape (count,).
 
-        The samples must be taken in order; a negative `first` lies before the record.
+        `first` is the index of the first of them; it is negative before the record, while the filters settle. Calls must
+        continue the record.
         """
         total: Array | None = None
         for process, gains in self.parts:
@@ -329,26 +339,29 @@ class _SimulatedRecord:
 def _processes_with_gains(
     effect: Stochastic, span: tuple[float, float]
 ) -> list[tuple[Stochastic, list[Gain]]]:
-    """List of (process, list of gains) of the random processes that make up an effect.
+    """List of (process, list of gains) of the random processes whose sum is an effect, each times its gains.
 
-    A gain is a function of time that returns the factor on the samples. A moving band is a sum of processes, one for each
-    segment of the record, with one gain each. Any other effect is one process without gains.
+    A gain is a function of time (s) that returns the factor on the samples. A moving band has one process and one gain for
+    each time segment of the record, see `segment_weights`. Any other effect is one process without gains.
     """
     if not effect.moving:
         return [(effect, [])]
 
-    def gain(part: int) -> Gain:
-        """Function that returns the factor on the process of the segment with index `part` at each time (s)."""
-        return lambda time, _=None: np.sqrt(segment_weights(time, span, len(effect.segments))[part])
+    def gain(segment: int, time: Array, _: object = None) -> Array:
+        """Array of the factor on the process of the segment with this index, at each time (s): root of its weight."""
+        return np.sqrt(segment_weights(time, span, len(effect.segments))[segment])
 
-    return [(part, [gain(i)]) for i, part in enumerate(effect.segments)]
+    return [(process, [partial(gain, i)]) for i, process in enumerate(effect.segments)]
 
 
 def _band_gain(effect: Modifier, rate: float, span: tuple[float, float]) -> Gain:
-    """Function of time (s) that returns the factor on the samples of a frequency band whose level changes over time."""
+    """Function of time (s) that returns the factor on samples of a frequency band whose level `effect` changes.
 
-    def gain(time: Array, _: Mapping[str, Array] | None = None) -> Array:
-        """Factor at each time (s): square root of the power of the effect over one sample."""
+    `span` is the first and last time of the record, s; over it, the mean of the squared factor is 1.
+    """
+
+    def gain(time: Array, _: object = None) -> Array:
+        """Array of the factor at each time (s): root of the relative power of the band from this sample to the next."""
         return np.asarray(np.sqrt(effect.power_between(time, time + 1.0 / rate, span)))
 
     return gain
@@ -373,7 +386,10 @@ class _BandLevelFilter:
         self.delayed = np.zeros(half)
 
     def next(self, samples: Array, first: int) -> Array:
-        """Filtered samples for the next input samples; `first` is the index of the first input sample in the record."""
+        """Array of the input `samples` after the filter, delayed by half the taps; consecutive calls continue the record.
+
+        `first` is the index in the record of the first input sample.
+        """
         from scipy.signal import lfilter
 
         # With a denominator, rounding does not depend on how the record is divided into segments.
@@ -393,7 +409,7 @@ class _StatefulFilter:
         self.state = np.zeros(len(response.poles))
 
     def next(self, samples: Array, _: int) -> Array:
-        """Filtered samples for the next input samples, same shape; the filter continues from its last state."""
+        """Array of the input `samples` after the filter, same shape; consecutive calls continue the record."""
         from scipy.signal import lfilter
 
         out, self.state = lfilter(self.b, self.a, samples, zi=self.state)
@@ -401,7 +417,10 @@ class _StatefulFilter:
 
 
 def _sample_count(duration: float | None, n: int | None, rate: float) -> int:
-    """Number of samples of a record whose duration (s) or number of samples is given."""
+    """Number of samples `n`, or `duration` (s) times `rate` (Hz), rounded; exactly one of both must be given.
+
+    InputError for both or none, for less than one sample, and for more than 2⁵³ samples.
+    """
     if (duration is None) == (n is None):
         raise InputError("give either a duration in seconds or a number of samples n")
     if n is not None:
@@ -423,7 +442,7 @@ def _sample_count(duration: float | None, n: int | None, rate: float) -> int:
 
 
 def _require_values(model: Model) -> None:
-    """Raise `InputError` if a parameter of the model has no value but a simulation needs it."""
+    """Raise `InputError` if a parameter has no value, unless it is optional, a choice or derived."""
     for effect in model:
         for p in effect.parameters:
             optional = p.role in {"derived", "choice"} or p.optional

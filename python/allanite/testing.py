@@ -88,7 +88,8 @@ def example_of(
 ) -> Effect:
     """Effect of a kind with typical values for a record of `n` samples at `rate` Hz with the logged `columns`.
 
-    Shapes are the middle of their grid, times are thirds of the record, and coefficients are 1.
+    Coefficients are 1, shapes are the medians of their grids, times are one and two thirds of the record, and factors of
+    the noise are 3. Optional parameters have no value. A column that the effect follows is the first of `columns`.
     """
     texts = {f.name: str(f.type) for f in fields(kind)}
     beside = Model((white_noise(),))
@@ -121,9 +122,9 @@ def example_of(
 
 
 def check_declaration(effect: Effect) -> None:
-    """Test that the declarations of an effect are complete and consistent: texts, parameters, bounds and grids.
+    """Raise `AssertionError` for the first declaration of an effect that is missing or inconsistent.
 
-    Raises `AssertionError` for the first that is not.
+    These are its texts, parameters, bounds and grids, and the kind of search (`screened`).
     """
     cls = type(effect)
     for name in ("kind", "short", "title", "physics", "looks_like", "check_by"):
@@ -181,9 +182,9 @@ def check_declaration(effect: Effect) -> None:
 
 
 def check_round_trip(effect: Effect) -> None:
-    """Test that an effect survives a model file (every bit) and a model string (six digits).
+    """Raise `AssertionError` unless an effect survives a model file (every bit) and a model string (to 10⁻⁵).
 
-    The test is skipped for an effect that is not in the catalog, because model strings cannot name the effect.
+    Skipped for an effect that is not in the catalog, because model strings cannot name it. Lists are not in model strings.
     """
     if find(effect.kind) is not type(effect):
         return
@@ -207,7 +208,7 @@ def check_round_trip(effect: Effect) -> None:
 
 
 def _as_model(effect: Effect) -> Model:
-    """Model with the effect; a modifier acts on white noise with N = 1."""
+    """`Model` of the effect alone, or of white noise with N = 1 and the effect if it is a modifier."""
     return Model((white_noise(1.0), effect) if isinstance(effect, Modifier) else (effect,))
 
 
@@ -234,9 +235,9 @@ def allan_variance_of_density(
 
 
 def _quadrature_nodes(m: int) -> tuple[Array, Array]:
-    """Tuple (nodes, weights) of a Gauss-Legendre quadrature on (0, π) for the averaging factor m, shape (nodes,) each.
+    """Pair (nodes, weights) of a Gauss-Legendre quadrature over (0, π) for integrands with sin⁴(mw/2), shape (nodes,) each.
 
-    The nodes are dense near 0, where spectra diverge, and between the zeros of the gain.
+    The nodes are dense near 0, where spectra diverge, and between the zeros of the sine.
     """
     x, v = np.polynomial.legendre.leggauss(8)
     edges = np.unique(
@@ -248,10 +249,9 @@ def _quadrature_nodes(m: int) -> tuple[Array, Array]:
 
 
 def check_density(effect: Effect) -> None:
-    """Test that the density is not negative and integrates to the Allan variance; a modifier is tested on white noise.
+    """Raise `AssertionError` if the density of an effect is negative, or does not integrate to its Allan variance.
 
-    For a `Stochastic`, also test that the deviation is proportional to the coefficient. Raises `AssertionError`
-    otherwise.
+    A modifier is tested on white noise. The Allan deviation of a `Stochastic` must be proportional to its coefficient.
     """
     model = _as_model(effect)
     for m in (1, 2, 3, 10, 100):
@@ -279,9 +279,9 @@ def check_density(effect: Effect) -> None:
 
 
 def check_amplitudes(effect: Deterministic, covariates: Columns | None = None) -> None:
-    """Test that the signal of a known function is linear in its amplitudes and equals regressors @ amplitudes.
+    """Raise `AssertionError` unless the signal of a known function is regressors @ amplitudes, and has its Allan variance.
 
-    Raises `AssertionError` otherwise.
+    `with_amplitudes` must set the amplitudes. An Allan variance of zeros (not declared) is not compared.
     """
     columns, kind = dict(covariates or {}), effect.kind
     time = np.arange(LENGTH) / RATE
@@ -330,9 +330,10 @@ def _overlapping_allan_variance(samples: Array, factors: NDArray[np.int64]) -> A
 
 
 def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
-    """Test that simulated records depend only on the seed, and have the declared Allan variance and density.
+    """Raise `AssertionError` unless simulated records depend only on the seed, and have the declared properties.
 
-    The tested samples are the difference of two simulations with the same seed, one with the effect and one without it.
+    A known function must be added exactly. A process must have its Allan variance and density within 5 standard errors of
+    the mean over 384 records. Its samples are the difference of two simulations of a model, with and without the effect.
     """
     columns, kind = dict(covariates or {}), effect.kind
     other, model = Model((GaussMarkov(q_c=2.0, correlation_time=0.5),)), _as_model(effect)
@@ -340,7 +341,7 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
     alone = isinstance(effect, Modifier) and bool(effect.whole or effect.band)
 
     def run(simulated: Model, seed: int) -> Array:
-        """Simulated samples of a model with this seed, shape (2048,)."""
+        """Array of 2048 simulated samples of a model with this seed."""
         found = simulate(simulated, n=LENGTH, rate=RATE, seed=seed, covariates=columns)
         return np.asarray(found.samples)
 
@@ -382,7 +383,7 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
 
 
 def _assert_agreement(values: Array, expected: Array, what: str, places: NDArray[np.int64]) -> None:
-    """Test that means over records agree with their expectation within `SIGMAS` standard errors.
+    """Raise `AssertionError` if a mean over records differs from its expectation by 5 standard errors or more.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit import Fit
     from allanite.recording import Recording
+    from allanite.simulate import SimulationOptions
     from allanite.summary import Summary
 
 
@@ -95,36 +96,15 @@ class AsModel:
         )
 
     def simulate_chunks(
-        self,
-        *,
-        size: int = 2**20,
-        duration: float | None = None,
-        n: int | None = None,
-        rate: float,
-        seed: int = 0,
-        unit: str = "1",
-        covariates: Mapping[str, ArrayLike] | None = None,
-        axis: int = 0,
-        replicate: int = 0,
+        self, *, size: int = 2**20, **options: Unpack[SimulationOptions]
     ) -> Iterator[Recording]:
         """Iterator over the samples of `simulate`, in recordings of `size` samples; the last one may be shorter.
 
-        For the other parameters see `allanite.simulate.simulate`.
+        The `options` are the parameters of `simulate`; `rate`, and `duration` or `n`, are required.
         """
         import allanite as al
 
-        return al.simulate.simulate_chunks(
-            self._model(),
-            size=size,
-            duration=duration,
-            n=n,
-            rate=rate,
-            seed=seed,
-            unit=unit,
-            covariates=covariates,
-            axis=axis,
-            replicate=replicate,
-        )
+        return al.simulate.simulate_chunks(self._model(), size=size, **options)
 
 
 @dataclass(frozen=True)
@@ -432,9 +412,10 @@ class Effect(AsModel):
         return None
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """True if the fitted effect, the last of `model`, shows the feature that distinguishes it from similar effects.
+        """True if the fitted effect, the last of `model`, differs visibly from a simpler effect; by default always True.
 
-        It is always True by default. The record has a `duration` in s and a sampling `rate` in Hz.
+        A notch, for example, must show the rise of the density above its center. The record has a `duration` in s and a
+        sampling `rate` in Hz.
         """
         return True
 
@@ -572,24 +553,29 @@ class Stochastic(Effect):
         """
         raise NotImplementedError
 
-    def terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple of spectral terms (`effects.terms`), whose sum is the process with its present values, at `rate` (Hz).
-
-        InputError without a coefficient.
-        """
-        value = getattr(self, self.coefficient)
+    @property
+    def squared_coefficient(self) -> float:
+        """Square of the coefficient; InputError if the coefficient has no value."""
+        value: float | None = getattr(self, self.coefficient)
         if value is None:
             raise InputError(
                 f"{self.kind}: {self.coefficient} has no value; write {self.short}({self.coefficient}=…), or fit the"
                 " model first"
             )
-        return tuple(term.scaled(value**2) for term in self.unit_terms(rate))
+        return value**2
+
+    def terms(self, rate: float) -> tuple[Term, ...]:
+        """Tuple of spectral terms (`effects.terms`), whose sum is the process with its present values, at `rate` (Hz).
+
+        InputError without a coefficient.
+        """
+        return tuple(term.scaled(self.squared_coefficient) for term in self.unit_terms(rate))
 
     @classmethod
     def like(cls, other: Effect, **values: Any) -> Self | None:
-        """Effect of this kind with the shape of the effect `other` and further `values` by JSON name; by default None.
+        """Effect of this kind with the shape parameters of the effect `other` and further `values` by JSON name.
 
-        None also if this kind cannot take over the shape of `other`, or does not have these values.
+        None (default) if this kind cannot take over the shape of `other`, or if `values` are not those that it adds.
         """
         return None
 
@@ -621,7 +607,10 @@ class Stochastic(Effect):
 
     @property
     def gauss_markov(self) -> tuple[float, float] | None:
-        """Pair (q_c, correlation time in s) of a first-order Gauss-Markov process; by default None, also without values."""
+        """Pair (q_c, correlation time in s) of a first-order Gauss-Markov process.
+
+        None (default) for other processes, and if a value is missing.
+        """
         return None
 
     @property

@@ -146,6 +146,10 @@ def _value_text(value: Any) -> str:
 
 #: Name of the column that an effect follows.
 COLUMN = Parameter("column", "text", "name of the column", "choice")
+#: Cutoff of a filter.
+CUTOFF = Parameter(
+    "cutoff", "Hz", "−3 dB frequency", "shape", low=1e-12, aliases=("f", "fc"), symbol="f"
+)
 
 
 def frequency_parameter(description: str) -> Parameter:

@@ -76,10 +76,9 @@ def _parameter_sections(declared: Sequence[Parameter]) -> str:
 
 
 def _parameter_entry(p: Parameter) -> str:
-    """Two-line numpydoc entry (text) of a parameter.
+    """Text of two lines: numpydoc entry ``name : unit, role, optional`` of a parameter, then its description and range.
 
-    The first line has the name, unit, role (only a choice or derived) and "optional"; texts have no unit. The second line
-    has the description, and the range if it is bounded; texts and derived parameters have none.
+    A part that does not apply is omitted. The role is named only for a choice or a derived parameter.
     """
     unit = "" if p.unit == "text" else unit_of(p)
     role_text = {"choice": "a choice", "derived": "derived"}.get(p.role, "")

@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 from allanite.effects._declared import Array, Parameter
 from allanite.effects._known import Deterministic
 
-#: Number of ordinates per block in `_shifted_sines`: the square root of the 4096 ordinates of a search.
+#: Number of ordinates per block in `sines`: the square root of the 4096 ordinates of a search.
 BLOCK_ORDINATES = 64
 #: Minimum number of sines (times × ordinates) that are computed by blocks; fewer are computed one by one. Chosen by
 #: judgment; not measured.
 MIN_BLOCKED_SINES = 2048
 
 
+#: Declaration of the time of an event with one edge.
+TIME = Parameter("time", "s", "time, from the first sample", "shape", aliases=("t",), symbol="t")
 #: Declaration of the height of an event.
 HEIGHT = Parameter("height", 0.0, "change of the bias", low=-np.inf, aliases=("h",), symbol="h")
 #: Declarations of the first and the last time of an event.
@@ -51,12 +53,17 @@ class Event(Deterministic):
         return times if times.size > 1 else np.array([0.0, n / rate])
 
     def _edge_error(self, density: float) -> float:
-        """Standard error of the time of an edge, s, in noise of two-sided density S (`density`, U²/Hz): 5.6 S/height².
+        """Standard error of the time of an edge of the event, s, in noise of two-sided `density` S, U²/Hz."""
+        return edge_error(density, (self.values["height"] or 0.0) ** 2)
 
-        A jump h is located to ±11 S/h² with 95 % probability. The limit distribution of a change point (Yao 1987) is
-        not normal; the value returned is this half-width divided by 1.96.
-        """
-        return 5.6 * density / max((self.values["height"] or 0.0) ** 2, 1e-300)
+
+def edge_error(density: float, power: float) -> float:
+    """Standard error 5.6 S/power of the time at which a signal of mean square `power`, U², begins or ends, s.
+
+    S is the two-sided `density` of the noise, U²/Hz. A step h is located to ±11 S/h² with 95 % probability (Yao 1987,
+    Ann. Statist. 15). The error is this half-width over 1.96, although the distribution is not normal.
+    """
+    return 5.6 * density / max(power, 1e-300)
 
 
 @dataclass(frozen=True)
@@ -75,26 +82,15 @@ class Away(Event):
     returns = True
 
 
-def sines(k: Array, j: NDArray[np.int64], n: int) -> Array:
-    """Array of sin(πjk/n) for samples k and indices j of cosine-transform coefficients, shape (k.size, j.size).
-
-    For consecutive j the sines are computed by blocks with sin(a + b), since a search needs millions of them.
-    """
-    return _shifted_sines(k, j, n, 0.0)
-
-
 def cosines(k: Array, j: NDArray[np.int64], n: int) -> Array:
-    """Array of cos(πjk/n) for samples k and indices j of cosine-transform coefficients, shape (k.size, j.size).
-
-    See `sines`.
-    """
-    return _shifted_sines(k, j, n, 0.5 * np.pi)
+    """Array of cos(πjk/n) for samples k and indices j of cosine-transform coefficients, shape (k.size, j.size)."""
+    return sines(k, j, n, 0.5 * np.pi)
 
 
-def _shifted_sines(k: Array, j: NDArray[np.int64], n: int, phase: float) -> Array:
-    """Array of sin(πjk/n + phase) for all k and j, shape (k.size, j.size).
+def sines(k: Array, j: NDArray[np.int64], n: int, phase: float = 0.0) -> Array:
+    """Array of sin(πjk/n + phase) for samples k and indices j of cosine-transform coefficients, shape (k.size, j.size).
 
-    Many values at successive j are computed by blocks with sin(a + b).
+    Many values at successive j are computed by blocks with sin(a + b), since a search needs millions of them.
     """
     if k.size * j.size < MIN_BLOCKED_SINES or j[-1] - j[0] + 1 != j.size:
         return np.asarray(np.sin(np.pi * j * k[:, None] / n + phase))

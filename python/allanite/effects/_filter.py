@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import prod
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,8 +48,14 @@ COVARIANCE_E_FOLDINGS = 20.0
 #: Length, in time constants of the slowest pole, of the start of a simulation that is discarded (10⁻⁷ remains). Chosen by
 #: judgment; not measured.
 SETTLING_E_FOLDINGS = 16.0
+#: Pole of an exponential whose autocovariance is negligible from lag 2 on. Chosen by judgment; not measured.
+FAST_POLE = 1e-4
 #: Power gain at frequency zero up to which it counts as 0. Chosen by judgment; not measured.
 MIN_GAIN_AT_ZERO = 1e-12
+
+
+#: A complex number or an array of complex numbers.
+Z = TypeVar("Z", complex, NDArray[np.complex128])
 
 
 @dataclass(frozen=True)
@@ -81,21 +87,16 @@ class Response:
     def settling(self) -> int:
         """Number of samples after which the start of a simulation is forgotten: 16 time constants of the slowest pole.
 
-        The pole is taken as 0.001 … 1 − 1e-9.
+        Its magnitude is limited to 0.001 … 1 − 1e-9, so that the number lies between 3 and 1.6·10¹⁰.
         """
         slowest = max(abs(p) for p in self.poles)
         return int(np.ceil(SETTLING_E_FOLDINGS / -np.log(min(max(slowest, 1e-3), 1.0 - 1e-9))))
 
-    def power(self, z: complex) -> complex:
-        """Complex power gain G(z) = H(z)H(1/z); on the unit circle it is |H|²."""
-        top = prod((z - q) * (1.0 - q * z) for q in self.zeros)
-        bottom = prod((z - p) * (1.0 - p * z) for p in self.poles)
-        return complex(self.gain**2 * top / bottom)
-
-    def powers(self, z: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Array of the complex power gains G(z) at several z, shape of `z`; see `power`."""
-        top = prod((z - q) * (1.0 - q * z) for q in self.zeros)
-        return np.asarray(self.gain**2 * top / prod((z - p) * (1.0 - p * z) for p in self.poles))
+    def power(self, z: Z) -> Z:
+        """Complex power gain G(z) = H(z)H(1/z) at a complex number or an array; on the unit circle it is |H|²."""
+        one = 1.0 + 0.0 * z
+        top = prod(((z - q) * (1.0 - q * z) for q in self.zeros), start=one)
+        return self.gain**2 * top / prod(((z - p) * (1.0 - p * z) for p in self.poles), start=one)
 
     @cached_property
     def at_zero(self) -> float:
@@ -105,9 +106,9 @@ class Response:
 
     @cached_property
     def lag_zero(self) -> float:
-        """Part of the variance of filtered white noise of variance 1 that exists only at lag 0: G(z = 0). Cached.
+        """Variance at lag 0 of filtered white noise of variance 1, minus that of the exponentials of `modes`. Cached.
 
-        G is the power gain (`power`). The exponentials of `modes` have the remaining variance.
+        It is the power gain G(z) (`power`) at z = 0.
         """
         return complex(self.gain**2 * prod(self.zeros) / prod(self.poles)).real
 
@@ -155,9 +156,9 @@ class Filter(Modifier):
         return self.passed((White(white),), rate)
 
     def passed(self, terms: tuple[Term, ...], rate: float) -> tuple[Term, ...]:
-        """Tuple of the spectral terms of a process after the filter, from its `terms` before it; `rate` in Hz.
+        """Tuple of the spectral terms of a process after the filter, from its `terms` before the filter; `rate` in Hz.
 
-        Terms that can be added are merged. More than four exponentials are filtered together.
+        White noises, autocovariances of few lags (`Lags`) and exponentials with equal poles are merged.
         """
         response = _cached_response(self, rate)
         # A moving band has dozens of exponentials; together they add one exponential for each pole of the filter.
@@ -179,10 +180,9 @@ def _cached_response(passing: Filter, rate: float) -> Response:
 
 
 def _merged_terms(terms: list[Term]) -> tuple[Term, ...]:
-    """Tuple of fewer terms with the same total spectrum as `terms`.
+    """Tuple of terms with the same total spectrum as `terms`, in which terms that can be added are merged.
 
-    Exponentials with equal poles are merged into one, and so are white noises and `Lags`. Other terms come first, white
-    noise last.
+    These are exponentials with equal poles, white noises (last in the result), and autocovariances of few lags (`Lags`).
     """
     lags: dict[complex, complex] = {}
     rest: list[Term] = []
@@ -213,9 +213,9 @@ def _sum_of_lags(one: Array, other: Array) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def _filtered_term(term: Term, response: Response) -> tuple[Term, ...]:
-    """Tuple of the terms of one process after a filter. Cached.
+    """Tuple of the terms whose sum is `term` after the filter. Cached.
 
-    Power laws other than random walks are approximated (`_sum_of_low_passes`); the gain at frequency zero is exact.
+    Flicker noise and power laws are approximated (`_sum_of_low_passes`); their gain at frequency zero is exact.
     """
     if isinstance(term, Blue):
         term = Lags((2.0 * term.variance, -term.variance))
@@ -233,8 +233,8 @@ def _filtered_term(term: Term, response: Response) -> tuple[Term, ...]:
 def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[Term]:
     """List of the terms of a sum of `pieces` after the filter, minus `less` times the unfiltered sum.
 
-    Terms other than `White`, `RandomWalk` and `Exponential` are ignored. One exponential is added for each pole of the
-    filter, even if its amplitude is 0. White noise and a random walk of variance 0 are omitted.
+    `pieces` are white noise, random walks and exponentials. One exponential is added for each pole of the filter
+    (one for a conjugate pair), even if its amplitude is 0. White noise and a random walk of variance 0 are omitted.
     """
     out: list[Term] = []
     # Spectra at the few poles of the filter; arrays would be slower than loops.
@@ -274,9 +274,9 @@ def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[T
 def _filtered_waves(
     waves: list[Exponential], response: Response, less: float
 ) -> tuple[list[complex], list[Exponential]]:
-    """Pair of lists: sum of the exponentials' spectra at each pole of `response.modes`; the exponentials after the filter.
+    """Pair: list of the summed spectrum S(p) of `waves` at each pole p of `response.modes`, and list of filtered `waves`.
 
-    `less` times the unfiltered exponentials is subtracted from the second list.
+    Each filtered exponential is multiplied by the power gain at its pole, minus `less`.
     """
     a = np.array([wave.a for wave in waves], dtype=complex)
     phi = np.array([_separated_pole(complex(wave.phi), response) for wave in waves])
@@ -286,7 +286,7 @@ def _filtered_waves(
         complex(sum(u * (1.0 - z * z) / ((1.0 - z * p) * (1.0 - z / p)) for u, z in sides).sum())
         for p, _ in response.modes
     ]
-    after = (a * (response.powers(phi) - less)).tolist()
+    after = (a * (response.power(phi) - less)).tolist()
     return spectra, [Exponential(*each) for each in zip(after, phi.tolist(), strict=True)]
 
 
@@ -305,7 +305,7 @@ def _separated_pole(phi: complex, response: Response) -> complex:
 def _sum_of_low_passes(term: Term, response: Response) -> list[Term]:
     """List of white noise, exponentials and random walks whose sum approximates a power law or flicker term.
 
-    They reach from the sampling rate to 300 times the slowest time constant of the filter.
+    The time constants reach from one sample to 300 times the slowest time constant of the filter, at least 16 samples.
     """
     exponent, level = (
         (term.exponent, term.level) if isinstance(term, PowerLaw) else (-1.0, term.numbers[0])
@@ -326,20 +326,14 @@ def _sum_of_low_passes(term: Term, response: Response) -> list[Term]:
                     White(a * (1.0 - phi) * (1.0 + phi) / phi),
                 ]
             else:
-                out += _difference_of_white(np.array([2.0 * a, -a]))
+                # Autocovariance 2a, −a, 0 … of differences of white noise: a fast exponential plus white noise.
+                out += [Exponential(-a / FAST_POLE, FAST_POLE), White(2.0 * a + a / FAST_POLE)]
         else:
             # Cumulative sums of a lag.
             out.append(RandomWalk(a * (1.0 + phi) / (1.0 - phi)))
             if phi:
                 out.append(Exponential(-a * phi / (1.0 - phi) ** 2, phi))
     return out
-
-
-def _difference_of_white(covariance: Array) -> list[Term]:
-    """List of two terms with the given autocovariance at lags 0 and 1: a fast exponential plus white noise."""
-    phi = 1e-4
-    a = float(covariance[1]) / phi
-    return [Exponential(a, phi), White(float(covariance[0]) - a)]
 
 
 def _filtered_lags(covariance: Array, response: Response) -> list[Term]:

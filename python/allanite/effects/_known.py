@@ -93,7 +93,7 @@ class Deterministic(Effect):
 
     @property
     def singly(self) -> tuple[Deterministic, ...]:
-        """Tuple of effects that together equal this one, each with a single change of the bias, in order of time.
+        """Tuple of effects whose sum is this effect, with one event (a step, an excursion) each, in order of time.
 
         By default it contains only the effect itself.
         """
@@ -105,9 +105,9 @@ class Deterministic(Effect):
         return None
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """Tuple with a weighted sum for each regressor, as pairs (weight, `LaggedColumn`).
+        """Tuple with one entry for each regressor: pairs (weight, `LaggedColumn`), whose weighted sum is the regressor.
 
-        Empty if a regressor is no such sum (default).
+        Empty (default) if the regressors are not sums of low-passed columns.
         """
         return ()
 
@@ -150,11 +150,10 @@ class Deterministic(Effect):
         return np.asarray(self.regressors(time, covariates) @ self.amplitudes())
 
     def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
-        """A function (first, last) → signal of samples first … last − 1 of a record of n samples, U.
+        """Function (first, last) that returns the signal of samples first … last − 1 of a record of n samples, U.
 
-        `rate` is in Hz; `covariates` are the logged columns by name, shape (n,) each.
-
-        The signal of the whole record is computed once, or only these samples if the effect is `memoryless`.
+        `rate` is in Hz; `covariates` are the logged columns by name, shape (n,) each. Unless the effect is `memoryless`,
+        the signal of the whole record is computed first.
         """
         if self.memoryless:
             return lambda first, last: self.signal(np.arange(first, last) / rate, covariates)
@@ -165,10 +164,10 @@ class Deterministic(Effect):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array | None:
-        """Cosine transform, in closed form, of the regressor of each effect of `points` at ordinates j.
+        """Array of cosine-transform coefficients j of the regressor of each effect of `points`, shape (points, ordinates).
 
-        The shape is (points, ordinates). By default None: without a closed form, the regressor is transformed numerically.
-        `start` is the time of the first of n samples at `rate` Hz, s.
+        By default None: this kind has no closed form, and its regressor is transformed numerically. `start` is the time of
+        the first of n samples at `rate` Hz, s.
         """
         return None
 
@@ -180,14 +179,14 @@ class Deterministic(Effect):
     def best_spans(
         cls, residual: Array, root: Array, basis: Array, n: int, rate: float
     ) -> tuple[tuple[Deterministic, float], ...]:
-        """Tuple of (effect, angle): effects between two times, such as an excursion, at the best times; by default empty.
+        """Tuple of (effect, angle): effects with two times, such as an excursion, at the best times; by default empty.
 
         Parameters
         ----------
         residual : ndarray, shape (ordinates,)
             Whitened residual ordinates 1, 2, … to be explained.
         root : ndarray, shape (ordinates,)
-            Whitening factors of the ordinates.
+            Whitening factor (1 over the standard deviation) of each ordinate.
         basis : ndarray, shape (ordinates, k)
             Orthonormal basis (columns) of the whitened ordinates of other effects.
         n : int
@@ -204,9 +203,9 @@ class Deterministic(Effect):
         return ()
 
     def own_allan_variance(self, m: Array, rate: float) -> Array:
-        """Array of the Allan variance of the signal, U², at averaging factors m of samples at `rate` Hz; by default zeros.
+        """Array of the Allan variance of the signal, U², at averaging factors m of samples at `rate` Hz.
 
-        Only effects whose Allan variance does not depend on the record override this method.
+        By default zeros: the Allan variance of a step, for example, depends on its place in the record.
         """
         return np.zeros(np.shape(m))
 
@@ -232,15 +231,15 @@ class Periodic(Deterministic):
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self | None:
-        """New effect without amplitudes, with its line at `frequency`, Hz; `multiples` is not used.
+        """New effect with its only line at `frequency`, Hz, and without amplitude.
 
-        A class with several lines overrides this method. There `multiples` are the factors of `frequency` at which
-        lines were found, the first of which is 1. An override returns None if no line of the class fits.
+        `multiples` are the factors of `frequency` at which lines were found; the first is 1. Only classes with several
+        lines, which override this method, use them; they return None if the multiples do not fit.
         """
         return cls(frequency=frequency)
 
     def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
-        """A function (first, last) → sum of the lines at samples first … last − 1, U, which computes only these samples."""
+        """Function (first, last) that returns the sum of the lines at samples first … last − 1 of a record, U."""
         lines = self._angular_lines()
         return lambda first, last: sines_pointwise(lines, np.arange(first, last) / rate)
 
@@ -269,7 +268,7 @@ class Periodic(Deterministic):
         return np.array([a * w(p) for _, a, p in self.lines for w in (np.cos, np.sin)])
 
     def signal(self, time: Array, covariates: Columns) -> Array:
-        """Array of the sum of A sin(2πft + φ) over the lines, U, shape (n,); faster than with two regressors per line."""
+        """Array of the sum of A sin(2πft + φ) over the lines at each `time` (s), U, shape (n,)."""
         return sines(self._angular_lines(), time)
 
     def _angular_lines(self) -> list[tuple[float, float, float]]:

@@ -30,26 +30,29 @@ def allan_of_lags(covariance: Array, m: int) -> float:
     return (4.0 * total(m) - total(2 * m)) / (2.0 * m * m)
 
 
+def allan_of_variogram(variogram: Array, m: NDArray[np.int64]) -> Array:
+    """Array of the Allan variance at averaging factors m from the variogram r(0) − r(h) at lags 0, 1, … 2·max(m) − 1.
+
+    The variogram has no cancellation, unlike the autocovariance r(h).
+    """
+    sums, moments = np.cumsum(variogram), np.cumsum(np.arange(variogram.size) * variogram)
+    double = 2 * m * sums[2 * m - 1] - moments[2 * m - 1]
+    return np.asarray((2 * double - 8 * (m * sums[m - 1] - moments[m - 1])) / (2.0 * m**2))
+
+
 def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
     """Array of the Allan variance at averaging factors m of a process with autocovariance r(h) = Re(a φ^h), shape of m.
 
-    Small m use exact sums over lags, large m the closed form
-    σ² = s²[m−3φ−mφ²+4φ^{m+1}−φ^{2m+1}]/[m²(1−φ)²(1−φ²)]. The closed form loses all digits for m(1−φ) → 0; there the
-    process is a random walk of step variance 2 Re(a(1−φ)).
+    Up to m = 256 it is a sum over lags, above the closed form Re a[m−3φ−mφ²+4φ^{m+1}−φ^{2m+1}]/[m²(1−φ)²]. The closed
+    form loses all digits for m(1−φ) → 0. There the process is a random walk of step variance 2 Re(a(1−φ)).
     """
     out = np.empty(np.shape(m))
     m = np.asarray(m)
     small = m <= MAX_DIRECT_FACTOR
     log_phi = np.log(phi) if phi != 0 else complex(-1e4)
     if small.any():
-        h = np.arange(2 * int(m[small].max()))
-        # Second differences depend only on the variogram g(h) = r(0) − r(h), which has no cancellation.
-        g = -(a * np.expm1(h * log_phi)).real
-        s0, s1 = np.cumsum(g), np.cumsum(h * g)
-        k = m[small].astype(int)
-        out[small] = (
-            2 * (2 * k * s0[2 * k - 1] - s1[2 * k - 1]) - 8 * (k * s0[k - 1] - s1[k - 1])
-        ) / (2.0 * k**2)
+        k = m[small].astype(np.int64)
+        out[small] = allan_of_variogram(-(a * np.expm1(np.arange(2 * k.max()) * log_phi)).real, k)
     large = ~small
     if large.any():
         k = m[large].astype(np.longdouble)
@@ -92,31 +95,21 @@ def power_law_lags(exponent: float, count: int) -> Array:
 def power_law_allan(exponent: float, m: Array) -> Array:
     """Array of the Allan variance of noise with the spectrum (2 sin(w/2))^exponent at averaging factors m, shape of m.
 
-    The variance is exact up to 4·`MAX_DIRECT_FACTOR`. Above, it consists of the two leading powers of m.
+    It is exact up to m = 1024. Above, it is the sum of the two leading powers of m, fitted at m = 512 and 1024.
     """
     m = np.asarray(m, dtype=float)
     reference = 4 * MAX_DIRECT_FACTOR
-    g = power_law_lags(round(exponent, 9), 2 * reference)
-    h = np.arange(g.size)
-    s0, s1 = np.cumsum(g), np.cumsum(h * g)
-
-    def exact(k: NDArray[np.int64]) -> Array:
-        """Array of the exact Allan variance at integer averaging factors k, shape of k."""
-        return np.asarray(
-            (2 * (2 * k * s0[2 * k - 1] - s1[2 * k - 1]) - 8 * (k * s0[k - 1] - s1[k - 1]))
-            / (2.0 * k**2)
-        )
-
+    variogram = power_law_lags(round(exponent, 9), 2 * reference)
     small = m <= reference
     out = np.empty(m.shape)
-    out[small] = exact(m[small].astype(np.int64))
+    out[small] = allan_of_variogram(variogram, m[small].astype(np.int64))
     # Above, the variance is a power of m with a correction m^{a−1} (or m^{−2} from the discrete sampling).
     second = max(exponent - 1.0, -2.0)
     top = np.array([reference // 2, reference])
-    scaled_top = exact(top) * top ** (1.0 + exponent)
+    scaled_top = allan_of_variogram(variogram, top) * top ** (1.0 + exponent)
 
     def second_term(k: Array) -> Array:
-        """Array of the second term of the Allan variance at large factors k, without coefficient: a power of k, or ln k."""
+        """Array of k^(exponent − 1) or k⁻², the larger; ln k if the exponent is 1."""
         # If both powers are equal, the second one gets a logarithm (flicker PM).
         return np.log(k) if second == 0.0 else k**second
 
@@ -145,9 +138,9 @@ def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _cosine_weights(n: int) -> Array:
-    """Array of the weights of lags 1 … n − 1 in the expected squares of cosine ordinates 1 … 64 of n samples. Cached.
+    """Array of (n − h) cos(ah) − sin(ah)/sin(a), the weight of lag h in the expected square of cosine ordinate j. Cached.
 
-    The shape is (64, n − 1), with n − 1 rows for n below 65.
+    a = πj/n. The rows are j = 1 … 64, or to n − 1 for shorter records; the columns are the lags h = 1 … n − 1.
     """
     h = np.arange(1, n)
     angle = np.pi * np.arange(1, min(n, 65))[:, None] / n

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from allanite.common.former import Former
-from allanite.effects._declared import Array, Parameter
+from allanite.effects._declared import Array, Columns, Parameter
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import Term, White
 
@@ -21,19 +22,27 @@ INTERVAL = (
 )
 
 
-def interval_power(
-    start: ArrayLike, end: ArrayLike, when: tuple[float, float] | None, factor: float | None
-) -> Array:
-    """Array of the mean noise power of time segments relative to the power outside the interval `when`.
+#: Times of level changes, s, and the factor on the standard deviation after each; before the first time the factor is 1.
+Switches = tuple[tuple[float, ...], tuple[float, ...]]
 
-    It is 1 + (factor² − 1) times the fraction of the segment inside the interval, and 1 if `when` or `factor` is None.
-    Segments run from `start` to `end`, s.
+
+def interval_switches(when: tuple[float, float] | None, factor: float | None) -> Switches:
+    """Pair (times, factors) of the level changes at both ends of the interval `when`, s: `factor`, then 1.
+
+    Both are empty if `when` is None. An end before the start counts as the start.
     """
+    return ((), ()) if when is None else ((when[0], max(when)), (factor or 1.0, 1.0))
+
+
+def mean_power(switches: Switches, start: ArrayLike, end: ArrayLike) -> Array:
+    """Array of the mean squared factor from each `start` to each `end`, s; the last factor holds to the end."""
     low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    if when is None or factor is None:
-        return np.ones(low.shape)
-    inside = np.clip(np.minimum(high, when[1]) - np.maximum(low, when[0]), 0.0, None)
-    return np.asarray(1.0 + (factor**2 - 1.0) * inside / (high - low))
+    times, factors = switches
+    total = np.ones(low.shape)
+    for (since, until), factor in zip(pairwise((*times, np.inf)), factors, strict=True):
+        inside = np.clip(np.minimum(high, until) - np.maximum(low, since), 0.0, None)
+        total += (factor**2 - 1.0) * inside / (high - low)
+    return total
 
 
 def interval_errors(
@@ -41,13 +50,10 @@ def interval_errors(
 ) -> dict[str, float]:
     """Dict of the standard errors of ``start`` and ``end`` (s) and ``factor`` of an interval with another noise level.
 
-    `rate` is the number of independent samples per second. A level from n samples has a relative standard error of
-    1/√(2n). It is widened by √(7.81/3.84), because the boundaries are estimated too (joint 95 % region of three values
-    instead of one). The error of a boundary is that of the highest point of two random walks of logL that fall to both
-    sides. For a small change, 95 % of the errors are within 5.5 units of expected logL (Yao 1987, Ann. Statist. 15).
-    One sample contributes four times D = −ln ∫√(pq), with p and q the distributions of a sample on both sides. For a
-    large change the walk on the louder side has rare long steps, and D still determines the error: 5.5/4D samples, plus
-    the sample that contains the boundary.
+    `rate` is the number of independent samples per second. The error of the factor is factor·√(2.034/2n) for n samples in
+    the interval; 2.034 = 7.81/3.84, because three values are estimated instead of one (95 % quantiles of χ²₃ and χ²₁).
+    The 95 % half-width of a boundary is 5.5/4D + 1 samples (Yao 1987, Ann. Statist. 15), and its error is 1/1.96 of that.
+    D = −ln ∫√(pq) compares the distributions p and q of a sample on both sides of the boundary.
     """
     ratio, (start, end) = (factor or 1.0) ** 2, when or (0.0, 0.0)
     samples = max(1.0, (end - start) * rate)
@@ -58,7 +64,10 @@ def interval_errors(
 
 @dataclass(frozen=True)
 class Level(Modifier):
-    """White noise whose level changes over time; the spectrum of a record contains the mean power."""
+    """White noise whose level changes over time; the spectrum of a record contains the mean power.
+
+    Subclasses define `switches`, or `gain` and `mean_power`.
+    """
 
     screened = "level"
     family = "level"
@@ -81,11 +90,20 @@ class Level(Modifier):
 
         Without `span` the variance is unchanged.
         """
-        return (White(white if span is None else white * _mean_power(self, span)),)
+        return (White(white if span is None else white * _mean_power_of_record(self, span)),)
+
+    def gain(self, time: Array, columns: Columns | None = None) -> Array:
+        """Array of the factor at each `time` (s), shape (n,); 1 before the first of the `switches`."""
+        times, factors = self.switches
+        return np.array([1.0, *factors])[np.searchsorted(np.array(times), time, side="right")]
+
+    def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
+        """Array of the mean squared factor from each `start` to each `end`, s."""
+        return mean_power(self.switches, start, end)
 
 
 @lru_cache(maxsize=64)
-def _mean_power(level: Level, span: tuple[float, float]) -> float:
+def _mean_power_of_record(level: Level, span: tuple[float, float]) -> float:
     """Mean of the squared factor of a level change over the `span` (first, last time, s) of a record.
 
     Cached, because every column of white noise needs it.

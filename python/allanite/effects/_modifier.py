@@ -119,7 +119,10 @@ class Modifier(Effect):
         return (), ()
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """Copy with level changes at other `times`, s, and other `factors` after each; by default the effect itself."""
+        """Copy with level changes at other `times`, s, and other `factors` after each.
+
+        By default, for effects without `switches`, the effect itself.
+        """
         return self
 
     @property
@@ -158,9 +161,9 @@ class Modifier(Effect):
         return np.ones(time.shape)
 
     def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
-        """Array of the mean squared `gain` from each `start` to each `end`, s; by default ones.
+        """Array of the mean squared `gain` in time segments from each `start` to each `end`, s; by default ones.
 
-        `columns` are the means of the logged columns in these segments.
+        `columns` are the means of the logged columns in these segments, by name.
         """
         return np.ones(np.shape(start))
 

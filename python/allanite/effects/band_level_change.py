@@ -8,7 +8,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.effects._declared import Array, Parameter, texts_for_clocks
-from allanite.effects._level import INTERVAL, interval_errors, interval_power
+from allanite.effects._level import INTERVAL, interval_errors, interval_switches, mean_power
 from allanite.effects._modifier import Modifier
 
 
@@ -83,13 +83,13 @@ class BandLevelChange(Modifier):
 
         Times in s.
         """
-        whole = interval_power(*span, self.when, self.factor)
-        return np.asarray(interval_power(start, end, self.when, self.factor) / whole)
+        switches = interval_switches(self.when, self.factor)
+        return np.asarray(mean_power(switches, start, end) / mean_power(switches, *span))
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Dict of the standard errors of ``start`` and ``end`` (s) and ``factor``.
+        """Dict of the standard errors of ``start`` and ``end`` (s) and ``factor``, see `_level.interval_errors`.
 
-        A band has two independent samples per second and Hz of its width, so `rate` is not used.
+        Noise of a band W Hz wide has 2W independent values per second, so `rate` is not used.
         """
         return interval_errors(
             self.when, self.factor, 2.0 * ((self.high or 0.0) - (self.low or 0.0))

@@ -10,7 +10,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.effects import lowpass
-from allanite.effects._declared import Array, Parameter, texts_for_clocks
+from allanite.effects._declared import CUTOFF, Array, Parameter, texts_for_clocks
 from allanite.effects._low_pass import LowPass
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import White
@@ -70,9 +70,7 @@ class Bandwidth(Modifier):
     title = "low-pass filter"
     family = "filter"
     parameters = (
-        Parameter(
-            "cutoff", "Hz", "−3 dB frequency", "shape", low=1e-12, aliases=("f", "fc"), symbol="f"
-        ),
+        CUTOFF,
         Parameter(
             "order",
             "1",
@@ -119,17 +117,13 @@ class Bandwidth(Modifier):
             )
         if self.acts_on == "all" and self.floor is not None:
             raise InputError("bandwidth: a floor needs acts_on=white")
-        orders = lowpass.DESIGNS.get(self.design or "", self._known_orders)
+        known = {order for orders in lowpass.DESIGNS.values() for order in orders}
+        orders = lowpass.DESIGNS.get(self.design or "", tuple(sorted(known)))
         if self.order is not None and self.order not in orders:
             raise InputError(
                 f"bandwidth: order {self.order:g} is not available for {self.design or 'any design'}"
                 f" (known: {', '.join(map(str, orders))})"
             )
-
-    @property
-    def _known_orders(self) -> tuple[int, ...]:
-        """Tuple of the filter orders that at least one design has, ascending."""
-        return tuple(sorted({o for orders in lowpass.DESIGNS.values() for o in orders}))
 
     @property
     def free_shapes(self) -> tuple[str, ...]:
@@ -161,12 +155,11 @@ class Bandwidth(Modifier):
         )
 
     def variants(self) -> tuple[Bandwidth, ...]:
-        """Tuple of filters to try, one for each pair of design and order that agrees with the given values.
+        """Tuple of filters to try, one for each pair (design, order) that agrees with the given values.
 
-        With a given order all designs are tried, otherwise the typical pairs `lowpass.TRIED_DESIGNS`. A filter that
-        acts on all processes has recursive designs only.
+        With a given order, the pairs are all designs of this order, otherwise the 17 pairs `lowpass.TRIED_DESIGNS`. A
+        filter that acts on all processes has recursive designs only.
         """
-        # A given order is tried with every design that has it; otherwise only a few typical designs are tried.
         tried = (
             lowpass.TRIED_DESIGNS
             if self.order is None
@@ -180,10 +173,10 @@ class Bandwidth(Modifier):
         )
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of values to try for a parameter.
+        """Array of values to try: 24 cutoff frequencies, Hz, or the two ends of the range of `floor`, relative to N.
 
-        For ``cutoff``: 24 frequencies in Hz, from 1/100 of the rate (FIR filters: 0.7/order, if higher) up to the
-        highest cutoff with a visible roll-off. For ``floor``: the two ends of its range, relative to N.
+        The cutoffs reach from 1/100 of the rate (FIR filters: 0.7/order of the rate, if higher) to the highest cutoff
+        with a visible effect on the spectrum (`lowpass.MAX_CUTOFF`).
         """
         if name == "floor":
             return np.array(FLOOR_RANGE)
@@ -194,26 +187,23 @@ class Bandwidth(Modifier):
         return rate * np.geomspace(low, lowpass.MAX_CUTOFF[design], 24)
 
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
-        """Pair (lowest, highest) value of a fit; a moving average may be as long as a tenth of the record."""
+        """Pair (lowest, highest) value of a fit: half the lowest and twice the highest value of `searched`.
+
+        The lowest cutoff of a moving average is that of a mean over a tenth of the record or over 4000 samples.
+        """
         low, high = super().search_ends(name, n, rate)
         if name == "cutoff" and self.design == "moving_average":
-            low = min(
-                low,
-                rate
-                * max(
-                    lowpass.MEAN_CUTOFFS[int(self.order or 1)] * MIN_RECORD_PER_MEAN / n,
-                    lowpass.MIN_CUTOFF,
-                ),
-            )
+            slowest = lowpass.MEAN_CUTOFFS[int(self.order or 1)] * MIN_RECORD_PER_MEAN / n
+            low = min(low, rate * max(slowest, lowpass.MIN_CUTOFF))
         return low, high
 
     @classmethod
     def seen_in(cls, power: Array, rate: float) -> tuple[Bandwidth, ...]:
-        """Tuple of moving averages of 1, 2 and 3 stages whose length is read from zeros of the spectrum.
+        """Tuple of moving averages of 1, 2 and 3 stages with the length L that zeros of the spectrum show; empty without.
 
-        Empty if the length is unclear. It is 8 samples to a tenth of the record. The cepstrum of the mean of L samples
-        has −2 at lag L, because ln sin²(πfL) is −Σ 2 cos(2πfkL)/k. Where ordinates are normal, its noise has the
-        variance π²/n (ln χ²₁ has the variance π²/2). The minimum must be 6.5 standard deviations deep.
+        L is 8 samples to a tenth of the record. It is the lag of the minimum of the cepstrum, the cosine transform of
+        ln `power`: ln sin²(πfL) is −Σ 2 cos(2πfkL)/k. The minimum must be 6.5 standard deviations π/√n deep. This is the
+        noise of the cepstrum for normal ordinates, since ln χ²₁ has the variance π²/2.
         """
         n = power.size
         lags = np.arange(MIN_MEAN_SAMPLES, int(n / MIN_RECORD_PER_MEAN) + 1)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
-from allanite.effects._event import HEIGHT, Event, sines
+from allanite.effects._declared import Array, Columns, texts_for_clocks
+from allanite.effects._event import HEIGHT, TIME, Event, sines
 
 #: Minimum squared norm of the difference of two steps, relative to that of the largest step. Smaller differences are
 #: rounding errors.
@@ -43,10 +43,7 @@ class BiasStep(Event):
     family = "step"
     lasting = True
     interval = ("time", "time")
-    parameters = (
-        Parameter("time", "s", "time, from the first sample", "shape", aliases=("t",), symbol="t"),
-        HEIGHT,
-    )
+    parameters = (TIME, HEIGHT)
     physics = "something was touched, switched or relaxed: a shock, a supply, a range change, a settling bond"
     looks_like = "two levels of the low-passed samples, one after the other; a hump at long τ"
     check_by = "look at the samples and at the laboratory's log at that time; repeat the record"
@@ -84,9 +81,10 @@ class BiasStep(Event):
         )
 
     def shape_error(self, name: str, variance: float, duration: float) -> float:
-        """Standard error of the time, s, from the variance S·T/(t(T−t)) of the height in noise of density S.
+        """Standard error 5.6 S/height² of the time of the step, s.
 
-        The time counts as at least 1 % of the record away from its ends.
+        The density S of the noise follows from the `variance` S·T/(t(T − t)) of the height. The time t counts as at least
+        1 % of the duration T away from the ends of the record.
         """
         t = min(max(self.time or 0.0, 0.01 * duration), 0.99 * duration)
         density = variance * t * (duration - t) / duration
@@ -111,12 +109,12 @@ class BiasStep(Event):
 def best_excursion(
     residual: Array, root: Array, basis: Array, n: int, rate: float
 ) -> tuple[Event, float]:
-    """Pair: excursion with the largest ½z² − ln(length), and an angle (rad) that measures the number of trials.
+    """Pair: best `Excursion`, and the angle by which the whitened ordinates of a step turn as it moves over all times, rad.
 
-    For the angle, see `Deterministic.best_spans`. Start and end are taken from as many times as
-    there are ordinates. Every octave of lengths has the same prior probability, so that the shorter
-    of two equally good excursions is preferred. Excursions are at least 1/1000 of the record long;
-    the edges of shorter ones would be less certain than their length.
+    The angle measures the number of independent trials. The parameters are those of `Deterministic.best_spans`. The best
+    excursion has the largest ½z² − ln(length), with z its height over the standard error: every octave of lengths has the
+    same prior probability. Start and end are multiples of T/(`residual.size` + 1), with T the duration of the record. The
+    length is at least T/1000; the edges of shorter excursions would be less certain than their length.
     """
     from scipy.fft import dct, dst
 
@@ -154,11 +152,11 @@ def best_excursion(
 def best_transition(
     residual: Array, root: Array, basis: Array, n: int, rate: float
 ) -> tuple[Event, float]:
-    """Pair: transition (ramp to a new level) that explains most of the residual, and an angle, rad.
+    """Pair: best `Transition` (ramp to a new level), and the angle by which whitened ordinates turn as its kink moves, rad.
 
-    All pairs of about 512 to 1023 times, or of all times of a shorter record, are tried as begin and end. The transition
-    has the largest squared regression statistic. The angle is that by which the whitened shape of a single kink turns
-    while the kink moves over all times; it measures the number of independent trials (`Deterministic.best_spans`).
+    The angle is the sum over the steps of one kink from each tried time to the next, and measures the number of
+    independent trials. The parameters are those of `Deterministic.best_spans`. The best transition reduces the sum of
+    squares of the residual most. Begin and end are all pairs of at most 1023 equally spaced times.
     """
     from scipy.fft import dct
 

@@ -100,14 +100,14 @@ class DriftingResonance(Moving):
 
     @property
     def segments(self) -> tuple[Resonance, ...]:
-        """Tuple of the resonance in each of the equal segments of the record; empty without a course."""
+        """Tuple of the resonance in each equal segment of the record; empty if `course` (their frequencies) is None."""
         return tuple(
             Resonance(frequency=f, damping=self.damping, rms=self.rms) for f in self.course or ()
         )
 
     @property
     def middles(self) -> tuple[float, ...]:
-        """Tuple of the natural frequency in each of the equal segments of the record, Hz; empty without a course."""
+        """Tuple of the natural frequency in each equal segment of the record, Hz; empty if `course` is None."""
         return self.course or ()
 
     @property
@@ -131,7 +131,7 @@ class DriftingResonance(Moving):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Pair (low, high), Hz: from a half-width below the lowest to a half-width above the highest frequency.
+        """Pair (low, high), Hz: f_min (1 − ζ) and f_max (1 + ζ) for damping ζ and the frequencies of the course.
 
         None without values.
         """

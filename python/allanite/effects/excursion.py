@@ -56,7 +56,10 @@ class Excursion(Away):
         return () if self.start is None else (Transient(time=self.start),)
 
     def shape_error(self, name: str, variance: float, duration: float) -> float:
-        """Standard error of start or end, s, from the variance of the height, as for the time of a bias step."""
+        """Standard error 5.6 S/height² of the start or the end, s.
+
+        The density S of the noise follows from the `variance` S·T/(l(T − l)) of the height of an excursion of length l.
+        """
         assert self.start is not None
         assert self.end is not None
         length = min(max(self.end - self.start, 1e-3 * duration), 0.999 * duration)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.effects._declared import Array, Parameter, texts_for_clocks
+from allanite.effects._declared import CUTOFF, Array, Parameter, texts_for_clocks
 from allanite.effects._filter import Filter, Response
 
 if TYPE_CHECKING:
@@ -49,9 +49,7 @@ class HighPass(Filter):
     title = "high-pass"
     family = "filter"
     parameters = (
-        Parameter(
-            "cutoff", "Hz", "−3 dB frequency", "shape", low=1e-12, aliases=("f", "fc"), symbol="f"
-        ),
+        CUTOFF,
         Parameter("order", "1", "1 or 2", "choice", low=1, high=2),
     )
     single = True
@@ -93,9 +91,10 @@ class HighPass(Filter):
         return np.geomspace(low, high, max(6, int(8 * np.log10(high / low))))
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """True if the density far below the cutoff is less than half of that above it, and the cutoff is visible.
+        """True if the lowest density below half the cutoff is under half of the median density above twice the cutoff.
 
-        Otherwise a Gauss-Markov process or quantization fits. A cutoff above 1/8 of the rate is not visible.
+        Otherwise a Gauss-Markov process fits as well. False for a cutoff above 1/8 of the rate, where quantization noise
+        has the same spectrum.
         """
         cutoff = self.cutoff or rate
         if cutoff > MAX_VISIBLE_CUTOFF * rate:

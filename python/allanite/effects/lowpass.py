@@ -78,9 +78,9 @@ TAPS_PER_SAMPLE = 4
 @cleared_by_free_buffers
 @lru_cache(maxsize=8192)
 def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
-    """Tuple of the terms of white noise after a low-pass, with density 1 at frequency zero. Cached.
+    """Tuple of the terms of white noise after a low-pass, with spectrum 1 at frequency zero. Cached.
 
-    The cutoff is in cycles per sample.
+    The cutoff is in cycles per sample. For the designs and orders see `DESIGNS`.
     """
     if design in {"moving_average", "fir"}:
         if design == "moving_average" and order == 1:
@@ -94,7 +94,9 @@ def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
     elif design == "sampled":
         found = _sampled_terms(order, cutoff)
     else:
-        found = _digital_terms(design, order, cutoff)
+        passed = response(design, order, cutoff)
+        found = tuple(Exponential(weight, pole) for pole, weight in passed.modes)
+        found += (White(passed.lag_zero),) if passed.lag_zero else ()
     at_zero = sum(float(t.spectrum(np.array([1e-9]))[0]) for t in found)
     return tuple(t.scaled(1.0 / at_zero) for t in found)
 
@@ -159,33 +161,25 @@ def _butterworth_poles(order: int) -> Poles:
     return out
 
 
-def _exponentials(poles: Poles, weights: Poles) -> tuple[Term, ...]:
-    """Tuple of the exponential terms of the autocovariance Σ weight·pole^h.
-
-    A conjugate pair becomes one term with twice the weight; poles below the real axis are skipped.
-    """
-    out: list[Term] = []
-    for p, a in zip(poles, weights, strict=True):
-        if p.imag >= 0.0:
-            a = a * (2.0 if p.imag > 0.0 else 1.0)
-            out.append(Exponential(complex(a), complex(p)))
-    return tuple(out)
-
-
 def _sampled_terms(order: int, cutoff: float) -> tuple[Term, ...]:
     """Tuple of the terms of white noise after a continuous Butterworth low-pass, sampled (with aliases); not normalized.
 
-    The weights are residues of H(s)H(−s).
+    The weights are residues of H(s)H(−s). A conjugate pair of poles is one term with twice the weight.
     """
     s = _butterworth_poles(order)
-    weights = np.array([1.0 / (np.prod(p - s[s != p]) * np.prod(-p - s)) for p in s], dtype=complex)
-    return _exponentials(np.exp(2.0 * np.pi * cutoff * s), weights)
+    return tuple(
+        Exponential(
+            complex((2.0 if p.imag else 1.0) / (np.prod(p - s[s != p]) * np.prod(-p - s))),
+            complex(np.exp(2.0 * np.pi * cutoff * p)),
+        )
+        for p in s[s.imag >= 0.0]
+    )
 
 
 def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
-    """Array of the poles of a digital, cascaded or smoothed design at a cutoff in cycles per sample, at most 0.499.
+    """Array of the poles of a digital, cascaded or smoothed design; the `cutoff` in cycles per sample is limited to 0.499.
 
-    Coinciding poles are moved apart by about 0.2 % of their distance from 1.
+    Equal poles are moved slightly apart (`POLE_SEPARATION`), so that all poles differ.
     """
     f = min(cutoff, 0.499)
     if design == "digital":
@@ -207,27 +201,11 @@ def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
     return np.asarray(a * (1.0 + spread * min(1.0, (1.0 - a) / a)), dtype=complex)
 
 
-def _digital_terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
-    """Tuple of the terms of white noise after a digital, cascaded or smoothed design; not normalized.
-
-    They are residues of H(z)H(1/z) z^{h−1}, and white noise for zeros at −1.
-    """
-    poles = _digital_poles(design, order, cutoff)
-    top = (1.0 + poles) ** (2 * order) / poles if design != "smoothed" else poles ** (order - 1)
-    weights = np.array(
-        [
-            t / (np.prod(p - poles[poles != p]) * np.prod(1.0 - p * poles))
-            for p, t in zip(poles, top, strict=True)
-        ]
-    )
-    modes = _exponentials(poles, weights)
-    if design == "smoothed":
-        return modes
-    return (*modes, White(float((1.0 / np.prod(-poles)).real)))
-
-
 def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
-    """Array of the zeros in the unit circle of a sampled continuous low-pass, from its aliased spectrum and its `poles`."""
+    """Array of the `order` zeros, inside the unit circle, of the digital filter with the spectrum of a sampled low-pass.
+
+    The low-pass is a continuous Butterworth filter whose sampled `poles` are given. The last zero is 0.
+    """
     if order == 1:
         return np.zeros(1, dtype=complex)
     from scipy.special import zeta

@@ -104,7 +104,10 @@ class Model(AsModel):
         return "+".join(str(effect) for effect in self.effects)
 
     def replaced(self, place: int, **values: Any) -> Model:
-        """Copy in which the effect at index `place` has some values, held names or limits changed; `values` by name."""
+        """Copy in which the effect at index `place` has other `values` by JSON name, as by `Effect.with_values`.
+
+        ``hold``, ``limits`` and ``at_limit`` can be changed, too.
+        """
         effects = list(self.effects)
         effects[place] = effects[place].with_values(**values)
         return Model(tuple(effects))
@@ -159,7 +162,7 @@ class Model(AsModel):
 
     @property
     def levels(self) -> tuple[Modifier, ...]:
-        """Tuple of the effects that change the level of the white noise over time."""
+        """Tuple of the effects that change the level of the white noise over time, not of one band only."""
         return tuple(e for e in self.modifiers if e.passing and e.band is None)
 
     def mean_level(self, span: tuple[float, float]) -> float:
@@ -173,9 +176,9 @@ class Model(AsModel):
         return float(np.sqrt(power))
 
     def steady(self, span: tuple[float, float]) -> Model:
-        """Copy whose level changes are replaced by their mean level over a record; `span` is first and last time, s.
+        """Copy without level changes of the white noise, whose coefficient is multiplied by their rms over a record.
 
-        The coefficient of the white noise is multiplied by the mean level.
+        `span` is the first and last time of the record, s.
         """
         levels = self.levels
         out: list[Effect] = []
@@ -190,9 +193,10 @@ class Model(AsModel):
     def unit_terms(
         self, effect: Stochastic, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Tuple of the spectral terms of one effect at coefficient 1 and `rate` Hz, after the model's filters.
+        """Tuple of the spectral terms of one effect at coefficient 1 and `rate` Hz, after the model's modifiers.
 
-        White noise is first subject to level changes and bandwidth. `span` is the first and last time of the record, s.
+        Level changes and low-passes of white noise act on white noise only, and before the filters of all processes.
+        `span` is the first and last time of the record, s.
         """
         out = effect.unit_terms(rate)
         if effect.white:
@@ -200,15 +204,9 @@ class Model(AsModel):
             for modifier in sorted(self.modifiers, key=lambda m: not m.passing):
                 if modifier.whole is not None:
                     continue
-                out = tuple(
-                    changed
-                    for term in out
-                    for changed in (
-                        modifier.modify(term.variance, rate, span)
-                        if isinstance(term, White)
-                        else (term,)
-                    )
-                )
+                colored = [term for term in out if not isinstance(term, White)]
+                white = [term.variance for term in out if isinstance(term, White)]
+                out = (*colored, *(t for v in white for t in modifier.modify(v, rate, span)))
         # Filters of the whole signal act after modifiers of the white noise.
         for filtering in self.filters:
             out = filtering.passed(out, rate)
@@ -219,16 +217,11 @@ class Model(AsModel):
 
         `span` is the first and last time of the record, s. InputError if a coefficient has no value.
         """
-        out: list[Term] = []
-        for effect in self.stochastic:
-            value = getattr(effect, effect.coefficient)
-            if value is None:
-                raise InputError(
-                    f"{effect.kind}: {effect.coefficient} has no value; write"
-                    f" {effect.short}({effect.coefficient}=…), or fit the model first"
-                )
-            out += [t.scaled(value**2) for t in self.unit_terms(effect, rate, span)]
-        return tuple(out)
+        return tuple(
+            term.scaled(effect.squared_coefficient)
+            for effect in self.stochastic
+            for term in self.unit_terms(effect, rate, span)
+        )
 
     def psd(self, f: ArrayLike, rate: float | None = None) -> Array:
         """Array of the two-sided power spectral density of the stochastic effects.
@@ -281,7 +274,10 @@ class Model(AsModel):
 
     @staticmethod
     def _rate(rate: float | None, smallest: float) -> float:
-        """Checked sampling rate, Hz; without one, 1/`smallest`, or 1 Hz if `smallest` is not a positive number."""
+        """Checked sampling rate, Hz; without `rate`, the inverse of the sampling interval `smallest` (s).
+
+        1 Hz if `smallest` is not a positive finite number. InputError for a `rate` that is not positive.
+        """
         if rate is None:
             return 1.0 / smallest if np.isfinite(smallest) and smallest > 0 else 1.0
         return positive_rate(rate)

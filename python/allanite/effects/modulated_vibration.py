@@ -81,10 +81,10 @@ class ModulatedVibration(Resonance):
 
     @classmethod
     def like(cls, other: Effect, **values: Any) -> Self | None:
-        """Modulated vibration with frequency, damping and power of the carrier of the resonance `other`, or None.
+        """Modulated vibration whose carrier is the resonance `other`: the same frequency, damping, power and limits.
 
-        `values` must be the modulation (Hz) and the depth. Held names and limits are those of `other`. None for other
-        values, for another effect, and if `other` is modulated already.
+        `values` must be ``modulation`` (Hz) and ``depth``, otherwise None. None also if `other` is no resonance, or is
+        modulated already.
         """
         if not isinstance(other, Resonance) or isinstance(other, cls):
             return None

@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Self
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from allanite.effects._declared import Array, Columns, texts_for_clocks
-from allanite.effects._level import INTERVAL, Level, interval_errors, interval_power
+from allanite.effects._declared import texts_for_clocks
+from allanite.effects._level import INTERVAL, Level, interval_errors, interval_switches
 
 
 @dataclass(frozen=True)
@@ -48,21 +45,11 @@ class NoiseLevelChange(Level):
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Pair: tuple of start and end, s, and tuple of the factors after each; both are empty without values."""
-        return ((), ()) if self.when is None else (self.when, (self.factor or 1.0, 1.0))
+        return interval_switches(self.when, self.factor)
 
     def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
         """Copy whose interval lies between the first two `times`, s, with the first of the `factors`."""
         return self.with_values(start=times[0], end=times[1], factor=factors[0])
-
-    def gain(self, time: Array, columns: Columns | None = None) -> Array:
-        """Array with `factor` for start ≤ time < end, otherwise 1, shape (n,)."""
-        if self.when is None or self.factor is None:
-            return np.ones(time.shape)
-        return np.where((time >= self.when[0]) & (time < self.when[1]), self.factor, 1.0)
-
-    def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
-        """Array of the mean squared gain of each time segment: 1 + (factor² − 1) times its fraction inside the interval."""
-        return interval_power(start, end, self.when, self.factor)
 
     def errors(self, rate: float) -> dict[str, float]:
         """Dict of the standard errors of ``start`` and ``end`` (s) and ``factor``, for white noise sampled at `rate` Hz."""

@@ -6,12 +6,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Self
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
-from allanite.effects._declared import Array, Columns, Parameter, texts_for_clocks
+from allanite.effects._declared import Parameter, texts_for_clocks
 from allanite.effects._level import Level
 
 
@@ -95,36 +92,15 @@ class NoiseLevels(Level):
 
     @property
     def quietest(self) -> float:
-        """Smallest level relative to that at the start, at most 1."""
+        """Smallest of `factors` and 1, the standard deviation at the start; 1.0 without `factors`."""
         return min(1.0, *(self.factors or (1.0,)))
 
     @property
     def loudest(self) -> float:
-        """Largest level relative to that at the start, at least 1."""
+        """Largest of `factors` and 1, the standard deviation at the start; 1.0 without `factors`."""
         return max(1.0, *(self.factors or (1.0,)))
 
     @property
     def numbers(self) -> int:
         """Number of parameters: one for each time, and one for each different factor other than 1."""
         return len(self.times or ()) + len({*(self.factors or ())} - {1.0})
-
-    def gain(self, time: Array, columns: Columns | None = None) -> Array:
-        """Array of the factor at each `time` (s), shape (n,); 1 before the first change."""
-        if self.times is None or self.factors is None:
-            return np.ones(time.shape)
-        factors = np.array([1.0, *self.factors])
-        return factors[np.searchsorted(np.array(self.times), time, side="right")]
-
-    def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
-        """Array of the mean squared factor from each `start` to each `end`, s.
-
-        The factor is 1 before the first time; the last factor holds to the end. NaN for empty intervals.
-        """
-        low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-        total = np.ones(low.shape) * (high - low)
-        for (since, until), factor in zip(
-            pairwise((*(self.times or ()), np.inf)), self.factors or (), strict=False
-        ):
-            inside = np.clip(np.minimum(high, until) - np.maximum(low, since), 0.0, None)
-            total = total + (factor**2 - 1.0) * inside
-        return np.asarray(total / (high - low))

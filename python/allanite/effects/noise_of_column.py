@@ -80,7 +80,10 @@ class NoiseOfColumn(Level):
         return 1
 
     def following(self, values: Array, coefficient: float) -> Self:
-        """Copy with this `coefficient`, and with the reference at which N is the rms level for the column `values`."""
+        """Copy with this `coefficient` and the `reference` ln(mean(e^{2·coefficient·values}))/(2·coefficient).
+
+        With this reference, the mean of the squared `gain` over the column `values` is 1, so that N is the rms level.
+        """
         power = 2.0 * coefficient * values
         top = float(np.max(power))
         mean = top + float(np.log(np.mean(np.exp(power - top))))

@@ -66,7 +66,7 @@ class RateOfChange(Follower):
         return np.geomspace(max(2.0, n / 1000.0), max(4.0, n / 20.0), 8) / rate
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """Tuple with one sum, (column − low-passed column)/lag: the rate of change of the low-passed column, unit/s.
+        """Tuple with one sum of two pairs: (column − low-passed column)/lag, the slope of the low-passed column, unit/s.
 
         Raises
         ------

@@ -65,7 +65,7 @@ class RateRamp(Deterministic):
         return (time - time.mean())[:, None]
 
     def sampler(self, n: int, rate: float, covariates: Columns) -> Callable[[int, int], Array]:
-        """A function (first, last) → signal of samples first … last − 1, U, of a ramp that is 0 at mid-record."""
+        """Function (first, last) that returns samples first … last − 1 of a ramp that is 0 at mid-record, U."""
         slope, middle = self.R or 0.0, 0.5 * (n - 1) / rate
         return lambda first, last: slope * (np.arange(first, last) / rate - middle)
 

@@ -59,9 +59,9 @@ class Catalogue:
         return _class_named(name, self._effects[: self._built_in]) or _class_named(name, list(self))
 
     def add(self, effect: type[Effect]) -> None:
-        """Add an effect class at the end, or replace the class of the same module and name; errors as in `register`.
+        """Add an effect class at the end, and remove an earlier class of the same module and name; errors as in `register`.
 
-        A class that is present already stays in its place.
+        Nothing changes if this very class is present already.
         """
         _require_declarations(effect)
         with self._lock:

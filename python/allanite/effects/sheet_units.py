@@ -34,10 +34,10 @@ def requested_units(units: Mapping[str, str]) -> Iterator[None]:
 
 
 def figure_unit(unit: str, *, samples: bool = False) -> str:
-    """Unit in which figures show deviations, or `samples`, of a sensor whose samples are in `unit`.
+    """Unit in which figures show Allan deviations (or samples, with `samples`) of a sensor with samples in `unit`.
 
-    A requested unit comes first, then that of data sheets (°/h, µg), or for samples °/s and mg. Other kinds keep
-    `unit`.
+    This is the requested unit (`requested_units`). Without a request it is °/h or µg (for samples °/s or mg), and for
+    sensors other than gyroscopes and accelerometers `unit`.
     """
     sheet = SAMPLE_UNITS if samples else standard()[DEVIATION].parameter(DEVIATION).sheet
     return table_unit(unit, 0.0, sheet)
@@ -53,8 +53,8 @@ def in_figure_unit(deviation: Deviation) -> Deviation:
 def units_of_sheets(parameter: Parameter) -> Mapping[str, str]:
     """Mapping from kind of sensor to the unit in which data sheets state a coefficient; empty without such a unit.
 
-    A coefficient without declared units has those of the standard coefficient with the same power of seconds. So an
-    amplitude or σ is in °/h like B, and the driving noise of a Gauss-Markov process in °/h/√h like K.
+    A coefficient that declares no such unit has that of Q, N, B, K or R, the one with the same power of seconds: an
+    amplitude is in °/h like B. Empty for parameters that do not depend on the unit of the samples.
     """
     if not isinstance(parameter.unit, float):
         return {}
@@ -63,9 +63,10 @@ def units_of_sheets(parameter: Parameter) -> Mapping[str, str]:
 
 
 def sheet_unit(parameter: Parameter, sample: str) -> str:
-    """Unit in which tables and figures show a parameter of samples in the unit `sample`.
+    """Unit in which tables and figures show a parameter if the samples are in the unit `sample`: that of data sheets.
 
-    A parameter whose unit does not depend on the samples, such as Hz, has its own unit.
+    For gyroscopes N is in °/√h and B in °/h, for example, unless another unit was requested. A parameter whose unit does
+    not depend on the samples, such as Hz, keeps this unit.
     """
     power = parameter.unit
     if not isinstance(power, float):
@@ -74,10 +75,10 @@ def sheet_unit(parameter: Parameter, sample: str) -> str:
 
 
 def in_sheet_unit(value: Estimate, parameter: Parameter) -> Estimate:
-    """`Estimate` of a fit in the unit in which tables and figures show it, see `sheet_unit`.
+    """`Estimate` of a fit, converted to the unit in which tables and figures show the `parameter` (`sheet_unit`).
 
-    A change with a logged column is in `SAMPLE_UNITS` per unit of the column. The estimate is unchanged if its unit
-    does not depend on that of the samples, or is unknown.
+    A change with a logged column is in °/s or mg per unit of the column, or in the requested unit per unit of the column.
+    Unchanged if its unit does not depend on that of the samples, or is unknown.
     """
     if isinstance(parameter.unit, float):
         sample = value.unit.removesuffix(coefficient_unit("", parameter.unit))

@@ -11,7 +11,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.effects._declared import Array, Parameter, frequency_parameter, texts_for_clocks
 from allanite.effects._known import Periodic
-from allanite.effects._tone import AMPLITUDE
+from allanite.effects._tone import AMPLITUDE, PHASE
 
 
 @dataclass(frozen=True)
@@ -45,13 +45,7 @@ class Sinusoid(Periodic):
     parameters = (
         frequency_parameter("frequency of the line"),
         AMPLITUDE,
-        Parameter(
-            "phase",
-            "rad",
-            "phase at the first sample: A sin(2πft + phase)",
-            low=-np.inf,
-            optional=True,
-        ),
+        PHASE,
         Parameter("overtones", "text", "multiple, amplitude and phase of each harmonic", "choice"),
     )
     legend = ("frequency", "amplitude")
@@ -84,7 +78,10 @@ class Sinusoid(Periodic):
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self:
-        """New line at `frequency` (Hz) with further lines of amplitude 0 at all `multiples` but the first."""
+        """New effect with a line at `frequency` (Hz), and at each further factor of `multiples` times the frequency.
+
+        The first factor is 1. The amplitudes are not given (first line) or 0 (further lines).
+        """
         empty = tuple(float(v) for m in multiples[1:] for v in (m, 0.0, 0.0))
         return cls(frequency=frequency, overtones=empty or None)
 
@@ -103,7 +100,7 @@ class Sinusoid(Periodic):
 
     @property
     def numbers(self) -> int:
-        """Number of parameters: the frequency, two for each line, and the offset of lines that are not harmonics."""
+        """Number of parameters: the frequency, two for each line, and the spacing of lines that are not harmonics."""
         return 1 + 2 * len(self.lines) + self.spaced
 
     def name_for(self, kind: str = "") -> str:

@@ -92,15 +92,8 @@ class _Reader:
         """Next number as a float, consumed; InputError without a number."""
         return float(self.take_match(_NUMBER, "a number"))
 
-    def take_value(self, *, text: bool) -> float | str:
-        """Next number as a float, or with `text` the next word, consumed; InputError without one."""
-        return self.take_match(_WORD, "a value") if text else self.take_number()
-
     def take_unit(self) -> str:
-        """Text of the unit of a value, consumed, up to the next ``,`` ``)`` ``!`` or ``[`` outside parentheses.
-
-        Empty without one.
-        """
+        """Text up to the next ``,`` ``)`` ``!`` or ``[`` outside parentheses, consumed: the unit of a value, or empty."""
         self.skip_space()
         start, depth = self.at, 0
         while self.at < len(self.text):
@@ -112,16 +105,15 @@ class _Reader:
         return self.text[start : self.at].strip()
 
     def take_factor(self, parameter: Parameter, place: int) -> float:
-        """Factor from the unit that follows, consumed, to the unit of `parameter`; 1 if no unit follows.
+        """Factor that converts the value before the present position to the unit of `parameter`; 1 if no unit follows.
 
-        It stores the unit of the samples in `unit`, and the first coefficient without a unit, at position `place`, in
-        `bare`. InputError for a unit that does not fit.
+        The unit is consumed. The attribute `unit` becomes the unit of the samples that it implies. Without a unit, `bare`
+        becomes the name and position (`place`) of the coefficient, if it is the first one. InputError for another unit.
         """
         start = self.at
         own = self.take_unit()
-        is_coefficient = not isinstance(parameter.unit, str)
         if not own:
-            if is_coefficient and self.bare is None:
+            if isinstance(parameter.unit, float) and self.bare is None:
                 self.bare = (parameter.name, place)
             return 1.0
         if isinstance(parameter.unit, str):
@@ -144,7 +136,7 @@ class _Reader:
         raise self.error_at(f"{parameter.name} in {own}: {problem}", place)
 
     def take_match(self, pattern: re.Pattern[str], what: str) -> str:
-        """Text of the next match of `pattern`, consumed; InputError "expected `what`" without a match."""
+        """First group of the match of `pattern` at the present position, consumed; InputError "expected `what`" without."""
         match = pattern.match(self.text, self.at)
         if match is None:
             raise self.error_at(f"expected {what}")
@@ -239,17 +231,19 @@ def _take_effect(reader: _Reader) -> Effect:
                 raise reader.error_at("expected =")
             several = has_several(cls, parameter.name)
             if several and reader.is_next("["):
-                number = f"{parameter.name} of {cls.kind} is one number in a model string"
                 raise reader.error_at(
-                    f"{number} (lists are possible in Python and model files); found a list", place
+                    f"{parameter.name} of {cls.kind} is one number in a model string (lists are possible in Python and"
+                    " model files); found a list",
+                    place,
                 )
             factor: float | None = None
             if not reader.is_next("["):
-                value = reader.take_value(text=parameter.unit == "text" and not several)
-                if isinstance(value, float):
+                if parameter.unit == "text" and not several:
+                    values[parameter.name] = reader.take_match(_WORD, "a value")
+                else:
+                    number = reader.take_number()
                     factor = reader.take_factor(parameter, place)
-                    value *= factor
-                values[parameter.name] = (value,) if several else value
+                    values[parameter.name] = (number * factor,) if several else number * factor
                 if reader.take("!"):
                     held.append(parameter.name)
             ends = reader.take_limits()

@@ -54,7 +54,7 @@ class Term:
 
     @property
     def power(self) -> float | None:
-        """Variance of a sample; None if the variance grows with the record (default)."""
+        """Variance of a sample, U²; None (default) for random walks, flicker noise and power laws."""
         return None
 
     def scaled(self, factor: float) -> Self:
@@ -63,9 +63,9 @@ class Term:
 
     @property
     def inside(self) -> Term:
-        """Equivalent `Term` for a record whose first and last samples are missing: without leakage caused by these samples.
+        """`Term` with the same spectrum, for records without their first and last sample; by default the term itself.
 
-        By default the term itself, because its leakage is small or comes from more than two samples.
+        Only for first differences of white noise (`Blue`) do these two samples cause all leakage into other ordinates.
         """
         return self
 
@@ -81,14 +81,17 @@ class Term:
         raise NotImplementedError
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair (name, parameters) with which the compiled core computes variances of the ordinates of n samples."""
+        """Pair (name, parameters) with which the core computes the variances of the cosine ordinates of n samples.
+
+        By default `kernel`.
+        """
         return self.kernel
 
     def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
-        """Array of the exact expected squares of the cosine ordinates c_j of n samples, for j in 1 … n − 1, shape of `j`.
+        """Array of the variance of the cosine-transform coefficients c_j of n samples, for j in 1 … n − 1, shape of `j`.
 
-        For white noise and random walks they equal the spectrum at w = πj/n. For other terms the ends of the record add
-        leakage: r(h) contributes r(0) + (2/n) Σ_h r(h)[(n−h) cos(ah) − sin(ah)/sin(a)], a = πj/n.
+        For white noise and random walks it is the spectrum at a = πj/n. For other terms the ends of the record add leakage:
+        the variance is r(0) + (2/n) Σ_h r(h)[(n−h) cos(ah) − sin(ah)/sin(a)], with r the autocovariance.
         """
         return _kernels.Ordinates(j, n).variance([self.at_ordinates(n)])
 
@@ -101,11 +104,8 @@ class Term:
 
     @property
     def generator(self) -> tuple[str, list[float]] | None:
-        """Pair (name, parameters) of the generator in the compiled core; None if the term needs its own filter.
-
-        Subclasses must define it.
-        """
-        raise NotImplementedError
+        """Pair (name, parameters) of the random-number generator in the compiled core; None (default) if it has none."""
+        return None
 
 
 @dataclass(frozen=True)
@@ -125,8 +125,8 @@ class _Sized(Term):
 
     @property
     def generator(self) -> tuple[str, list[float]]:
-        """Pair (name, [standard deviation, further parameters]) of the generator in the compiled core."""
-        return self.name, [float(np.sqrt(self.variance)), *self.numbers[1:]]
+        """Pair (name, [standard deviation]) of the random-number generator in the compiled core."""
+        return self.name, [float(np.sqrt(self.variance))]
 
 
 def _difference_gain(w: Array) -> Array:
@@ -177,13 +177,13 @@ class Blue(_Sized):
 
     @property
     def inside(self) -> Blue:
-        """Copy (`Blue`) without the leakage of the ends (`ends` False)."""
+        """Copy (`Blue`) whose cosine ordinates have no leakage from the first and last sample (`ends` False)."""
         return replace(self, ends=False)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair (name, parameters) of the kernel that computes the variances of ordinates.
+        """Pair (name, parameters) with which the core computes the variances of the cosine ordinates of n samples.
 
-        If `ends` is False, the kernel is that of a power law with the same spectrum, which has no leakage of the ends.
+        Without the leakage of the first and last sample (`ends` False) these are the values of the spectrum.
         """
         return self.kernel if self.ends else ("power_law", [2.0, self.variance, 1.0])
 
@@ -241,7 +241,7 @@ class Flicker(_Sized):
         return self.variance * power_law_allan(-1.0, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair: name, and list of variance and correction factors for leakage at the first 64 ordinates."""
+        """Pair ("flicker", [B², ratio of variance and spectrum of the first 64 cosine ordinates of n samples, each])."""
         return self.name, [self.variance, *power_law_ends(-1.0, n)]
 
     def variogram(self, count: int) -> Array:
@@ -272,11 +272,11 @@ class PowerLaw(Term):
         return np.asarray(self.level * _difference_gain(w) ** self.exponent)
 
     def allan_variance(self, m: Array) -> Array:
-        """Array of the Allan variance at averaging factors `m`: exact for small m, the two leading powers of m beyond."""
+        """Array of the Allan variance at averaging factors `m`: exact up to m = 1024, then its two leading powers of m."""
         return self.level * power_law_allan(self.exponent, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair: name, and list of exponent, `level`, and correction factors for leakage at the first 64 ordinates."""
+        """Pair ("power_law", [exponent, level, ratio of variance and spectrum of the first 64 cosine ordinates, each])."""
         return self.name, [*self.numbers, *power_law_ends(round(self.exponent, 6), n)]
 
     def variogram(self, count: int) -> Array:
@@ -285,10 +285,7 @@ class PowerLaw(Term):
 
     @property
     def generator(self) -> tuple[str, list[float]]:
-        """Pair ("power_law", [exponent, √`level`]) of the generator in the compiled core.
-
-        √`level` is a standard deviation.
-        """
+        """Pair ("power_law", [exponent, √`level`]) of the random-number generator in the compiled core."""
         return self.name, [self.exponent, float(np.sqrt(self.level))]
 
 
@@ -317,27 +314,30 @@ class Exponential(Term):
         return type(self)(self.a * factor, self.phi)
 
     def spectrum(self, w: Array) -> Array:
-        """Array of the spectrum Re a(1 − φ²)/(1 − 2φ cos w + φ²), in a form that keeps all digits for φ → 1, w → 0."""
+        """Array of the spectrum Re[a(1 − φ²)/(1 − 2φ cos w + φ²)] at angular frequencies `w`, shape of `w`.
+
+        The computed form keeps all digits for φ → 1, w → 0.
+        """
         a, phi = complex(self.a), complex(self.phi)
         return np.asarray(
             (a * (1 - phi**2) / ((1 - phi) ** 2 + phi * _difference_gain(w) ** 2)).real
         )
 
     def allan_variance(self, m: Array) -> Array:
-        """Array of the Allan variance at averaging factors `m`: sums over lags for small m, a closed form for large m."""
+        """Array of the Allan variance at averaging factors `m`: sums over lags up to m = 256, then a closed form."""
         return exponential_allan(complex(self.a), complex(self.phi), m)
 
     def variogram(self, count: int) -> Array:
-        """Array of the variogram Re a(1 − φ^h) at lags h = 0 … count − 1, shape (count,), without cancellation."""
+        """Array of the variogram Re[a(1 − φ^h)] at lags h = 0 … count − 1, shape (count,), without cancellation."""
         a, phi = complex(self.a), complex(self.phi)
         log_phi = np.log(phi) if phi != 0 else complex(-1e4)
         return np.asarray(-(a * np.expm1(np.arange(count) * log_phi)).real)
 
     @property
     def generator(self) -> tuple[str, list[float]] | None:
-        """Pair ("gauss_markov", [√a, φ]) of the generator in the compiled core.
+        """Pair ("gauss_markov", [√a, φ]) of the random-number generator in the compiled core.
 
-        None for oscillations or negative variance.
+        None for an oscillation (complex φ) or if Re a is negative.
         """
         a_real, _, phi_real, phi_imag = self.numbers
         if phi_imag != 0.0 or a_real < 0.0:
@@ -380,8 +380,3 @@ class Lags(Term):
     def variogram(self, count: int) -> Array:
         """Array of the variogram r(0) − r(h) at lags h = 0 … count − 1, shape (count,)."""
         return self.covariance[0] - np.pad(self.covariance, (0, count))[:count]
-
-    @property
-    def generator(self) -> None:
-        """None: the effect supplies the generator of its filter."""
-        return

@@ -7,15 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from allanite.effects._declared import Array, Columns, frequency_parameter, texts_for_clocks
-from allanite.effects._event import START_AND_END
+from allanite.effects._event import START_AND_END, edge_error
 from allanite.effects._tone import AMPLITUDE, PHASE, Tone
 from allanite.effects._waves import waves
 
 #: Half-width of the frequency range of a burst, in units of 1/length; it contains all but 2 % of the power.
 LOBE_HALF_WIDTH = 4.0
-#: Standard error of an edge in units of S/A², for amplitude A and noise density S: 22/1.96. A step of height h is located
-#: to ±11 S/h² (95 %; Yao 1987, Ann. Statist. 15); the mean square of a tone is A²/2.
-EDGE_ERROR = 11.2
 
 
 @dataclass(frozen=True)
@@ -55,7 +52,7 @@ class ToneBurst(Tone):
     rivals = ("sinusoid", "drifting_line", "resonance")
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of 1024 times for start or end, s (ends after a given start), or of frequencies as for all lines."""
+        """Array of values to try: 1024 times, s, for start and end (ends lie after a given start), or frequencies, Hz."""
         if name in {"start", "end"}:
             first = (self.start or 0.0) if name == "end" else 0.0
             return np.linspace(min(first, n / rate), n / rate, 1026)[1:-1]
@@ -71,14 +68,14 @@ class ToneBurst(Tone):
         return max(0.0, f - lobe_half_width), f + lobe_half_width
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
-        """Standard error of the start or the end of the burst, s; None for its frequency, or if the burst has no times.
+        """Standard error 11.2 S/A² of the start or the end of the burst, s; None for its frequency or without times.
 
-        It follows from `variance`, the variance of an amplitude of a sinusoid inside the burst.
+        The density S of the noise follows from `variance`, the variance of the amplitude of a sine inside the burst.
         """
         if name == "frequency" or self.when is None:
             return None
         length = min(self.when[1] - self.when[0], duration)
-        return EDGE_ERROR * 0.5 * variance * length / max((self.amplitude or 0.0) ** 2, 1e-300)
+        return edge_error(0.5 * variance * length, 0.5 * (self.amplitude or 0.0) ** 2)
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of sine and cosine of 2πft inside the interval, 0 outside, shape (n, 2).

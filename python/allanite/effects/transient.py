@@ -9,8 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._declared import Array, Columns, Parameter, lag_parameter, texts_for_clocks
-from allanite.effects._event import Event, cosines, sines
+from allanite.effects._declared import Array, Columns, lag_parameter, texts_for_clocks
+from allanite.effects._event import HEIGHT, TIME, Event, cosines, sines
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,7 @@ class Transient(Event):
     family = "event"
     found_with = "bias_step"
     interval = ("time", "time")
-    parameters = (
-        Parameter("time", "s", "time, from the first sample", "shape", aliases=("t",), symbol="t"),
-        lag_parameter("time_constant", "time constant of the decay"),
-        Parameter(
-            "height", 0.0, "initial change of the bias", low=-np.inf, aliases=("h",), symbol="h"
-        ),
-    )
+    parameters = (TIME, lag_parameter("time_constant", "time constant of the decay"), HEIGHT)
     legend = ("height", "time", "time_constant")
     physics = "a shock, a load or a breath of warm air, after which the sensor relaxes: a bond, a filter, or a thermal mass"
     looks_like = (
@@ -64,16 +58,16 @@ class Transient(Event):
         return self.time, self.time + 3.0 * self.time_constant
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of times within the record, or of 20 time constants from 1/3000 to 1/4 of it, s.
-
-        Three of the shortest time constants are as long as the shortest excursion, 1/1000 of the record.
-        """
+        """Array of values to try, s: times within the record, or 20 time constants from 1/3000 to 1/4 of the record."""
         if name == "time":
             return super().grid(name, n, rate)
         return np.geomspace(n / 3000.0, n / 4.0, 20) / rate
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
-        """Standard error of the time, s, as for a bias step; None for the time constant, whose likelihood is smooth."""
+        """Standard error 5.6 S/height² of the time of the jump, s; None for the time constant, whose likelihood is smooth.
+
+        The density S of the noise follows from the `variance` of the height.
+        """
         if name != "time":
             return None
         assert self.time_constant is not None

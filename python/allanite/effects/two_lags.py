@@ -68,7 +68,7 @@ class TwoLags(Follower):
     def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of time constants of a low-pass on the column, s, for the parameter `name`.
 
-        ``fast_lag``: four values from 0 to 1/100 of the record. The slow lag: six values from 1/80 to 1/5 of the record.
+        ``fast_lag``: 0 and three values up to 1/100 of the record. ``slow_lag``: six values from 1/80 to 1/5 of it.
         """
         if name == "fast_lag":
             return np.concatenate([[0.0], np.geomspace(max(1.0, n / 1600.0), n / 100.0, 3)]) / rate

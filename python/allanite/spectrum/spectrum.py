@@ -67,23 +67,23 @@ class Bins:
     __repr__ = brief
 
     def mean(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Array of the mean of `values` over the nodes of each bin, shape (bins,); `values` has the shape of `nodes`."""
+        """Array of the mean over each bin, shape (bins,), of a function with these `values` at the ordinates `nodes`."""
         weight = np.bincount(self.owner)
         return np.asarray(np.bincount(self.owner, weights=values) / weight)
 
     def power(self, ordinates: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Array of the mean square of the ordinates in each bin, shape (bins,).
+        """Array of the mean square of the cosine-transform coefficients `ordinates` in each bin, shape (bins,).
 
-        `ordinates` has length n, and j = 0 is not used.
+        `ordinates` has length n; the first, j = 0, is not used.
         """
         return _kernels.squares(ordinates, self.edges) / np.diff(self.edges)
 
     def folded(
         self, ordinates: NDArray[np.float64], folds: int
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Pair (number, sum of squares) of the ordinates of each fold in each bin, two arrays of shape (folds, bins).
+        """Pair of arrays, shape (folds, bins): number and sum of squares of the ordinates of each fold in each bin.
 
-        Fold k has the ordinates j with j mod `folds` = k.
+        A fold is a subset for cross-validation: fold k has the ordinates with index j mod `folds` = k.
         """
         number = np.empty((folds, self.count.size))
         total = np.empty_like(number)
@@ -111,10 +111,10 @@ class Bins:
 
 @lru_cache(maxsize=1)
 def _endless_bins() -> tuple[list[int], list[int]]:
-    """Pair of lists: edges of the bins up to ordinate 2⁵³, and index of the first bin of each cell; cached.
+    """Pair of lists: first ordinate of each bin, from 1 to above 2⁵³, and index of the first bin of each cell; cached.
 
-    Low cells hold one ordinate; above, there are 24 cells per decade. A cell is divided into up to `MAX_BINS_PER_CELL`
-    bins of at least `MIN_BIN_ORDINATES` ordinates.
+    Cells divide the ordinates (coefficients of the cosine transform) into 24 intervals per decade of frequency, or into
+    single ordinates at the lowest. Each cell is divided into up to 8 bins of at least 32 ordinates.
     """
     edges, cells = [1], []
     while edges[-1] < 2**53:
@@ -128,7 +128,7 @@ def _endless_bins() -> tuple[list[int], list[int]]:
 
 @lru_cache(maxsize=64)
 def cells_of(bins: int) -> list[int]:
-    """List of the index of the first bin of each cell (group of bins, 1/24 decade) among the lowest `bins` bins; cached."""
+    """List of the index of the first bin of each cell (1/24 decade) that begins in the lowest `bins` bins; cached."""
     return [cell for cell in _endless_bins()[1] if cell < bins]
 
 
@@ -136,7 +136,8 @@ def cells_of(bins: int) -> list[int]:
 def _node_positions(count: int, wide: bool) -> NDArray[np.float64]:
     """Array of the positions of `count` nodes in a bin, as fractions 0 to 1 of its width, shape (count,); cached.
 
-    If `wide` and `count` is even, the nodes are Gauss-Legendre pairs; else they are evenly spaced.
+    The mean of a model over a bin is its mean at these nodes. In a `wide` bin an even number of nodes are pairs of the
+    two-point Gauss-Legendre rule; otherwise nodes are evenly spaced.
     """
     even = (np.arange(count) + 0.5) / count
     if count % 2 or not wide:
@@ -147,9 +148,10 @@ def _node_positions(count: int, wide: bool) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=32)
 def bins_of(n: int) -> Bins:
-    """`Bins` of a record of n samples, with read-only arrays. Cached.
+    """`Bins` of the cosine-transform coefficients (ordinates) of n samples, with read-only arrays. Cached.
 
-    Low frequencies have one ordinate per bin; above, 24 cells per decade have up to 8 bins each.
+    The lowest bins hold one ordinate; above, each of 24 intervals per decade has up to 8 bins. A narrow last bin is merged
+    with its neighbor.
     """
     edges = [edge for edge in _endless_bins()[0] if edge < n]
     edges.append(n)
@@ -270,7 +272,7 @@ class Spectrum:
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON, schema ``allanite/psd/1``: frequency, density and interval of each bin."""
+        """Dict for JSON, schema ``allanite/psd/1``: frequency, density and its 95 % interval of each bin."""
         return {
             "schema": "allanite/psd/1",
             "sided": "two-sided",
