@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.aligned import align_when_unpickled
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.effects import Model, Modifier
 from allanite.fit.bands import bands, degrees_of_freedom, expected_variance
@@ -52,25 +53,25 @@ class Curve:
         The data and the model.
     """
 
-    tau: NDArray[np.float64]
+    tau: Array
     factors: NDArray[np.int64]
-    measured: NDArray[np.float64]
-    model: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    edf: NDArray[np.float64]
-    z: NDArray[np.float64]
+    measured: Array
+    model: Array
+    low: Array
+    high: Array
+    edf: Array
+    z: Array
     of: tuple[Data, Model] = field(repr=False)
 
     __repr__ = brief
 
     @cached_property
-    def components(self) -> dict[str, NDArray[np.float64]]:
+    def components(self) -> dict[str, Array]:
         """Dict of the deviation of each effect alone, U, shape (k,), by kind; computed on first use."""
         return components_at(*self.of, self.factors)
 
     @property
-    def ratio(self) -> NDArray[np.float64]:
+    def ratio(self) -> Array:
         """Array of measured over modeled deviation, shape (k,)."""
         return self.measured / self.model
 
@@ -133,7 +134,7 @@ class Curve:
         top = int(np.argmax(np.abs(apart)))
         return float(np.exp(apart[top])), float(self.tau[self.is_counted][top])
 
-    def _log_ratio(self) -> NDArray[np.float64]:
+    def _log_ratio(self) -> Array:
         """Array of ln(model/measured Allan deviation) at the τ with edf ≥ 10."""
         keep = self.is_counted
         return np.asarray(np.log(self.model[keep] / self.measured[keep]))
@@ -157,12 +158,12 @@ class DeviationBand:
         True if the measured curve stays within the simultaneous band.
     """
 
-    tau: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    low_everywhere: NDArray[np.float64]
-    high_everywhere: NDArray[np.float64]
-    edf: NDArray[np.float64]
+    tau: Array
+    low: Array
+    high: Array
+    low_everywhere: Array
+    high_everywhere: Array
+    edf: Array
     inside: bool
 
     def to_dict(self) -> dict[str, Any]:
@@ -185,7 +186,7 @@ def deviation_band(data: Data, model: Model, curve: Curve) -> DeviationBand:
     known = np.maximum(curve.model**2 - noise, 0.0)
     found = bands(terms, data.n, curve.factors)
 
-    def at(factor: NDArray[np.float64]) -> NDArray[np.float64]:
+    def at(factor: Array) -> Array:
         """Array of the deviation at each τ if the variance of the random part is divided by `factor`²."""
         return np.asarray(np.sqrt(known + noise / factor**2))
 
@@ -237,15 +238,13 @@ def compare_curves(data: Data, model: Model) -> Curve:
     )
 
 
-def components_at(
-    data: Data, model: Model, factors: NDArray[np.int64]
-) -> dict[str, NDArray[np.float64]]:
+def components_at(data: Data, model: Model, factors: NDArray[np.int64]) -> dict[str, Array]:
     """Dict from kind to the Allan deviation of that effect alone, U, shape (k,); random effects first.
 
     Further effects of a kind have numbered names, such as ``resonance 2``; the number is the index among the random (or
     the deterministic) effects.
     """
-    out: dict[str, NDArray[np.float64]] = {}
+    out: dict[str, Array] = {}
     for i, effect in enumerate(model.stochastic):
         size = (getattr(effect, effect.coefficient) or 0.0) ** 2
         own = tuple(t.scaled(size) for t in data.unit_terms(model, effect))

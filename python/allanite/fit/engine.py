@@ -11,20 +11,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.effects import Deterministic, Effect, Model, Stochastic, white_noise
 from allanite.fit.likelihood.changing_power import effective_freedom
 from allanite.fit.likelihood.discrepancy import best_scale, bin_levels
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.shapes.deterministic import (
-    Design,
-    Regression,
-    design_of,
-    regress,
-    regressors_at,
-)
+from allanite.fit.shapes.deterministic import Design, Regression, design_of, regress, regressors_at
 from allanite.fit.shapes.limited import within_limits
 from allanite.fit.shapes.narrow import fit_narrow_bands, ordinates_delta_logl
 from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, with_open_shapes
@@ -36,7 +30,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whittle import Maximum
 
-Array = NDArray[np.float64]
 #: Maximum change of an amplitude, in standard errors, for which the residual is not recomputed. It costs ½·0.01² = 5e-5
 #: of logL.
 MAX_KEPT_CHANGE = 0.01
@@ -339,11 +332,8 @@ def _regress(
     Held amplitudes are subtracted first; they keep their values and have the covariance 0.
     """
     values = data.ordinates[design.ordinates]
-    given = [
-        np.full(own.stop - own.start, effect.amplitudes_held)
-        for effect, own in zip(effects, design.parts, strict=True)
-    ]
-    held = np.concatenate(given)
+    parts = zip(effects, design.parts, strict=True)
+    held = np.concatenate([np.full(p.stop - p.start, e.amplitudes_held) for e, p in parts])
     if not held.any():
         return regress(design.matrix, values, variance)
     fixed = np.concatenate([e.amplitudes() for e in effects])

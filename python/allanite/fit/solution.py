@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.aligned import align_when_unpickled
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit.likelihood.discrepancy import SCALES, bin_levels
@@ -19,8 +20,6 @@ from allanite.fit.likelihood.whittle import Maximum
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.effects import segment_weights
 from allanite.fit.likelihood.expected import density, relative_power_of_segments
 
@@ -32,9 +33,7 @@ MIN_CELL_SHARE = 0.01
 CELL_EDGES_OUTSIDE = (*CELL_EDGES[3:], 45.0, 65.0, 95.0, 140.0)
 
 
-def remove_level_change(
-    white: NDArray[np.float64], effect: Modifier, solution: Solution, data: Data
-) -> None:
+def remove_level_change(white: Array, effect: Modifier, solution: Solution, data: Data) -> None:
     """Divide a band's change of level out of the whitened ordinates `white`, in place.
 
     The time series of the band is divided by the root of its expected relative power over time. Where other processes
@@ -52,7 +51,7 @@ def remove_level_change(
 
 
 def remove_motion(
-    white: NDArray[np.float64], own: Process, moving: Stochastic, solution: Solution, data: Data
+    white: Array, own: Process, moving: Stochastic, solution: Solution, data: Data
 ) -> None:
     """Divide the changes caused by a band of moving frequency out of the whitened ordinates `white`, in place.
 
@@ -81,9 +80,7 @@ def remove_motion(
             _divide_by_root(white[first:last], 1.0 + share * (there - 1.0))
 
 
-def moving_power(
-    solution: Solution, data: Data, j: NDArray[np.int64], times: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def moving_power(solution: Solution, data: Data, j: NDArray[np.int64], times: Array) -> Array:
     """Array of the power over time, relative to its mean, at ordinates j, shape (times, ordinates).
 
     Only bands of moving frequency change the power; 1 without such bands.
@@ -98,7 +95,7 @@ def moving_power(
     return power
 
 
-def _divide_by_root(band: NDArray[np.float64], power: NDArray[np.float64]) -> None:
+def _divide_by_root(band: Array, power: Array) -> None:
     """Divide the time series of a band by √`power`, in place: `band` holds the ordinates of the band.
 
     `power`, shape (ordinates + 1,), has one value for each time of the series (`band_series`).
@@ -132,7 +129,7 @@ def density_share(process: Process, solution: Solution, data: Data, ordinate: in
 
 def _density_shares(
     process: Process, solution: Solution, data: Data, j: NDArray[np.int64]
-) -> NDArray[np.float64]:
+) -> Array:
     """Array of the share, 0 … 1, of the model's density at each ordinate j that a process makes, shape of j."""
     total = density(data.terms(solution.model), j, data.n)
     own = density(data.unit_terms(solution.model, process.effect), j, data.n)
@@ -152,6 +149,6 @@ def band_ordinates(band: tuple[float, float], data: Data, n: int) -> tuple[int, 
     return max(1, min(first, n - size)), min(size, n - 1)
 
 
-def band_series(band: NDArray[np.float64]) -> NDArray[np.float64]:
+def band_series(band: Array) -> Array:
     """Array of the time series of a band: inverse cosine transform of its consecutive ordinates, shape (ordinates + 1,)."""
     return _kernels.inverse_cosine_transform(np.concatenate([[0.0], band]))

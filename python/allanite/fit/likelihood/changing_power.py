@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.effects import Modifier
 from allanite.fit.likelihood.expected import relative_power_of_segments
 from allanite.fit.likelihood.whitened import expected_level
@@ -45,7 +45,7 @@ def peak_level(model: Model, data: Data) -> float:
     return float(expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n)).max())
 
 
-def effective_freedom(model: Model, data: Data) -> NDArray[np.float64]:
+def effective_freedom(model: Model, data: Data) -> Array:
     """Array of the degrees of freedom of each bin, reduced for noise power that changes over time, shape (bins,).
 
     Level changes and bands of moving frequency correlate ordinates; without them it is `data.bins.count`. A change of
@@ -59,7 +59,7 @@ def effective_freedom(model: Model, data: Data) -> NDArray[np.float64]:
     return data.of_bins.get(changes, lambda: _reduced_freedom(model, data))
 
 
-def _reduced_freedom(model: Model, data: Data) -> NDArray[np.float64]:
+def _reduced_freedom(model: Model, data: Data) -> Array:
     """Array of the degrees of freedom of each bin for a model with `changing_effects`, shape (bins,); not cached."""
     bins = data.bins
     power = np.maximum(data.power, 1e-300)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.aligned import align_when_unpickled
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.threads import stop_if_unwanted
@@ -62,11 +63,11 @@ class Data(ABC):
         Time of the first sample within its recording, s.
     """
 
-    samples: NDArray[np.float64]
-    ordinates: NDArray[np.float64]
+    samples: Array
+    ordinates: Array
     rate: float
     bins: Bins
-    covariates: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    covariates: Mapping[str, Array] = field(default_factory=dict)
     start: float = 0.0
     #: Cache: ordinates of regressors by effect and shapes.
     functions: ArrayCache = field(default_factory=lambda: series_cache(0), repr=False)
@@ -90,7 +91,7 @@ class Data(ABC):
 
     @property
     @abstractmethod
-    def time(self) -> NDArray[np.float64]:
+    def time(self) -> Array:
         """Array of the time of each entry of `samples`, s since the first sample of the recording, shape (kept,)."""
 
     @property
@@ -107,7 +108,7 @@ class Data(ABC):
         return None
 
     @property
-    def gain(self) -> NDArray[np.float64] | None:
+    def gain(self) -> Array | None:
         """Array of the factor √(1 − r) on known functions in each ordinate, shape (n,); None if no sample is missing.
 
         r is the share of the power of an ordinate that missing samples leave unknown.
@@ -115,7 +116,7 @@ class Data(ABC):
         return None
 
     @property
-    def mixing(self) -> NDArray[np.float64] | None:
+    def mixing(self) -> Array | None:
         """Matrix, shape (bins, bins), by which missing samples mix the power of bins; or None.
 
         An element is the relative change of the observed power (row) per relative change of the true power (column).
@@ -124,12 +125,12 @@ class Data(ABC):
         return None
 
     @property
-    def power(self) -> NDArray[np.float64]:
+    def power(self) -> Array:
         """Array of the mean square of the ordinates of each bin, U² per sample, shape (bins,); cached."""
         return self.of_bins.get("power", lambda: self.bins.power(self.ordinates))
 
     @property
-    def present_samples(self) -> NDArray[np.float64]:
+    def present_samples(self) -> Array:
         """Array of the samples without the missing ones, U."""
         return self.samples if self.missing is None else self.samples[~self.missing]
 
@@ -160,7 +161,7 @@ class Data(ABC):
         """Tuple of the given terms; if the end samples are missing, each term without its leakage from the ends."""
         return tuple(term.inside for term in terms) if self.ends_missing else terms
 
-    def residual(self, model: Model) -> NDArray[np.float64]:
+    def residual(self, model: Model) -> Array:
         """Array of the samples minus the model's known functions of time, shape (n,).
 
         `samples` itself if the model has none.
@@ -168,7 +169,7 @@ class Data(ABC):
         known = model.deterministic
         return self.samples - self.signal(known) if known else self.samples
 
-    def signal(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
+    def signal(self, effects: Sequence[Deterministic]) -> Array:
         """Array of the sum of the signals of at least one deterministic effect, U, shape (n,)."""
         time = self.time
         total = effects[0].signal(time, self.covariates)
@@ -177,7 +178,7 @@ class Data(ABC):
         return total
 
     @abstractmethod
-    def transform(self, series: NDArray[np.float64]) -> NDArray[np.float64]:
+    def transform(self, series: Array) -> Array:
         """Array of the orthonormal cosine transform of a series sampled at `time`, shape (known,)."""
 
     @abstractmethod
@@ -185,22 +186,18 @@ class Data(ABC):
         """Array of the averaging factors of the Allan curve, up to a third of the record."""
 
     @abstractmethod
-    def deviation(
-        self, factors: NDArray[np.int64], subtracted: NDArray[np.float64] | None = None
-    ) -> NDArray[np.float64]:
+    def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
         """Array of the overlapping Allan deviation, U, of the record minus the signal `subtracted`, shape of `factors`."""
 
     @abstractmethod
-    def deviation_of(
-        self, signal: NDArray[np.float64], factors: NDArray[np.int64]
-    ) -> NDArray[np.float64]:
+    def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
         """Array of the overlapping Allan deviation of a signal sampled at `time`, at `factors`."""
 
     def octaves(
         self,
-        expected: Callable[[NDArray[np.int64]], NDArray[np.float64]],
-        relative_power: Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]],
-    ) -> list[tuple[int, int, NDArray[np.float64], float]]:
+        expected: Callable[[NDArray[np.int64]], Array],
+        relative_power: Callable[[NDArray[np.int64], Array], Array],
+    ) -> list[tuple[int, int, Array, float]]:
         """List of (first ordinate, end ordinate, power, number) for octaves whose single ordinates a summary does not keep.
 
         `power` over time is relative to the expected power, in equal time cells; `number` squares are averaged in each.
@@ -209,7 +206,7 @@ class Data(ABC):
         """
         return []
 
-    def at_octave_resolution(self, power: NDArray[np.float64], first: int) -> NDArray[np.float64]:
+    def at_octave_resolution(self, power: Array, first: int) -> Array:
         """Array like `power` (equal time cells), averaged over the time blocks in which an octave is kept.
 
         `first` is the first ordinate of the octave. A recording keeps all ordinates, and returns `power` itself.
@@ -230,24 +227,22 @@ class Data(ABC):
     def sections(self, model: Model, number: int) -> Sections:
         """`Sections`: the record minus the known functions of time of a model, cut into `number` equal time sections."""
 
-    def ordinates_without(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
-        """Array of the ordinates of the record minus those of the known functions of time `effects`, shape (n,)."""
+    def ordinates_without(self, effects: Sequence[Deterministic]) -> Array:
+        """Array of the ordinates of the record minus those of the functions of time `effects`, shape (n,)."""
         return self.minus_functions(
             self.ordinates, [(effect, effect.amplitudes()) for effect in effects]
         )
 
     def minus_functions(
-        self,
-        ordinates: NDArray[np.float64],
-        parts: Sequence[tuple[Deterministic, NDArray[np.float64]]],
-    ) -> NDArray[np.float64]:
+        self, ordinates: Array, parts: Sequence[tuple[Deterministic, Array]]
+    ) -> Array:
         """Array of `ordinates` minus known functions of time with given amplitudes, shape (n,).
 
-        `parts` holds pairs of an effect and its amplitudes; negative amplitudes add a function. `ordinates` itself is
-        returned if all amplitudes are 0.
+        `parts` holds pairs of an effect and its amplitudes; negative amplitudes add a function. The functions are first
+        multiplied by `gain` if samples are missing. `ordinates` itself is returned if all amplitudes are 0.
         """
-        total: NDArray[np.float64] | None = None
-        once: NDArray[np.float64] | None = None
+        total: Array | None = None
+        once: Array | None = None
         for effect, amplitudes in parts:
             if not amplitudes.any():
                 continue
@@ -274,7 +269,7 @@ class Data(ABC):
         self.lowest.clear()
         self.of_bins.clear()
 
-    def regressor_ordinates(self, effect: Deterministic) -> NDArray[np.float64]:
+    def regressor_ordinates(self, effect: Deterministic) -> Array:
         """Array of the cosine ordinates of every regressor of an effect, shape (regressors, n); cached."""
         return self.functions.get(
             effect.seen_alike,
@@ -283,9 +278,7 @@ class Data(ABC):
             ),
         )
 
-    def attenuated(
-        self, ordinates: NDArray[np.float64], j: NDArray[np.int64]
-    ) -> NDArray[np.float64]:
+    def attenuated(self, ordinates: Array, j: NDArray[np.int64]) -> Array:
         """Array of ordinates of known functions of time, shape (…, k), multiplied by `gain` at the indices j, shape (k,).
 
         Unchanged if no sample is missing.
@@ -307,8 +300,8 @@ class SampleData(Data):
     """
 
     missing: NDArray[np.bool_] | None = None
-    gain: NDArray[np.float64] | None = None
-    mixing: NDArray[np.float64] | None = None
+    gain: Array | None = None
+    mixing: Array | None = None
 
     __repr__ = brief
 
@@ -321,7 +314,7 @@ class SampleData(Data):
         return int(self.samples.size)
 
     @property
-    def time(self) -> NDArray[np.float64]:
+    def time(self) -> Array:
         """Array of the time of each sample, s since the first sample of the recording, shape (n,)."""
         return times_of(self.n, self.rate, self.start)
 
@@ -330,7 +323,7 @@ class SampleData(Data):
         """Fraction of the samples that are missing, 0 … 1."""
         return 0.0 if self.missing is None else np.count_nonzero(self.missing) / self.missing.size
 
-    def transform(self, series: NDArray[np.float64]) -> NDArray[np.float64]:
+    def transform(self, series: Array) -> Array:
         """Array of the orthonormal cosine transform of a series sampled at `time`, shape (n,)."""
         stop_if_unwanted()
         return _kernels.cosine_transform(np.ascontiguousarray(series))
@@ -339,17 +332,13 @@ class SampleData(Data):
         """Array of the averaging factors of the Allan curve: eight per decade from 1, up to a third of the record."""
         return averaging_factors(self.n // 3)
 
-    def deviation(
-        self, factors: NDArray[np.int64], subtracted: NDArray[np.float64] | None = None
-    ) -> NDArray[np.float64]:
+    def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
         """Array of the overlapping Allan deviation, U, of the samples minus the signal `subtracted`, shape of `factors`."""
         return self.deviation_of(
             self.samples if subtracted is None else self.samples - subtracted, factors
         )
 
-    def deviation_of(
-        self, signal: NDArray[np.float64], factors: NDArray[np.int64]
-    ) -> NDArray[np.float64]:
+    def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
         """Array of the overlapping Allan deviation of a signal sampled at `time`, at `factors`."""
         stop_if_unwanted()
         return oadev(signal, rate=self.rate, factors=factors).deviation
@@ -425,7 +414,7 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> SampleD
     )
 
 
-def _checked_values(samples: NDArray[Any], label: str) -> NDArray[np.float64]:
+def _checked_values(samples: NDArray[Any], label: str) -> Array:
     """Array of the samples of one column as floats; float64 samples are not copied.
 
     Raises `InputError` for several columns or infinite samples, `TooShortError` for fewer than 32 samples. NaN are
@@ -445,7 +434,7 @@ def _checked_values(samples: NDArray[Any], label: str) -> NDArray[np.float64]:
     return values
 
 
-def _require_noise(filled: NDArray[np.float64], label: str) -> None:
+def _require_noise(filled: Array, label: str) -> None:
     """Raise TooShortError for constant samples or fewer than 10 changes of value; return None.
 
     InputError is raised if the largest deviation from the mean is not within 1e-75 to 1e75 (`check_size`).

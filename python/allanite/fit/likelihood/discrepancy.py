@@ -17,15 +17,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.parameters import NORMAL
 from allanite.common.showing import brief
 from allanite.common.threads import stop_if_unwanted
 from allanite.spectrum.spectrum import cells_of
-
-Array = NDArray[np.float64]
 
 #: Minimum ΔlogL of a discrepancy δ > 0 over δ = 0. Half of χ²₁ exceeds it for 0.7 % of true models; otherwise δ is 0 and
 #: the fit is the Whittle fit.

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.memory import cleared_by_free_buffers
 from allanite.common.showing import brief
 from allanite.common.threads import stop_if_unwanted
@@ -42,11 +43,11 @@ class Noise:
 
     terms: tuple[Term, ...]
     bins: Bins
-    level: NDArray[np.float64]
+    level: Array
 
     __repr__ = brief
 
-    def variance(self, j: NDArray[np.int64]) -> NDArray[np.float64]:
+    def variance(self, j: NDArray[np.int64]) -> Array:
         """Array of the expected squares of the ordinates j, U² per sample, shape of j.
 
         Multiplied by 1e12 in the bins of a filter's stop band, so that no ordinate stands out there.
@@ -56,7 +57,7 @@ class Noise:
         return density(self.terms, j, self.bins.n) * (self.level * unseen)[place]
 
 
-def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArray[np.float64]:
+def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> Array:
     """Array of the expected power of each bin from each of `effects` at coefficient 1, shape (bins, effects).
 
     The filters of the model act on all effects. Its level changes and bandwidth also act on white noise.
@@ -65,12 +66,8 @@ def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArra
 
 
 def columns_like(
-    model: Model,
-    other: Model,
-    known: NDArray[np.float64],
-    data: Data,
-    used: Sequence[bool] | None = None,
-) -> NDArray[np.float64]:
+    model: Model, other: Model, known: Array, data: Data, used: Sequence[bool] | None = None
+) -> Array:
     """Array of the expected power of each bin from each random effect at coefficient 1, shape (bins, effects).
 
     `known` is this array for the model `other`, which has as many random effects. Only columns of effects that differ, or
@@ -88,14 +85,14 @@ def columns_like(
     return out.T
 
 
-def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
+def column(terms: tuple[Term, ...], data: Data) -> Array:
     """Array of the expected power of each bin from a sum of spectral terms, shape (bins,), including leakage by gaps."""
     stop_if_unwanted()
     own = _column_of_terms(terms, data.n)
     return own if data.mixing is None else data.mixing @ own
 
 
-def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float64]:
+def column_of(model: Model, effect: Stochastic, data: Data) -> Array:
     """Array of the expected power of each bin from one effect of a model at coefficient 1, shape (bins,).
 
     It includes the filters of the model, and for white noise all its modifiers.
@@ -103,7 +100,7 @@ def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float6
     return _column_with_modifiers(effect, model.modifiers if effect.white else model.filters, data)
 
 
-def expected_power(model: Model, data: Data, ends_missing: bool = False) -> NDArray[np.float64]:
+def expected_power(model: Model, data: Data, ends_missing: bool = False) -> Array:
     """Array of the expected power of each bin from all random effects of a model with values, shape (bins,).
 
     It is that of the record with all samples present or, with `ends_missing`, without the first and the last sample. The
@@ -119,9 +116,7 @@ def expected_power(model: Model, data: Data, ends_missing: bool = False) -> NDAr
     return total
 
 
-def _column_with_modifiers(
-    effect: Stochastic, acting: tuple[Modifier, ...], data: Data
-) -> NDArray[np.float64]:
+def _column_with_modifiers(effect: Stochastic, acting: tuple[Modifier, ...], data: Data) -> Array:
     """Array of the expected power of each bin from one effect at coefficient 1 with the modifiers `acting`, shape (bins,).
 
     It includes leakage by missing samples. Cached except for the factor of level changes.
@@ -135,7 +130,7 @@ def _column_with_modifiers(
         power = Model(levels).mean_level(data.span) ** 2
         filters = tuple(m for m in acting if m not in levels)
 
-    def own() -> NDArray[np.float64]:
+    def own() -> Array:
         """Array of the expected power of each bin, shape (bins,), without level changes and without leakage by gaps."""
         return _complete_column(opened, filters, data.rate, data.span, data.n, data.ends_missing)
 
@@ -161,7 +156,7 @@ def _complete_column(
     span: tuple[float, float],
     n: int,
     ends_missing: bool,
-) -> NDArray[np.float64]:
+) -> Array:
     """Array of the expected power of each bin from one effect at coefficient 1 with modifiers, shape (bins,); cached.
 
     Computed as if no sample were missing, except for the first and the last if `ends_missing`: then the ends add no
@@ -183,7 +178,7 @@ def _complete_column(
     return column
 
 
-def _column_of_terms(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
+def _column_of_terms(terms: tuple[Term, ...], n: int) -> Array:
     """Array of the expected power of each bin from spectral terms, for n samples without gaps, shape (bins,); read-only."""
     out = _evaluator(n).means([term.at_ordinates(n) for term in terms], bins_of(n).owner)
     out.flags.writeable = False
@@ -197,7 +192,7 @@ def _evaluator(n: int) -> _kernels.Ordinates:
     return _kernels.Ordinates(bins_of(n).nodes, n)
 
 
-def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> NDArray[np.float64]:
+def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> Array:
     """Array of the expected squares of given cosine ordinates of n samples, U² per sample, shape of `ordinates`.
 
     All values are at least 1e-300.
@@ -209,7 +204,7 @@ def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> ND
 
 def relative_power_of_segments(
     parts: Sequence[Stochastic], ordinates: NDArray[np.int64], data: Data
-) -> NDArray[np.float64]:
+) -> Array:
     """Array of the power of a process in each time segment, relative to the mean over the segments, at single ordinates.
 
     `parts` holds the process of each segment. The shape is (segments, ordinates).

@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.parameters import NORMAL
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.recording.tails import CENSORED_SHARES, Tail, coarse_step, tail_of
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-Array = NDArray[np.float64]
 #: Number of simulated sums of squares from which the 2.5 % and 97.5 % points are taken. Chosen by judgment; not measured.
 SUM_DRAWS = 1000
 #: Number of largest samples that are drawn individually; the sum of the others is nearly normal.

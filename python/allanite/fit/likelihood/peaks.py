@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.effects import Model, Stochastic
 
 if TYPE_CHECKING:
@@ -96,8 +97,8 @@ def ordinates_of_bins(near: Ordinates, bins: Bins) -> Ordinates:
 
 
 def means_near(
-    effect: Effect, bins: Bins, rate: float, density: Callable[[Ordinates], NDArray[np.float64]]
-) -> tuple[Ordinates, NDArray[np.float64]]:
+    effect: Effect, bins: Bins, rate: float, density: Callable[[Ordinates], Array]
+) -> tuple[Ordinates, Array]:
     """Pair of arrays: indices of the bins in or near a narrow band, and the mean of `density` over each bin's ordinates.
 
     `density` maps ordinates to the density of the effect. Up to 8192 ordinates are summed, more are interpolated. (Bins
@@ -121,9 +122,7 @@ def means_near(
     return near, (sums[np.searchsorted(j, end)] - sums[np.searchsorted(j, first)]) / (end - first)
 
 
-def _ordinates_around_peaks(
-    effect: Effect, bins: Bins, rate: float, places: NDArray[np.float64]
-) -> Ordinates:
+def _ordinates_around_peaks(effect: Effect, bins: Bins, rate: float, places: Array) -> Ordinates:
     """Array of ordinates around each peak of an effect, at the distances `places` in half-widths from its center."""
     low, high = np.array(effect.peaks).T[:, :, None] * 2.0 * bins.n / rate
     at = 0.5 * (low + high) + 0.5 * (high - low) * places

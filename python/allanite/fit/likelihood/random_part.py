@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.fit.likelihood.discrepancy import MIN_DISCREPANCY_DELTA_LOGL, marginal_likelihood
 from allanite.fit.likelihood.expected import columns, columns_like
@@ -16,8 +17,6 @@ from allanite.fit.likelihood.whittle import Maximum, climb, maximize
 if TYPE_CHECKING:
     from allanite.effects import Model
     from allanite.fit.likelihood.data import Data
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,11 +41,11 @@ class Linear:
 
     @property
     def offset(self) -> Array | None:
-        """Array of the power of the held effects, shape (bins,); None if it is 0."""
+        """Array of the expected bin power of the effects whose coefficients are held, shape (bins,); None if it is 0."""
         return self.matrix @ self.fixed if self.fixed.any() else None
 
     def without(self, place: int) -> Linear:
-        """`Linear` without the random effect at index `place`."""
+        """`Linear` without the random effect (column) at index `place`."""
         return Linear(
             np.delete(self.matrix, place, axis=1),
             np.delete(self.free, place),
@@ -81,10 +80,10 @@ class RandomPart:
     __repr__ = brief
 
     def linear(self, model: Model, like: tuple[Model, Linear] | None = None) -> Linear:
-        """`Linear`: expected bin power of a model at its present shapes as a linear function of the squared coefficients.
+        """`Linear`: expected bin power of a model as a linear function of its squared coefficients.
 
-        `like` is a pair (another model with as many random effects, its `Linear`), from which unchanged columns are
-        taken.
+        Shape parameters (frequencies, time constants) have the values in the model. `like` is a pair: another model with as
+        many random effects, and its `Linear`, from which columns of unchanged effects are taken.
         """
         effects = model.stochastic
         held = np.array([e.coefficient in e.held for e in effects], dtype=bool)

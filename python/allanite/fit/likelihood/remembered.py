@@ -8,12 +8,10 @@ from functools import lru_cache
 from threading import Lock
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.memory import cleared_by_free_buffers
-
-__all__ = ["MIN_TRIM_SAMPLES", "ArrayCache", "series_cache", "times_of", "trim_memory"]
 
 #: Minimum size of the cache for series of a record, bytes. Chosen by judgment; not measured.
 MIN_CACHE_BYTES = 3 << 25
@@ -27,7 +25,7 @@ MIN_TRIM_SAMPLES = 1 << 17
 
 @cleared_by_free_buffers
 @lru_cache(maxsize=1)
-def times_of(n: int, rate: float, start: float) -> NDArray[np.float64]:
+def times_of(n: int, rate: float, start: float) -> Array:
     """Array of the time of each sample of a record that begins at `start`, s, shape (n,); cached and read-only."""
     time = np.arange(n, dtype=np.float64)
     time /= rate
@@ -56,11 +54,11 @@ class ArrayCache:
     """
 
     max_bytes: int
-    _kept: dict[Hashable, NDArray[np.float64]] = field(default_factory=dict, repr=False)
+    _kept: dict[Hashable, Array] = field(default_factory=dict, repr=False)
     _bytes: int = field(default=0, repr=False)
     _lock: Lock = field(default_factory=Lock, repr=False)
 
-    def get(self, key: Hashable, make: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
+    def get(self, key: Hashable, make: Callable[[], Array]) -> Array:
         """Array stored for `key`; if there is none, it is computed by `make` and stored.
 
         Arrays larger than `max_bytes` are not stored. The least recently used arrays are dropped if the total exceeds
@@ -98,5 +96,5 @@ class ArrayCache:
 
 
 def series_cache(n: int) -> ArrayCache:
-    """New empty `ArrayCache` for series of a record of n samples."""
+    """New empty `ArrayCache` for four series of n doubles: 32n bytes, at least 101 MB and at most 320 MB."""
     return ArrayCache(max(MIN_CACHE_BYTES, 32 * min(n, MAX_CACHED_SAMPLES)))

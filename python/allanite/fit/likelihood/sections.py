@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.fit.likelihood.expected import density
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.arrays import runs_of
+from allanite.common.arrays import Array, runs_of
 from allanite.spectrum import Bins, bins_of
 
 #: Maximum power of an empty bin, as a fraction of the pass-band power. Only the lobes of the stop band, the rounding of the
@@ -27,7 +27,7 @@ EMPTY_BIN_DENSITY_FACTOR = 1e12
 MIN_EMPTY_BIN_ORDINATES = 16
 
 
-def bins_with_stop_band(ordinates: NDArray[np.float64]) -> Bins:
+def bins_with_stop_band(ordinates: Array) -> Bins:
     """`Bins` of a record with these ordinates; empty bins (a filter's stop band) get nearly no degrees of freedom.
 
     An empty bin has at least 16 ordinates, lies above 1/32 of the sampling rate, and has less than 1e-4 of the power
@@ -68,7 +68,7 @@ def is_mostly_empty(bins: Bins, low: int, high: int) -> bool:
     return 2 * int(width[is_empty(bins)].sum()) > high - low
 
 
-def zero_empty_bins(ordinates: NDArray[np.float64], bins: Bins) -> NDArray[np.float64]:
+def zero_empty_bins(ordinates: Array, bins: Bins) -> Array:
     """Set the ordinates in empty bins to 0 in place, and return the same array."""
     for b in np.flatnonzero(is_empty(bins)):
         ordinates[bins.edges[b] : bins.edges[b + 1]] = 0.0

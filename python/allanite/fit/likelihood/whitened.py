@@ -12,9 +12,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.common.threads import results_or_raise, side_by_side
 from allanite.fit.likelihood.bands_in_time import (
@@ -82,8 +82,8 @@ class Whitened:
         Rounding step of the record in units of `samples`; 0 if the step is small.
     """
 
-    samples: NDArray[np.float64]
-    bands: tuple[tuple[int, int, NDArray[np.float64], float], ...]
+    samples: Array
+    bands: tuple[tuple[int, int, Array, float], ...]
     step: float = 0.0
 
     __repr__ = brief
@@ -143,7 +143,7 @@ class Whitened:
         scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
         return replace(self._with_samples(scores), step=0.0)
 
-    def _with_samples(self, samples: NDArray[np.float64]) -> Whitened:
+    def _with_samples(self, samples: Array) -> Whitened:
         """Copy with other `samples`; the power of the same octave bands is computed from these samples."""
         found = _samples_and_bands(_kernels.cosine_transform(samples))
         kept = {low for low, *_ in self.bands}
@@ -200,7 +200,7 @@ def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -
     return Whitened(samples, tuple(bands), whitened.step)
 
 
-def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
+def _relative_power(solution: Solution, data: Data) -> Array:
     """Array of the expected white-noise power at each kept sample, relative to its mean; 1 at missing samples.
 
     For a summary it is the power in equal time segments, one for each stored ordinate.
@@ -218,7 +218,7 @@ def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
     return gain
 
 
-def _is_normal(samples: NDArray[np.float64]) -> bool:
+def _is_normal(samples: Array) -> bool:
     """True if samples are consistent with normal samples whose level may differ between 64 segments.
 
     False for coarsely rounded samples and for a segment whose median is 0; True for fewer than 64 samples.
@@ -238,7 +238,7 @@ def _is_normal(samples: NDArray[np.float64]) -> bool:
     return tail is None or not tail.heavy
 
 
-def rounding_step(data: Data, samples: NDArray[np.float64]) -> float:
+def rounding_step(data: Data, samples: Array) -> float:
     """Rounding step of a record in units of its whitened `samples`; 0 if the record has over 50 different values."""
     some = data.present_samples
     step = coarse_step(some)
@@ -253,8 +253,7 @@ def end_samples(n: int) -> int:
 
 
 def _samples_and_bands(
-    white: NDArray[np.float64],
-    bands: Sequence[tuple[int, int, NDArray[np.float64], float]] = (),
+    white: Array, bands: Sequence[tuple[int, int, Array, float]] = ()
 ) -> Whitened:
     """`Whitened`: samples (inverse cosine transform) and octave bands (power over time) of the white ordinates `white`.
 
@@ -284,11 +283,8 @@ def _samples_and_bands(
 
 
 def whitened_ordinates(
-    solution: Solution,
-    data: Data,
-    level: NDArray[np.float64],
-    residual: NDArray[np.float64] | None = None,
-) -> NDArray[np.float64]:
+    solution: Solution, data: Data, level: Array, residual: Array | None = None
+) -> Array:
     """Array of the residual ordinates divided by √(model density × level of the bin), shape (n,).
 
     0 in the empty bins of a filter's stop band. `level` is a factor for each bin; `residual` are the ordinates to divide,
@@ -303,9 +299,7 @@ def whitened_ordinates(
     return zero_empty_bins(white, data.bins)
 
 
-def _log_density(
-    solution: Solution, data: Data, level: NDArray[np.float64], log_j: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _log_density(solution: Solution, data: Data, level: Array, log_j: Array) -> Array:
     """Array of ln(model density × level of the bin), interpolated at ordinates given by their logarithms `log_j`.
 
     Notches deeper than 7 (in ln) below both sides are filled up to this depth.
@@ -314,9 +308,7 @@ def _log_density(
     return np.interp(log_j, at, _with_shallow_notches(known, at))
 
 
-def log_density_at_nodes(
-    model: Model, data: Data, level: NDArray[np.float64] | None
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def log_density_at_nodes(model: Model, data: Data, level: Array | None) -> tuple[Array, Array]:
     """Pair of arrays, for interpolation: ln of selected ordinates (nodes), and ln(model density × level of the bin) there.
 
     The nodes are dense enough for linear interpolation in these logarithms. None means level 1.
@@ -329,9 +321,7 @@ def log_density_at_nodes(
     return np.log(nodes), np.log(known)
 
 
-def _with_shallow_notches(
-    known: NDArray[np.float64], at: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _with_shallow_notches(known: Array, at: Array) -> Array:
     """Array of the ln densities `known` at ln frequencies `at`, raised to at most 7 below the lower side of a notch.
 
     A side is the maximum up to 0.6 in ln of the frequency away. The power at the center of a notch is leakage from the ends
@@ -344,7 +334,7 @@ def _with_shallow_notches(
     return np.maximum(known, np.minimum(*sides) - MAX_NOTCH_DEPTH)
 
 
-def expected_level(model: Model, data: Data, cells: int) -> NDArray[np.float64]:
+def expected_level(model: Model, data: Data, cells: int) -> Array:
     """Array of the expected white-noise power of equal time segments from a model's level changes, shape (cells,).
 
     It is relative to the mean over the segments; 1 without level changes.
@@ -359,7 +349,7 @@ def expected_level(model: Model, data: Data, cells: int) -> NDArray[np.float64]:
     return np.asarray(power / power.mean())
 
 
-def cell_means(values: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
+def cell_means(values: Array, cells: int) -> Array:
     """Array of the means of values in `cells` equal segments, shape (cells,); an empty segment takes the next value."""
     edges = np.arange(cells) * values.size // cells
     sizes = np.diff(np.append(edges, values.size))
@@ -376,7 +366,7 @@ def white_share(solution: Solution, data: Data, ordinate: int) -> float:
 
 def white_power(
     solution: Solution, data: Data, whitened: Whitened
-) -> tuple[NDArray[np.float64] | None, float, float]:
+) -> tuple[Array | None, float, float]:
     """Tuple (power over time, share, squares) averaged over the octave bands in which white noise is at least half.
 
     (None, 0.0, 0.0) without such bands. Bands whose time resolution is over 8 times coarser than the finest are ignored.

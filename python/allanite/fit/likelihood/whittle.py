@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.fit.likelihood.discrepancy import (
     HALF_CHI2_95,
@@ -24,7 +24,6 @@ from allanite.fit.likelihood.discrepancy import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-Array = NDArray[np.float64]
 #: Maximum degrees of freedom of a bin in the second start of a fit, which gives all bins a similar weight.
 #: Chosen by judgment; not measured.
 MAX_EQUAL_WEIGHT_FREEDOM = 10.0

@@ -67,16 +67,6 @@ GRADIENT_TOLERANCE = 1e-5
 MAX_GRADIENT_STEPS = 400
 
 
-def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
-    """Array of the expected squared ordinates of the model's noise times the `level` of their bin, shape (n,).
-
-    `level` has the shape (bins,); None means 1.
-    """
-    at, known = log_density_at_nodes(model, data, level)
-    j = np.maximum(np.arange(data.n, dtype=np.float64), 1.0)
-    return np.asarray(np.exp(np.interp(np.log(j), at, known)))
-
-
 class _ConditionalMean:
     """Solver for the conditional mean of missing samples under a spectrum.
 
@@ -173,9 +163,7 @@ def _cholesky_of_missing(missing: Mask, precision: Array) -> tuple[Array, bool] 
     return None
 
 
-def complete(
-    data: SampleData, model: Model, level: Array | None = None, seed: int = 0
-) -> SampleData:
+def complete(data: SampleData, model: Model, level: Array | None = None) -> SampleData:
     """`SampleData` of the record with its missing samples completed under a model with values.
 
     Parameters
@@ -186,8 +174,6 @@ def complete(
     level : ndarray, shape (bins,), optional
         Estimated ratio of true to modeled power in each bin (`Solution.level`), so that the completed record contains
         effects that the model lacks.
-    seed : int
-        Seed of the draws.
 
     Returns
     -------
@@ -197,12 +183,14 @@ def complete(
     """
     missing = data.missing
     assert missing is not None
-    spectrum = _spectrum(data, model, level)
+    at, known = log_density_at_nodes(model, data, level)
+    log_j = np.log(np.maximum(np.arange(data.n, dtype=np.float64), 1.0))
+    spectrum = np.exp(np.interp(log_j, at, known))
     bridge = _ConditionalMean(missing, spectrum)
     signal = data.signal(model.deterministic) if model.deterministic else None
     noise = data.samples if signal is None else data.samples - signal
     mean = bridge.mean(noise)
-    unknown, unseen, seen = _drawn_unknown_part(bridge, spectrum, seed)
+    unknown, unseen, seen = _drawn_unknown_part(bridge, spectrum)
     solved = data.n <= MAX_CELLS
     share = unknown_share(missing, spectrum, None if solved else (unseen, seen), data.bins)
     gain = np.sqrt(1.0 - share)
@@ -231,16 +219,14 @@ def complete(
     )
 
 
-def _drawn_unknown_part(
-    bridge: _ConditionalMean, spectrum: Array, seed: int
-) -> tuple[Array, Array, Array]:
+def _drawn_unknown_part(bridge: _ConditionalMean, spectrum: Array) -> tuple[Array, Array, Array]:
     """Tuple (unknown, power of unknown, power of known), each of shape (n,), from random records with the `spectrum`.
 
     `unknown` is the last record minus its conditional mean given the present samples. The powers are the squared ordinates
     of this difference and of the conditional mean, averaged over 2 to 8 records. One record is drawn for n ≤ 512.
     """
     n = spectrum.size
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     root = np.sqrt(spectrum)
     root[0] = 0.0
     unknown, unseen, seen = np.zeros((3, n))

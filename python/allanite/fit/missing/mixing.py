@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.memory import cleared_by_free_buffers
 
 if TYPE_CHECKING:
     from allanite.spectrum import Bins
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
+
 if TYPE_CHECKING:
     from allanite.spectrum import Bins
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 #: Maximum number of cells, and of samples of a record whose shares are solved exactly. Chosen by judgment; not measured.

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.effects import CATALOGUE, Deterministic, Effect, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.estimates import min_detected_delta_logl
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 MAX_POLISH_DELTA_LOGL = 25.0
 
 #: Grid points of a slow function of time, their ΔlogL, and their directions.
-Scan = tuple[list[Deterministic], NDArray[np.float64], NDArray[np.float64]]
+Scan = tuple[list[Deterministic], Array, Array]
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,7 +56,10 @@ def parameters_cost(own: Fitted, solution: Solution) -> float:
 
 
 def parameter_cost(square: float) -> float:
-    """Cost in ln evidence, nats, of one parameter with relative error 1/√square."""
+    """Cost in ln evidence, nats, of one parameter with relative error 1/√square, if its logarithm ranges over 3 decades.
+
+    A `square` below 1 counts as 1.
+    """
     return float(np.log(PRIOR_LOG_RANGE * np.sqrt(max(square, 1.0) / (2.0 * np.pi))))
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from allanite.common.arrays import Array
 
 #: Length of a day, s.
 DAY = 86400.0
@@ -31,7 +32,7 @@ MAINS = (50.0, 60.0, 100.0, 120.0)
 MAINS_TOLERANCE = 0.002
 
 
-def known_bands(n: int, rate: float) -> NDArray[np.float64]:
+def known_bands(n: int, rate: float) -> Array:
     """Array of (low, high), Hz: bands in which n samples at `rate` Hz show mains, or known periods, or their aliases.
 
     Its shape is (bands, 2), unsorted. The periods are those of year, day, GPS and tides (`PERIODS`). A band is 1/T wide
@@ -49,11 +50,11 @@ def known_bands(n: int, rate: float) -> NDArray[np.float64]:
 
 
 def line_trials(n: int) -> float:
-    """W of Baluev's false-alarm formula for a search up to the Nyquist frequency of n evenly spaced samples."""
+    """W (number of independent trials) of Baluev's false-alarm formula for all frequencies of n evenly spaced samples."""
     return 0.5 * n * float(np.sqrt(np.pi / 3.0))
 
 
-def trials_at(cycles: NDArray[np.float64], n: int, rate: float) -> NDArray[np.float64]:
+def trials_at(cycles: Array, n: int, rate: float) -> Array:
     """Array of the number of independent trials (W of Baluev's formula) of a line of `cycles` cycles in n samples.
 
     W is that of a search of all frequencies, divided by the share of the false alarms that this frequency gets. One
@@ -75,9 +76,7 @@ def expected_line_gain(cycles: float, n: int, rate: float) -> float:
     return float(np.log1p(known[0] / unknown[0]))
 
 
-def _shares_of_false_alarms(
-    cycles: NDArray[np.float64], n: int, rate: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+def _shares_of_false_alarms(cycles: Array, n: int, rate: float) -> tuple[Array, Array, float]:
     """Tuple (general, known, parts): false alarms granted to each line, and the number 2 or 3 of equal parts of all.
 
     The parts are for all frequencies, for octaves and, if the record shows any, for the frequencies of `known_bands`. The

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.effects import Deterministic
 from allanite.fit.engine import solve
@@ -208,7 +208,7 @@ def _distribution(value: Any) -> _Distribution:
     return _Distribution(float(value), low, high, logarithmic)
 
 
-def _interval(laws: list[_Distribution], weights: NDArray[np.float64]) -> tuple[float, float]:
+def _interval(laws: list[_Distribution], weights: Array) -> tuple[float, float]:
     """Pair: central 95 % interval of a weighted mixture of distributions, by bisection."""
     reach = max(max(abs(law.low), abs(law.high), abs(law.value)) for law in laws)
     least = -4.0 * reach if any(min(law.low, law.value) < 0.0 for law in laws) else 0.0

@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.deviation import Deviation, oadev
 from allanite.fit.likelihood.data import Data
 from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
 from allanite.fit.likelihood.remembered import ArrayCache
-from allanite.fit.summarized.bins import SummaryBins, folds_of
+from allanite.fit.prediction import FOLDS
 from allanite.fit.summarized.maps import (
     TIME_CELLS,
     Maps,
@@ -28,10 +29,11 @@ from allanite.fit.summarized.maps import (
     fine_bands,
     redistributed,
 )
-from allanite.spectrum import bins_of, bridge_gaps
+from allanite.spectrum import Bins, bins_of, bridge_gaps
 from allanite.summary.gaps import fill_missing
 from allanite.summary.lapped import LOW, SEGMENT, low_pass_gain
 from allanite.summary.level import BANDS, FINE
+from allanite.summary.lines import without_lines
 
 if TYPE_CHECKING:
     from allanite.effects import Model
@@ -39,13 +41,51 @@ if TYPE_CHECKING:
     from allanite.summary import Summary
     from allanite.summary.ends import Reading
 
-Array = NDArray[np.float64]
 #: Minimum number of kept (low-rate) samples per averaging time for which the Allan curve is computed from kept samples.
 #: Chosen by judgment; not measured.
 MIN_KEPT_PER_TAU = 16
 #: Maximum size, bytes, of each cache of `SummaryData`; small, since summaries are used if memory is scarce.
 #: Chosen by judgment; not measured.
 CACHE_BYTES = 1 << 23
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SummaryBins(Bins):
+    """Bins of the summarized record: the lowest contain single ordinates, the others the power of segments.
+
+    Attributes
+    ----------
+    known : int
+        Number of bins with single ordinates.
+    folds : ndarray, shape (FOLDS + 1, 2, bins − known)
+        Number of ordinates and mean power of each other bin: first of all coefficients, then of each fold.
+    """
+
+    known: int
+    folds: Array
+
+    __repr__ = brief
+
+    def power(self, ordinates: Array) -> Array:
+        """Array of the mean power of each bin, shape (bins,).
+
+        Low bins take it from the squared `ordinates`, higher ones from the transforms of segments in the summary.
+        """
+        edges = self.edges[: self.known]
+        low = np.add.reduceat(ordinates**2, edges) / self.count[: self.known]
+        return np.concatenate([low, self.folds[0, 1]])
+
+    def folded(self, ordinates: Array, folds: int) -> tuple[Array, Array]:
+        """Pair (number, sum of squares) of the ordinates of each fold in each bin, two arrays of shape (folds, bins).
+
+        Fold k, for cross-validation, has the single ordinates j, and the coefficients m of segments, with j or m modulo
+        `folds` = k. `folds` must be `FOLDS`.
+        """
+        edges, count = self.edges[: self.known + 1], self.count[: self.known]
+        low = Bins(self.n, edges, count, self.nodes, self.owner, self.groups)
+        number, total = low.folded(ordinates, folds)
+        high = self.folds[1:]
+        return np.hstack([number, high[:, 0]]), np.hstack([total, high[:, 0] * high[:, 1]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,7 +119,7 @@ class SummaryData(Data):
 
     @property
     def time(self) -> Array:
-        """Array of the middle time of each kept sample, s since the first sample of the recording."""
+        """Array of the middle time of each kept (low-rate) sample, s since the first sample of the recording."""
         time = np.arange(self.samples.size, dtype=np.float64)
         time *= self.factor / self.rate
         time += self.start + 0.5 * (self.factor - 1) / self.rate
@@ -276,7 +316,7 @@ def of_summary(summary: Summary) -> Data:
     top = int(bins.edges[known])
     ordinates = _kernels.cosine_transform(samples)[:top] * np.sqrt(factor)
     ordinates /= low_pass_gain(np.arange(top) / (2.0 * n), depth)
-    folds = folds_of(reading, bins, known)
+    folds = _power_in_folds(reading, bins, known)
     covariates = {name: bridge_gaps(v) for name, v in summary.low_rate(depth).items()}
     return SummaryData(
         samples,
@@ -292,3 +332,36 @@ def of_summary(summary: Summary) -> Data:
         summary=summary,
         reading=reading,
     )
+
+
+def _power_in_folds(reading: Reading, bins: Bins, known: int) -> Array:
+    """Array of (number of ordinates, mean power) of each bin without single ordinates, shape (FOLDS + 1, 2, bins − known).
+
+    `known` is the number of bins with single ordinates. Entry 0 is of all coefficients of the segments' transforms. Entry
+    k + 1 is of those with index modulo `FOLDS` = k (a fold for cross-validation). Spectral lines are removed.
+    """
+    edges, power, place = [], [], []
+    for level in reversed(range(len(reading.octaves))):
+        found, _ = without_lines(reading, level, 1.0)
+        m = np.arange(LOW, LOW + found.size)
+        edges.append(m * (bins.n / (SEGMENT * 2.0**level)))
+        power.append(found)
+        place.append(m)
+    j = np.append(np.concatenate(edges), float(bins.n))
+    level_of, m = np.concatenate(power), np.concatenate(place)
+    width = np.diff(j)
+    wanted = bins.edges[known:] - 0.5
+    out = np.empty((FOLDS + 1, 2, wanted.size - 1))
+    for fold in range(FOLDS + 1):
+        own = width * (1.0 if fold == 0 else m % FOLDS == fold - 1)
+        inside, total = (
+            np.diff(np.interp(wanted, j, np.concatenate([[0.0], np.cumsum(v)])))
+            for v in (own, own * level_of)
+        )
+        out[fold] = inside, total / np.maximum(inside, 1e-300)
+    # The ends of the coefficient grid differ from those of the record by half an ordinate.
+    count = np.diff(bins.edges[known:]).astype(float)
+    out[0, 0] = count
+    whole = out[1:, 0].sum(axis=0)
+    out[1:, 0] *= count / np.maximum(whole, 1e-300)
+    return out

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.fit.likelihood.sections import Cells
 from allanite.summary.lapped import LOW, SEGMENT, low_pass_gain
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from allanite.summary.ends import Reading
     from allanite.summary.sums import Blocks
 
-Array = NDArray[np.float64]
 #: Number of time cells for the power of an octave over time. Chosen by judgment; not measured.
 TIME_CELLS = 160
 
@@ -52,11 +52,14 @@ class Maps:
 
     @property
     def cells(self) -> Array:
-        """Array of the edges of the time cells, in samples of the record, shape (TIME_CELLS + 1,)."""
+        """Array of the edges of 160 equal time cells (`TIME_CELLS`), in samples of the record, shape (161,)."""
         return np.linspace(0.0, self.n, TIME_CELLS + 1)
 
     def edges(self, blocks: Blocks, level: int) -> Array:
-        """Array of the edges of the time blocks of octave `level`, in samples of the record, shape (blocks + 1,)."""
+        """Array of the edges of the time `blocks` that hold the power of octave `level`, in samples, shape (blocks + 1,).
+
+        Sample 0 is the first of the record; edges outside the record are moved to its ends.
+        """
         size = float((TILE << blocks.size) << level)
         edges = (blocks.first + np.arange(blocks.frames.size + 1)) * size - self.start
         return np.asarray(edges.clip(0.0, self.n))
