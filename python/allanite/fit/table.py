@@ -9,6 +9,7 @@ from allanite.common.numbers import (
     number,
     numbers_text,
     p_text,
+    value_and_interval_text,
     value_and_interval_texts,
 )
 from allanite.common.parameters import Estimate
@@ -76,6 +77,18 @@ def _unit_and_factor(parameter: Parameter, sample: str) -> tuple[str, float]:
     if isinstance(parameter.unit, float):
         factor = conversion(coefficient_unit(sample, parameter.unit), unit)
     return "" if unit == "1" else printed(unit), factor
+
+
+def estimate_cell(estimate: Estimate) -> str:
+    """Table cell, without unit: value with 95 % interval, or the value alone if there is no interval.
+
+    "< limit" if the estimate is not detected, or "not detected" without a limit.
+    """
+    if not estimate.detected:
+        return "not detected" if estimate.interval is None else f"< {number(estimate.interval[1])}"
+    if estimate.interval is None:
+        return number(float(estimate), 4)
+    return value_and_interval_text(float(estimate), estimate.interval)
 
 
 def _cells(value: Any, column: str | None) -> tuple[str, str]:

@@ -10,7 +10,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.arrays import Array, run_at
 from allanite.common.errors import TooShortError
-from allanite.common.parameters import NORMAL
+from allanite.common.parameters import NORMAL, Estimate
 from allanite.effects import standard
 from allanite.fit.likelihood.data import TAUS_PER_DECADE
 
@@ -65,6 +65,11 @@ class LineReading:
     tau_low_s: float | None = None
     tau_high_s: float | None = None
     reason: str = ""
+
+    def estimate(self, unit: str) -> Estimate:
+        """`Estimate` of the coefficient, in its `unit` in SI; 0 without an interval, and not detected, if not present."""
+        interval = None if self.low is None or self.high is None else (self.low, self.high)
+        return Estimate(self.value or 0.0, None, interval, unit, self.present, self.name)
 
     def to_dict(self) -> dict[str, Any]:
         """Dict of the attributes, for JSON."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError
-from allanite.common.numbers import number, value_and_interval_text
+from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
 from allanite.common.showing import aligned_lines
@@ -16,6 +16,7 @@ from allanite.effects import Stochastic, find, standard
 from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.classical.lines import read_lines
 from allanite.fit.classical.refit import refit
+from allanite.fit.table import estimate_cell
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -106,60 +107,33 @@ class MethodTable:
     def __str__(self) -> str:
         table = [("", "", *METHOD_NAMES.values(), "lines read at")]
         for row in self.rows:
-            line, (unit, factor) = row.line, _unit_and_factor(row.name, row.unit)
-            table.append(
-                (
-                    row.name,
-                    "" if unit == "1" else printed(unit),
-                    _cell(row.whittle, factor),
-                    _cell(row.gls, factor),
-                    "–" if line is None else _value_cell(line.value, line.low, line.high, factor),
-                    ""
-                    if line is None or line.tau_low_s is None
-                    else f"slope holds {line.tau_low_s:.3g}–{line.tau_high_s:.3g} s",
-                )
-            )
+            line, unit = row.line, _in_table_unit(row.name, Estimate(1.0, unit=row.unit)).unit
+            read, where = "–" if line is None else "not valid", ""
+            if line is not None and line.present:
+                read = _cell(row.name, line.estimate(row.unit))
+                where = f"slope holds {line.tau_low_s:.3g}–{line.tau_high_s:.3g} s"
+            by_likelihood, by_gls = (_cell(row.name, each) for each in (row.whittle, row.gls))
+            printed_unit = "" if unit == "1" else printed(unit)
+            table.append((row.name, printed_unit, by_likelihood, by_gls, read, where))
         remarks = [f"! {row.name}: {row.remark}" for row in self.rows if row.remark]
         return "\n".join(
             [str(self.fit), "", *aligned_lines(table), *([""] if remarks else []), *remarks]
         )
 
 
-def _unit_and_factor(name: str, unit: str) -> tuple[str, float]:
-    """Pair: unit in which tables show the coefficient `name`, and the factor that converts from `unit` to it.
+def _in_table_unit(name: str, estimate: Estimate) -> Estimate:
+    """`Estimate` of the coefficient `name` in the unit in which tables show it; unchanged for an unknown effect.
 
-    (`unit`, 1) for an unknown effect. `name` is that of a coefficient (``N``) or has the effect before it
-    (``GM.sigma``).
+    `name` is that of a coefficient (``N``) or has the effect before it (``GM.sigma``).
     """
     short, _, own = name.partition(".")
     effect = find(short)
-    if effect is None:
-        return unit, 1.0
-    shown = in_sheet_unit(Estimate(1.0, unit=unit), effect.parameter(own or name))
-    return shown.unit, shown.value
+    return estimate if effect is None else in_sheet_unit(estimate, effect.parameter(own or name))
 
 
-def _cell(estimate: Estimate | None, factor: float) -> str:
-    """Table cell of an estimate times `factor`: value with interval, "< limit", "not detected", or "–" for None."""
-    if estimate is None:
-        return "–"
-    if not estimate.detected:
-        return (
-            "not detected"
-            if estimate.interval is None
-            else f"< {number(factor * estimate.interval[1], 3)}"
-        )
-    low, high = estimate.interval or (None, None)
-    return _value_cell(float(estimate), low, high, factor)
-
-
-def _value_cell(value: float | None, low: float | None, high: float | None, factor: float) -> str:
-    """Table cell of value · factor with its interval, if both ends are given; "not valid" if the value is None."""
-    if value is None:
-        return "not valid"
-    if low is None or high is None:
-        return number(factor * value, 4)
-    return value_and_interval_text(factor * value, (factor * low, factor * high))
+def _cell(name: str, estimate: Estimate | None) -> str:
+    """Table cell of the coefficient `name` in the unit of tables (see `estimate_cell`); "–" for None."""
+    return "–" if estimate is None else estimate_cell(_in_table_unit(name, estimate))
 
 
 def compare_methods(fit: Fit) -> MethodTable:
@@ -204,10 +178,10 @@ def compare_methods(fit: Fit) -> MethodTable:
 def _lines_without_effect(
     readings: LineReadings, fit: Fit, modeled: set[str | None]
 ) -> list[MethodRow]:
-    """List of rows for straight lines on the curve that match no effect of the model.
+    """List of rows, with remarks, for straight lines on the Allan curve that match no effect of the model.
 
-    `modeled` holds the names of the lines of the effects, such as ``N``. A line that cannot be read has a row only if
-    the curve lies below the line.
+    `modeled` holds the names of the lines of its effects, such as ``N``. Of the lines that are not present, only those
+    have a row whose slope holds somewhere while the curve falls below the line elsewhere.
     """
     unit = fit.recording.unit
     others = " + ".join(e.short for e in fit.model)

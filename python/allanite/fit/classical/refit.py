@@ -136,10 +136,8 @@ def _line_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
     for effect in fit.model:
         assert effect.standard is not None
         name = effect.standard.name
-        line = readings[name]
         power = effect.parameter(name).unit
         assert not isinstance(power, str)
         unit = coefficient_unit(fit.recording.unit, power)
-        interval = None if line.low is None or line.high is None else (line.low, line.high)
-        out.append({name: Estimate(line.value or 0.0, None, interval, unit, line.present, name)})
+        out.append({name: readings[name].estimate(unit)})
     return tuple(out)

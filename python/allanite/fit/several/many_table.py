@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from allanite.common.numbers import number, probability_text, value_and_interval_text
+from allanite.common.numbers import number, probability_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
 from allanite.common.showing import aligned_lines
@@ -13,6 +12,7 @@ from allanite.effects import Deterministic
 from allanite.effects.sheet_units import in_sheet_unit
 from allanite.fit.estimates import has_interval
 from allanite.fit.models import parameter_label
+from allanite.fit.table import estimate_cell
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,16 +25,17 @@ if TYPE_CHECKING:
 def many_table(many: ManyFits) -> str:
     """Text table with a row for each column, then the pooled values and the test whether the columns agree."""
     fit = many.fits[0]
-    pooled = [_pooled_in_printed_unit(fit, row) for row in many.pooled]
+    pooled = many.pooled
+    common = [_common_estimate(fit, row) for row in pooled]
     table = [["", *(row.name for row in pooled)]]
     for label, found in zip(many.labels, comparable_parameters(many.fits), strict=True):
-        cells = (_cell(_in_printed_unit(fit, row.name, found[row.name])) for row in pooled)
+        cells = (estimate_cell(_in_printed_unit(fit, row.name, found[row.name])) for row in pooled)
         table.append([label, *cells])
-    table.append(["all", *(_pooled_cell(row) for row in pooled)])
+    table.append(["all", *map(estimate_cell, common)])
     spreads = ("–" if row.spread is None else f"{number(100 * row.spread, 2)} %" for row in pooled)
     table.append([f"spread between {many.record_noun}", *spreads])
     table.append(["p-value of agreement", *(probability_text(row.p_value) for row in pooled)])
-    units = ", ".join(f"{r.name} in {printed(r.unit)}" for r in pooled if r.unit not in ("1", ""))
+    units = ", ".join(f"{e.name} in {printed(e.unit)}" for e in common if e.unit not in ("1", ""))
     verdict = (
         f"the {many.record_noun} agree: the values of row 'all' are common to all"
         if many.agree
@@ -53,33 +54,11 @@ def _in_printed_unit(fit: Fit, name: str, value: Estimate) -> Estimate:
     return in_sheet_unit(value, declared)
 
 
-def _pooled_in_printed_unit(fit: Fit, row: Pooled) -> Pooled:
-    """Copy of a `Pooled` value in the unit in which tables print it."""
-    value = _in_printed_unit(fit, row.name, Estimate(row.value, None, row.interval, row.unit))
-    assert value.interval is not None
-    return replace(row, unit=value.unit, value=float(value), interval=value.interval)
-
-
-def _cell(estimate: Estimate) -> str:
-    """Table cell of an estimate: value with interval, or the value alone if there is none.
-
-    "< limit" or "not detected" if the estimate is not detected.
-    """
-    if not estimate.detected:
-        return "not detected" if estimate.interval is None else f"< {number(estimate.interval[1])}"
-    if estimate.interval is None:
-        return number(float(estimate), 4)
-    return value_and_interval_text(float(estimate), estimate.interval)
-
-
-def _pooled_cell(row: Pooled) -> str:
-    """Table cell of a pooled value: value with interval, or "< limit" if 0 is inside the interval."""
-    low, high = row.interval
-    return (
-        f"< {number(high)}"
-        if low <= 0.0 <= row.value
-        else value_and_interval_text(row.value, row.interval)
-    )
+def _common_estimate(fit: Fit, row: Pooled) -> Estimate:
+    """`Estimate` of a pooled value in the unit in which tables print it; not detected if its interval contains 0."""
+    detected = not row.interval[0] <= 0.0 <= row.value
+    own = Estimate(row.value, None, row.interval, row.unit, detected, row.name)
+    return _in_printed_unit(fit, row.name, own)
 
 
 def comparable_parameters(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
