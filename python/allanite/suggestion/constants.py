@@ -133,13 +133,10 @@ MIN_BAND_SECTIONS = 8
 #: Unit: ordinates. Fewest ordinates in which the Gauss-Markov process exceeds the other noise.
 #: Basis: judgment.
 MIN_BURST_NOISE_ORDINATES = 32
-#: Unit: nats. Log-odds above which the record has two levels.
+#: Unit: nats. Cost of the two levels in ΔlogL; with lower log odds, a Gauss-Markov process explains the record better.
 #: Basis: simulation; 157 Gauss-Markov records of ΔlogL 12 to 70 stay below −2.6, median −50. Markov's inequality does
 #: not give the error rate: four parameters of the chain are optimized first, which adds about 2.
 MIN_BURST_NOISE_LOG_ODDS = float(np.log(1000.0))
-#: Unit: nats. Log-odds below which two levels are refuted.
-#: Basis: the chain takes the other noise for white noise and loses up to about 15 by that.
-REFUTED_BURST_NOISE_LOG_ODDS = -20.0
 
 # Slow functions and events.
 

@@ -66,7 +66,7 @@ def parameter_cost(square: float) -> float:
 def evidence(solution: Solution) -> float:
     """Log-evidence of a fitted model, nats: logL minus a cost for each parameter.
 
-    Comparable between models of one record.
+    Comparable between models that exclude the same samples and have the same `changing_effects`.
     """
     return solution.log_likelihood - sum(parameters_cost(own, solution) for own in solution.effects)
 

@@ -20,7 +20,6 @@ from allanite.suggestion.constants import (
     MIN_BURST_NOISE_LOG_ODDS,
     MIN_BURST_NOISE_ORDINATES,
     MIN_DELTA_LOGL_OVER_SIMPLER,
-    REFUTED_BURST_NOISE_LOG_ODDS,
 )
 from allanite.suggestion.screens._screen import OwnScreen, View
 from allanite.suggestion.screens.spectral import Candidate
@@ -45,9 +44,9 @@ PART_BLOCKS = 32
 def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
     """Tuple with one refitted `Candidate` of burst noise if the samples may switch between two levels; otherwise empty.
 
-    It is built from a Gauss–Markov candidate, which has the same spectrum. Empty if that candidate has a ΔlogL below 8,
-    if another candidate leads it by ln 1000, or if the log odds of two levels are below −20. Log odds below ln 1000 do
-    not raise its ΔlogL; negative ones lower it.
+    It is built from a Gauss–Markov candidate, which has the same spectrum. Its ΔlogL is that of this candidate, plus the
+    log odds of two levels, minus ln 1000: with lower odds, burst noise ranks behind the Gauss–Markov process. Empty if
+    one of the two ΔlogL is below 8, or if another candidate leads the Gauss–Markov candidate by ln 1000.
     """
     candidates, data = view.spectral, view.data
     twins = [
@@ -60,12 +59,10 @@ def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
     if max(c.gain for c in candidates) - found.gain > MIN_BURST_NOISE_LOG_ODDS:
         # The spectrum is not that of a Gauss-Markov process: its shape, not the levels, would refute the Gaussian law.
         return ()
-    odds = _log_odds(found.solution, data)
-    if odds < REFUTED_BURST_NOISE_LOG_ODDS:
+    gain = found.gain + _log_odds(found.solution, data) - MIN_BURST_NOISE_LOG_ODDS
+    if gain < MIN_DELTA_LOGL_OVER_SIMPLER:
         return ()
     assert effect is not None
-    # Between the two limits the record does not decide, and burst noise ranks behind the Gauss-Markov process.
-    gain = found.gain + (odds if odds > MIN_BURST_NOISE_LOG_ODDS else min(odds, 0.0))
     refitted = solve(
         data, Model((*found.solution.model.effects[:-1], effect)), polish=False, rounds=3
     )
