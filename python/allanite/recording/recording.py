@@ -36,9 +36,9 @@ if TYPE_CHECKING:
     from allanite.deviation import Deviation, Deviations
     from allanite.deviation.averaging import Taus
     from allanite.plots import Figure
-    from allanite.recording.at_rest import Motion
     from allanite.recording.findings import Finding
     from allanite.recording.log_column import LogColumn
+    from allanite.recording.motion import Motion
     from allanite.spectrum import Spectrum
 
 #: Quantities that samples may be.
@@ -316,7 +316,7 @@ class Recording(Record):
         None for other sensors, for angles, and for fewer than 100 samples or 0.4 s.
         """
         if self._motion is None:
-            from allanite.recording.at_rest import motion_of
+            from allanite.recording.motion import motion_of
 
             self._set_fields(_motion=motion_of(self) or False)
         return None if isinstance(self._motion, bool) else self._motion

@@ -5,7 +5,8 @@ import pytest
 
 import allanite as al
 from allanite.cli.words import WORDS
-from allanite.recording.at_rest import motion_error, motion_findings, motion_of, quiet_span
+from allanite.recording.at_rest import motion_error, motion_findings, quiet_span
+from allanite.recording.motion import motion_of
 
 RATE = 100
 NAMES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
