@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import click
@@ -24,33 +26,37 @@ if TYPE_CHECKING:
 FIRST_ROWS = 100
 
 
-def cells_of(line: str) -> list[str]:
+def cells_of(line: str, delimiter: str | None = None) -> list[str]:
     """List of the cells of a row: texts without blanks at their ends.
 
-    If the row contains a semicolon, semicolons separate the cells. Otherwise tabs do, then commas, then blanks. A comma
-    in a row with semicolons or tabs is therefore a decimal comma.
+    The default `delimiter` is the first of semicolon, tab, ``|`` and comma that the row contains, otherwise any run of
+    blanks. The delimiter ``" "`` also means any run of blanks.
     """
     line = line.strip("\r\n ")
-    mark = next((mark for mark in ";\t," if mark in line), None)
-    return [cell.strip() for cell in line.split(mark)]
+    mark = delimiter or next((mark for mark in ";\t|," if mark in line), " ")
+    return [cell.strip() for cell in line.split(None if mark == " " else mark)]
+
+
+def number_of_cell(cell: str) -> float | None:
+    """Number in a cell as a float, also with a decimal comma; NaN for an empty cell, None for a text."""
+    try:
+        return float(cell.replace(",", ".") or "nan")
+    except ValueError:
+        return None
 
 
 def has_numbers(line: str) -> bool:
-    """True if a line is a row of samples: no comment (#), and at least half of its filled cells are numbers.
+    """True if a line is a row of samples: no comment (#), and at least half of its cells that are not empty are numbers.
 
     False for an empty line.
     """
-    if line.lstrip().startswith("#"):
-        return False
-    cells = [cell for cell in cells_of(line) if cell]
-    return bool(cells) and 2 * sum(not np.isnan(_number_of_cell(cell)) for cell in cells) >= len(
-        cells
-    )
+    cells = [] if line.lstrip().startswith("#") else list(filter(None, cells_of(line)))
+    return bool(cells) and 2 * sum(number_of_cell(c) is not None for c in cells) >= len(cells)
 
 
 @dataclass(frozen=True, slots=True)
 class WatchedColumn:
-    """A column of a source.
+    """The column of a source that a watch reads.
 
     Attributes
     ----------
@@ -58,10 +64,13 @@ class WatchedColumn:
         Index of the column.
     factor : float
         Factor that converts its numbers to the unit of the model.
+    delimiter : str or None
+        Delimiter of the rows, as in `cells_of`.
     """
 
     index: int
     factor: float = 1.0
+    delimiter: str | None = None
 
 
 def first_lines_of(file: BinaryIO, end: int) -> bytes:
@@ -86,7 +95,7 @@ def watched_column(
     quantity: str,
     source: str,
 ) -> WatchedColumn:
-    """`WatchedColumn`: index of the column to watch, and the factor that converts its numbers to the unit of the model.
+    """`WatchedColumn`: index of the column to watch, the factor to the unit of the model, and the delimiter of the rows.
 
     The unit of the numbers is that in the header, otherwise the given one, otherwise that of the log to which the model
     was fitted. Without a row of numbers: the first column, factor 1.
@@ -98,7 +107,7 @@ def watched_column(
     column : str or None
         Name or number that the user gave.
     model : NamedModel
-        The column of its file is watched if the source has a column of this name.
+        The model; `NamedModel.column` is watched if `column` is None and the source has a column of this name.
     unit : str or None
         Unit that the user gave.
     quantity : str
@@ -109,7 +118,7 @@ def watched_column(
     Raises
     ------
     InputError
-        The column is unknown or holds time stamps, its unit contradicts the given one, or the data are binary.
+        The column is unknown or holds time stamps, its unit contradicts the given one, or the data are no text log.
     """
     from allanite.readers.columns import Request, roles_of
 
@@ -117,14 +126,15 @@ def watched_column(
         raise InputError(
             "binary data: the source must be text, with one number or more in each line"
         )
-    table = _table_of_lines(lines)
-    if table is None:
+    if not any(map(has_numbers, lines)):
         return WatchedColumn(0)
+    table, delimiter = _table_of_lines(lines)
     roles = roles_of(table, Request())
     at = _column_index(table, roles, column, model.column, source)
     if table.units[at] is None and unit is None:
         unit = model.log_unit or model.unit
-    return WatchedColumn(at, _factor_to_model_unit(table, roles, at, model, unit, quantity))
+    factor = _factor_to_model_unit(table, roles, at, model, unit, quantity)
+    return WatchedColumn(at, factor, delimiter)
 
 
 def _factor_to_model_unit(
@@ -148,10 +158,11 @@ def _factor_to_model_unit(
 def _column_index(
     table: Table, roles: Roles, column: str | None, model_column: str, source: str
 ) -> int:
-    """Index of the column to watch: the given one, the model's, or the first sensor that may be one.
+    """Index of the column to watch: `column` (name or number) if given, else `model_column`, else the first sensor.
 
-    In a table without names, a sensor must change. Prints a note if there are several sensors. Raises `InputError` for
-    an unknown column and for time stamps. `source` names the source in the note.
+    A sensor is a column that a reader of logs would take. In a table without names its numbers must change, if those of
+    any do. Prints a note, which names the `source`, if there are several sensors. Raises `InputError` if `column` is
+    unknown, or if the column to watch holds time stamps.
     """
     from allanite.readers.columns import Request, layout_from_roles
     from allanite.recording import find_column
@@ -180,37 +191,18 @@ def _may_be_sensor(table: Table, at: int) -> bool:
     return numbers.size > 0 and (table.named or bool(numbers.min() < numbers.max()))
 
 
-def _table_of_lines(lines: Sequence[str]) -> Table | None:
-    """`Table` of the rows of numbers in the first lines; None without any row.
+def _table_of_lines(lines: Sequence[str]) -> tuple[Table, str]:
+    """Tuple (`Table` of the numbers in the first lines, delimiter), as the reader of text logs finds them.
 
-    Names come from the last line above with as many cells, or are x0, x1, …. Rows of another width than the first are
-    left out.
+    Raises `InputError` if the lines are no text log.
     """
-    from allanite.readers._table import Table, split_header
+    from allanite import _kernels
+    from allanite.readers.text import core_errors_with_remedy, first_rows_of
 
-    first = next((i for i, line in enumerate(lines) if has_numbers(line)), None)
-    if first is None:
-        return None
-    rows = [cells_of(line) for line in lines[first:] if has_numbers(line)]
-    width = len(rows[0])
-    numbers = np.array(
-        [[_number_of_cell(cell) for cell in row] for row in rows if len(row) == width]
-    )
-    above = [line.strip().lstrip("#%").strip() for line in lines[:first] if line.strip()]
-    # The blank before a unit separates no columns.
-    heads = [[line] if width == 1 else cells_of(line) for line in above]
-    header = next((cells for cells in reversed(heads) if len(cells) == width and any(cells)), None)
-    columns = tuple(numbers.T)
-    if header is None:
-        names = ("x",) if width == 1 else tuple(f"x{i}" for i in range(width))
-        return Table(names, columns, (None,) * width, named=False)
-    names, units = split_header(header)
-    return Table(names, columns, units)
-
-
-def _number_of_cell(cell: str) -> float:
-    """Float of a cell, also with a decimal comma; NaN if the cell holds no number."""
-    try:
-        return float(cell.replace(",", "."))
-    except ValueError:
-        return np.nan
+    with TemporaryDirectory(prefix="allanite-") as folder:
+        path = Path(folder) / "rows.csv"
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        with core_errors_with_remedy(str(path)):
+            table, _, delimiter = first_rows_of(path)
+            reader = _kernels.TextReader(str(path), delimiter=delimiter)
+    return table, reader.meta["delimiter"]

@@ -8,6 +8,7 @@ read.
 from __future__ import annotations
 
 import errno
+import math
 import os
 import queue
 import signal
@@ -23,7 +24,13 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import click
 import numpy as np
 
-from allanite.cli.first_rows import FIRST_ROWS, cells_of, first_lines_of, has_numbers
+from allanite.cli.first_rows import (
+    FIRST_ROWS,
+    cells_of,
+    first_lines_of,
+    has_numbers,
+    number_of_cell,
+)
 from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT
 from allanite.common.errors import MAX_MESSAGE_LENGTH, InputError, about
 from allanite.common.plain import plain
@@ -222,7 +229,7 @@ class _Lines:
     def _restart(self, block: _Block) -> None:
         """Prepare for reading from a new position: forget the unfinished line (with a note) and choose the column anew.
 
-        If the block has first lines, the column is chosen from them at once.
+        If the block holds the first lines of the file (`head`), the column is chosen from them at once.
         """
         if self.rest:
             _print_note(f"{self.name}: the last row is incomplete and is skipped")
@@ -248,10 +255,10 @@ class _Lines:
         yield rows
 
     def _add_bytes(self, data: bytes, *, counted: int | None = None) -> None:
-        """Split bytes of the source into lines, collect the sample of each complete line, and keep the rest of the bytes.
+        """Split bytes of the source into lines, collect the sample of each complete line, and keep an incomplete last line.
 
-        `counted`, if given, is the number of bytes that the source really has. Raises `InputError` for a line of over 1
-        MB.
+        `counted` is the number of these bytes that advance the position in the source; by default all. Raises
+        `InputError` for a line of over 1 MB.
         """
         # A carriage return also ends a line. The blank line in "\r\n" is ignored later.
         text = self.rest + data.replace(b"\r", b"\n")
@@ -270,9 +277,9 @@ class _Lines:
         self.tail = (self.tail + taken)[-COMPARED_BYTES:]
 
     def _add_line(self, line: str) -> None:
-        """Collect the sample of a line; while the column is unknown, keep the line instead.
+        """Collect the sample of a line; while the column to watch is unknown, keep the line instead.
 
-        The column is chosen after 100 rows of numbers. Raises `InputError` if 16 MB have fewer.
+        The column is chosen after 100 rows of numbers. Raises `InputError` if the first 16 MB have fewer.
         """
         if self.column is not None:
             self._add_sample(line)
@@ -305,13 +312,15 @@ class _Lines:
         """
         assert self.column is not None
         with about(self.name):
-            value = sample_of(line, self.column.index)
+            value = sample_of(line, self.column.index, self.column.delimiter)
         if value is not None:
             self.samples.append(self.column.factor * value)
 
 
-def sample_of(line: str, place: int) -> float | None:
+def sample_of(line: str, place: int, delimiter: str | None = None) -> float | None:
     """Number in the column with index `place` of a row; NaN for an empty cell, None for a blank line, a comment or a text.
+
+    `delimiter` is that of `cells_of`.
 
     Raises
     ------
@@ -320,16 +329,14 @@ def sample_of(line: str, place: int) -> float | None:
     """
     if not line.strip() or line.lstrip().startswith("#"):
         return None
-    cells = cells_of(line)
+    cells = cells_of(line, delimiter)
     if place >= len(cells):
         raise InputError(f"a row has only {len(cells)} columns, but column {place} is watched")
-    cell = cells[place]
-    try:
-        value = float(cell.replace(",", ".") if cell else "nan")
-    except ValueError:
-        return None
-    if value in (np.inf, -np.inf):
-        raise InputError(f"a sample is infinite ({plain(cell, 20)}): mark missing samples with NaN")
+    value = number_of_cell(cells[place])
+    if value is not None and math.isinf(value):
+        raise InputError(
+            f"a sample is infinite ({plain(cells[place], 20)}): mark missing samples with NaN"
+        )
     return value
 
 
@@ -339,9 +346,10 @@ def sample_of(line: str, place: int) -> float | None:
 def _blocks_of_file(
     path: Path, position: dict[str, Any] | None, stop: Stop, *, follow: bool
 ) -> Iterator[_Block]:
-    """Yield blocks of a file, from `position` or its beginning; begins anew if it is truncated or replaced.
+    """Yield blocks of bytes of a file, from `position` or its beginning; begins anew if it is truncated or replaced.
 
-    Without `follow`, ends at the end of the file. With `follow`, yields empty blocks while the file does not grow.
+    Without `follow`, ends at the end of the file. With `follow`, yields empty blocks while the file does not grow,
+    until a signal.
     """
     file = _open_file(path)
     try:

@@ -161,6 +161,23 @@ def test_a_restart_knows_the_header(run, tmp_path, model):
     assert (code, last(out)["samples"], last(out)["holds"]) == (0, 6000, True), err
 
 
+@pytest.mark.parametrize(
+    ("head", "row", "factor"),
+    [
+        ("gyro_z\n", "{x}", 1.0),  # decimal commas in one column, which are no delimiters
+        ("t|gyro_z\n", "{t}|{x}", 1.0),
+        ("t,gyro_z\n(s),(mdeg/s)\n", "{t},{x}", 1e3),  # units below the names
+    ],
+)
+def test_rows_are_split_as_the_reader_of_logs_splits_them(run, tmp_path, model, head, row, factor):
+    rows = (row.format(t=t, x=f"{factor * x:.6f}") for t, x in zip(times(), noise(), strict=True))
+    text = head + "\n".join(rows) + "\n"
+    log = tmp_path / "log.csv"
+    log.write_text(text.replace(".", ",") if "," not in head else text)
+    code, out, err = run("watch", log, "--model", model)
+    assert (code, last(out)["samples"], last(out)["holds"], err) == (0, 3000, True, "")
+
+
 def test_a_row_of_many_cells_is_said_in_one_line(run, tmp_path, model):
     """As `ros2 topic echo --csv` prints them: the first that varies, of a list that is cut."""
     rest = [np.zeros(200)] * 14 + [noise(200)] * 24
