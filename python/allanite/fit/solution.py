@@ -184,7 +184,7 @@ class Solution:
 
     @property
     def ordinates(self) -> Array:
-        """Array of the cosine transform of the samples without the deterministic effects, shape (n,)."""
+        """Array of the residual ordinates: those of the data minus the known functions of time, shape (n,)."""
         return self.residual.ordinates
 
     @cached_property

@@ -165,7 +165,7 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
 
     part = RandomPart(data, power, count, is_expected=True)
     model, best = fit_shapes(model, part)
-    matrix = columns(model, model.stochastic, data)
+    matrix = columns(model, data)
     model = with_coefficients(model, best.theta)
     return Solution(
         fitted(model, processes_of(model, best.theta, matrix)),

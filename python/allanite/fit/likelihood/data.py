@@ -162,7 +162,7 @@ class Data(ABC):
         return tuple(term.inside for term in terms) if self.ends_missing else terms
 
     def residual(self, model: Model) -> Array:
-        """Array of the samples minus the model's known functions of time, shape (n,).
+        """Array of `samples` minus the model's known functions of time, shape (kept,).
 
         `samples` itself if the model has none.
         """
@@ -170,7 +170,7 @@ class Data(ABC):
         return self.samples - self.signal(known) if known else self.samples
 
     def signal(self, effects: Sequence[Deterministic]) -> Array:
-        """Array of the sum of the signals of at least one deterministic effect, U, shape (n,)."""
+        """Array of the sum of the signals of at least one deterministic effect at `time`, U, shape (kept,)."""
         time = self.time
         total = effects[0].signal(time, self.covariates)
         for effect in effects[1:]:
@@ -228,7 +228,7 @@ class Data(ABC):
         """`Sections`: the record minus the known functions of time of a model, cut into `number` equal time sections."""
 
     def ordinates_without(self, effects: Sequence[Deterministic]) -> Array:
-        """Array of the ordinates of the record minus those of the functions of time `effects`, shape (n,)."""
+        """Array of the ordinates of the record minus those of the functions of time `effects`, shape (known,)."""
         return self.minus_functions(
             self.ordinates, [(effect, effect.amplitudes()) for effect in effects]
         )
@@ -236,7 +236,7 @@ class Data(ABC):
     def minus_functions(
         self, ordinates: Array, parts: Sequence[tuple[Deterministic, Array]]
     ) -> Array:
-        """Array of `ordinates` minus known functions of time with given amplitudes, shape (n,).
+        """Array of `ordinates` minus known functions of time with given amplitudes, shape (known,).
 
         `parts` holds pairs of an effect and its amplitudes; negative amplitudes add a function. The functions are first
         multiplied by `gain` if samples are missing. `ordinates` itself is returned if all amplitudes are 0.
@@ -246,7 +246,8 @@ class Data(ABC):
         for effect, amplitudes in parts:
             if not amplitudes.any():
                 continue
-            if self.functions.has_room_for_three(amplitudes.size * self.ordinates.nbytes):
+            # Cache the regressors only if two more effects of the same size fit.
+            if 3 * amplitudes.size * self.ordinates.nbytes <= self.functions.max_bytes:
                 rows = self.regressor_ordinates(effect)
                 # For one row a plain product is vectorized better than the matrix product.
                 part = amplitudes @ rows if len(rows) > 1 else amplitudes[0] * rows[0]
@@ -270,7 +271,7 @@ class Data(ABC):
         self.of_bins.clear()
 
     def regressor_ordinates(self, effect: Deterministic) -> Array:
-        """Array of the cosine ordinates of every regressor of an effect, shape (regressors, n); cached."""
+        """Array of the cosine ordinates of every regressor of an effect, shape (regressors, known); cached."""
         return self.functions.get(
             effect.seen_alike,
             lambda: np.array(
@@ -379,9 +380,9 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> SampleD
     Raises
     ------
     InputError
-        Infinite samples, several columns, or samples beyond the range of a fit.
+        Infinite samples, several columns, or a largest deviation from the mean that is not within 1e-75 to 1e75.
     TooShortError
-        Fewer than 32 samples present, fewer than one in 200 present, or (nearly) constant samples.
+        Fewer than 32 samples present, fewer than one in 200 present, constant samples, or fewer than 10 changes of value.
     """
     label = (
         f"column {recording.columns[0]!r}" if getattr(recording, "columns", None) else "the record"
@@ -435,9 +436,9 @@ def _checked_values(samples: NDArray[Any], label: str) -> Array:
 
 
 def _require_noise(filled: Array, label: str) -> None:
-    """Raise TooShortError for constant samples or fewer than 10 changes of value; return None.
+    """Raise TooShortError for constant samples or fewer than 10 changes of value.
 
-    InputError is raised if the largest deviation from the mean is not within 1e-75 to 1e75 (`check_size`).
+    Raises InputError if the largest deviation from the mean is not within 1e-75 to 1e75 (`check_size`).
     """
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}); there is no noise to fit")

@@ -57,12 +57,12 @@ class Noise:
         return density(self.terms, j, self.bins.n) * (self.level * unseen)[place]
 
 
-def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> Array:
-    """Array of the expected power of each bin from each of `effects` at coefficient 1, shape (bins, effects).
+def columns(model: Model, data: Data) -> Array:
+    """Array of the expected power of each bin from each random effect at coefficient 1, shape (bins, effects).
 
     The filters of the model act on all effects. Its level changes and bandwidth also act on white noise.
     """
-    return np.array([column_of(model, effect, data) for effect in effects]).T
+    return np.array([column_of(model, effect, data) for effect in model.stochastic]).T
 
 
 def columns_like(
@@ -74,14 +74,14 @@ def columns_like(
     whose filters or level changes differ, are computed. Effects for which `used` is False keep the known column, too.
     """
     effects, before = model.stochastic, other.stochastic
-    modifiers, filters = model.modifiers, model.filters
+    modifiers = model.modifiers
     still = len(modifiers) == len(other.modifiers) and all(map(is_, modifiers, other.modifiers))
-    passed = still or filters == other.filters
+    passed = still or model.filters == other.filters
     out = np.array(known.T)
     needed = (True,) * len(effects) if used is None else used
     for row, effect, old, need in zip(out, effects, before, needed, strict=True):
         if need and (effect is not old or not (still if effect.white else passed)):
-            row[:] = _column_with_modifiers(effect, modifiers if effect.white else filters, data)
+            row[:] = column_of(model, effect, data)
     return out.T
 
 
@@ -95,9 +95,22 @@ def column(terms: tuple[Term, ...], data: Data) -> Array:
 def column_of(model: Model, effect: Stochastic, data: Data) -> Array:
     """Array of the expected power of each bin from one effect of a model at coefficient 1, shape (bins,).
 
-    It includes the filters of the model, and for white noise all its modifiers.
+    It includes the filters of the model, for white noise all its modifiers, and leakage by missing samples. Cached, except
+    for the factor of level changes.
     """
-    return _column_with_modifiers(effect, model.modifiers if effect.white else model.filters, data)
+    stop_if_unwanted()
+    unscaled, mixing = _without_coefficient(effect), data.mixing
+    # Level changes multiply the column; cached columns do not depend on them.
+    levels = model.levels if effect.white else ()
+    acting: tuple[Modifier, ...] = model.filters
+    if effect.white:
+        acting = tuple(m for m in model.modifiers if m not in levels)
+    arguments = (unscaled, acting, data.rate, data.span, data.n, data.ends_missing)
+    if mixing is None:
+        column = _complete_column(*arguments)
+    else:
+        column = data.of_bins.get((unscaled, acting), lambda: mixing @ _complete_column(*arguments))
+    return model.mean_level(data.span) ** 2 * column if levels else column
 
 
 def expected_power(model: Model, data: Data, ends_missing: bool = False) -> Array:
@@ -114,30 +127,6 @@ def expected_power(model: Model, data: Data, ends_missing: bool = False) -> Arra
         )
         total += getattr(effect, effect.coefficient) ** 2 * own
     return total
-
-
-def _column_with_modifiers(effect: Stochastic, acting: tuple[Modifier, ...], data: Data) -> Array:
-    """Array of the expected power of each bin from one effect at coefficient 1 with the modifiers `acting`, shape (bins,).
-
-    It includes leakage by missing samples. Cached except for the factor of level changes.
-    """
-    stop_if_unwanted()
-    opened, mixing = _without_coefficient(effect), data.mixing
-    # Level changes multiply the column; cached columns do not depend on them.
-    power, filters = 1.0, acting
-    levels = tuple(m for m in acting if m.passing and m.band is None)
-    if levels:
-        power = Model(levels).mean_level(data.span) ** 2
-        filters = tuple(m for m in acting if m not in levels)
-
-    def own() -> Array:
-        """Array of the expected power of each bin, shape (bins,), without level changes and without leakage by gaps."""
-        return _complete_column(opened, filters, data.rate, data.span, data.n, data.ends_missing)
-
-    column = (
-        own() if mixing is None else data.of_bins.get((opened, filters), lambda: mixing @ own())
-    )
-    return power * column if levels else column
 
 
 @cleared_by_free_buffers

@@ -87,7 +87,7 @@ def sum_of_squares_quantiles(tail: Tail, sizes: Array) -> tuple[float, float]:
 def _quantiles_by_kurtosis(sizes: Array) -> tuple[float, float]:
     """Pair: 2.5 % and 97.5 % points of the sum of squares relative to its expectation, by the central limit theorem.
 
-    `sizes` are |samples|.
+    `sizes` are |samples|; their squares have the scatter and number that the theorem needs.
     """
     squares = sizes**2
     spread = NORMAL * float(squares.std() / squares.mean()) / np.sqrt(sizes.size)

@@ -139,9 +139,9 @@ class _Record:
 
 
 def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
-    """Dict from each slow fitted function to the distribution (`Mixture`) of its amplitudes.
+    """Dict from each slow fitted function to the distribution (`Mixture`) of its amplitudes; there must be at least one.
 
-    Lines are excluded: their density is known from many ordinates.
+    Lines and other fast functions are excluded: their noise density is known from many ordinates.
     """
     slow = [own for own in solution.functions if own.effect.low]
     law = joint_amplitudes(slow, solution, data)
@@ -153,9 +153,10 @@ def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
 
 
 def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) -> Mixture:
-    """`Mixture`: joint distribution of the amplitudes of slow functions of time, in their order.
+    """`Mixture`: joint distribution of the amplitudes of at least one slow function of time, in their order.
 
-    The lowest 1024 ordinates are used singly, higher ones in bins.
+    It includes the uncertainty of the noise coefficients. Up to 1024 of the lowest ordinates are used singly, the higher
+    ones in bins.
     """
     # The single ordinates end at the edge of a bin.
     first = int(np.searchsorted(data.bins.edges, min(SINGLE_ORDINATES, data.n), side="right")) - 1

@@ -88,10 +88,11 @@ class RandomPart:
         effects = model.stochastic
         held = np.array([e.coefficient in e.held for e in effects], dtype=bool)
         known = np.array([getattr(e, e.coefficient) or 0.0 for e in effects]) ** 2
-        if like is None:
-            matrix = columns(model, effects, self.data)
-        else:
-            matrix = columns_like(model, like[0], like[1].matrix, self.data)
+        matrix = (
+            columns(model, self.data)
+            if like is None
+            else columns_like(model, like[0], like[1].matrix, self.data)
+        )
         return Linear(matrix, ~held, np.where(held, known, 0.0))
 
     def maximize(self, model: Model, start: Maximum | None = None) -> Maximum:

@@ -90,10 +90,6 @@ class ArrayCache:
         """Pickle the cache without its arrays; another process computes them anew."""
         return ArrayCache, (self.max_bytes,)
 
-    def has_room_for_three(self, size: int) -> bool:
-        """True if three arrays of `size` bytes fit into the cache when it is empty."""
-        return 3 * size <= self.max_bytes
-
 
 def series_cache(n: int) -> ArrayCache:
     """New empty `ArrayCache` for four series of n doubles: 32n bytes, at least 101 MB and at most 320 MB."""

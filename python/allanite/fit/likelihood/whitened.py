@@ -302,7 +302,7 @@ def whitened_ordinates(
 def _log_density(solution: Solution, data: Data, level: Array, log_j: Array) -> Array:
     """Array of ln(model density × level of the bin), interpolated at ordinates given by their logarithms `log_j`.
 
-    Notches deeper than 7 (in ln) below both sides are filled up to this depth.
+    Narrow notches deeper than 7 (in ln) are filled up to this depth.
     """
     at, known = log_density_at_nodes(solution.model, data, level)
     return np.interp(log_j, at, _with_shallow_notches(known, at))
@@ -322,10 +322,10 @@ def log_density_at_nodes(model: Model, data: Data, level: Array | None) -> tuple
 
 
 def _with_shallow_notches(known: Array, at: Array) -> Array:
-    """Array of the ln densities `known` at ln frequencies `at`, raised to at most 7 below the lower side of a notch.
+    """Array of the ln densities `known` at ln frequencies `at`, raised where a narrow notch is deeper than 7 (30 dB).
 
-    A side is the maximum up to 0.6 in ln of the frequency away. The power at the center of a notch is leakage from the ends
-    of the record. Full whitening would make the first and last seconds of a filtered record loud.
+    The depth counts from the lower of both sides; a side is the maximum up to 0.6 in ln of the frequency away. The power at
+    the center of a notch is leakage from the ends of the record. Full whitening would make the first and last seconds loud.
     """
     sides = [
         np.max([np.interp(at + s * apart, at, known) for apart in NOTCH_SIDE_DISTANCES], 0)

@@ -178,8 +178,9 @@ def complete(data: SampleData, model: Model, level: Array | None = None) -> Samp
     Returns
     -------
     SampleData
-        Samples with one draw of the unknown part; ordinates, gain, mixing, and degrees of freedom of the bins as
-        described in the module.
+        Missing samples are random draws given the present ones. Ordinates are those of the conditional mean, scaled to the
+        variance of the model; `gain` is the inverse of this scale. `mixing` and the degrees of freedom of the bins state
+        what the gaps leave known.
     """
     missing = data.missing
     assert missing is not None

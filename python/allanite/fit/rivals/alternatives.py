@@ -170,7 +170,10 @@ def best_of_kinds(scans: Iterable[Scan]) -> dict[str, tuple[float, Deterministic
 
 
 def is_detected(fit: Fit, place: int) -> bool:
-    """True if all coefficients of the effect at index `place` are detected; True without coefficients."""
+    """True if all coefficients of the effect at index `place` are detected.
+
+    Coefficients without a detection, such as held values, count as detected. True without coefficients.
+    """
     effect = fit.model.effects[place]
     values = fit.estimates[place]
     return all(

@@ -34,8 +34,8 @@ def column_slopes(
 ) -> tuple[tuple[float, float], float] | None:
     """Pair ((slow, fast), error): relative coefficients at slow and at fast time scales, and error of their difference.
 
-    They are divided by the fitted coefficient. The ordinates are split so that each half has half of the information on
-    the coefficient. None if one half has no information.
+    They are divided by the fitted coefficient. The lowest 8192 ordinates are split so that each half has half of the
+    information on the coefficient. None if one half has no information.
     """
     series = effect.signal(data.time, data.covariates)
     j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)

@@ -157,7 +157,7 @@ def _kinds(model: Model) -> tuple[str, ...]:
 
 
 def _other_models(fit: Fit) -> Iterator[tuple[float, Solution]]:
-    """Iterator over (ln evidence over the fit, solution) of models with other effects instead of one or two.
+    """Iterator over (ln evidence minus that of the fit, solution) of models with other effects instead of one or two.
 
     The replaced effects are detected. One-time events are excluded, since their evidence does not pay for the many
     times that were tried. A model may come twice.

@@ -113,7 +113,10 @@ class SectionsOfSummary:
 
 
 def redistributed(values: Array, edges: Array, others: Array) -> Array:
-    """Array of the sums of `values` redistributed by overlap, from cells with `edges` to cells with the edges `others`."""
+    """Array of the sums in cells with the edges `others`, from the sums `values` in cells with the edges `edges`.
+
+    Each value is spread evenly over its cell.
+    """
     return np.diff(np.interp(others, edges, np.concatenate([[0.0], np.cumsum(values)])))
 
 
