@@ -102,9 +102,7 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
     if isinstance(recording, Recording) and len(recording.columns) > 1:
         log = recording
         return results_with_warning(
-            log.columns,
-            "al.fit_columns(recording, model)",
-            lambda: fit_columns(log, model, method),
+            log.columns, "al.fit_columns(recording, model)", lambda: fit_columns(log, model, method)
         )
     if isinstance(recording, Recording) and (error := locked_error(recording)) is not None:
         raise error

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.arrays import Array
+from allanite.common.documents import fields_dict
 from allanite.fit.covariance import joint_covariance
 from allanite.fit.models import parameter_label
 
@@ -44,7 +45,7 @@ class Correlations:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict of names and matrix (as nested lists), for JSON."""
-        return {"names": list(self.names), "matrix": self.matrix.tolist()}
+        return fields_dict(self)
 
 
 def correlations(solution: Solution, data: Data) -> Correlations:

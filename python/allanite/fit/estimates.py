@@ -99,14 +99,15 @@ def estimates(
     `unit` is the unit of the samples; `column_units` are the known units of logged columns. With `places`, only the
     effects at these indices of the model are estimated.
     """
-    shaped = _shape_errors(solution, data)
+    names, covariance = joint_covariance(solution, data)
+    shaped = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
     out: list[dict[str, Any]] = []
     slow: dict[Regressed, Mixture] = {}
     if places is None:
         places = range(len(solution.effects))
     wanted = [solution.effects[place] for place in places]
     known = (own.effect for own in wanted if isinstance(own, Regressed))
-    if any(e.low and not _all_held(e) for e in known):
+    if any(e.low and not set(_amplitude_names(e)) <= set(e.held) for e in known):
         slow = slow_amplitudes(solution, data)
     for position, own in zip(places, wanted, strict=True):
         errors = {name: error for (place, name), error in shaped.items() if place == position}
@@ -153,20 +154,6 @@ def _amplitude_names(effect: Deterministic) -> list[str]:
         for p in effect.parameters
         if p.role == "coefficient" and effect.values[p.name] is not None
     ]
-
-
-def _all_held(effect: Deterministic) -> bool:
-    """True if all amplitudes of a deterministic effect are held."""
-    return set(_amplitude_names(effect)) <= set(effect.held)
-
-
-def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float]:
-    """Dict of the standard errors of ln(coefficient) and ln(shape), by (effect index, parameter name).
-
-    For a shape that may be negative, it is the standard error of the shape itself.
-    """
-    names, inverse = joint_covariance(solution, data)
-    return dict(zip(names, map(float, np.sqrt(np.diag(inverse))), strict=True))
 
 
 def _process_values(
@@ -225,7 +212,13 @@ def _coefficient(
     low, high = float(np.sqrt(low)), float(np.sqrt(high))
     if is_fitted_to_ordinates(effect, data):
         # A narrow band is detected mainly by the single ordinates within the bins.
-        drop += _loss_of_single_ordinates(solution, own, data)
+        model = solution.model
+        less = Model(tuple(e for e in model if e is not effect))
+        with_it, without = (
+            ordinates_delta_logl(tried, data, solution.ordinates, solution.count)
+            for tried in (model, less)
+        )
+        drop += with_it - without
     detected = drop > min_detected_delta_logl(effect)
     if not detected:
         low = 0.0
@@ -253,20 +246,6 @@ def _log_interval(value: float, relative: float) -> tuple[float, float]:
     """
     factor = float(np.exp(min(NORMAL * relative, MAX_LOG_HALF_WIDTH)))
     return value / factor, value * factor
-
-
-def _loss_of_single_ordinates(solution: Solution, own: Process, data: Data) -> float:
-    """Loss of logL, nats, of the single ordinates near a narrow band if this band is removed from the model.
-
-    The logL of the bins is not included.
-    """
-    model = solution.model
-    less = Model(tuple(e for e in model if e is not own.effect))
-    with_it, without = (
-        ordinates_delta_logl(tried, data, solution.ordinates, solution.count)
-        for tried in (model, less)
-    )
-    return with_it - without
 
 
 def has_interval(value: Any) -> bool:
@@ -490,13 +469,16 @@ def shape_slope(
 def _with_admissible_intervals(effect: Effect, values: dict[str, Any]) -> dict[str, Any]:
     """Dict of the values of an effect by name, with intervals clipped to limits.
 
-    Shapes of an effect that is not detected have no interval and no standard error.
+    Shapes and times of an effect that is not detected, and its values in Hz, s or rad, have no interval and no standard
+    error.
     """
     out = dict(values)
     for name, value in values.items():
         if not isinstance(value, Estimate) or value.interval is None:
             continue
-        if not value.detected and _is_shape(effect, name):
+        declared = effect.parameter(name)
+        is_shape = declared.role in ("shape", "time") or declared.unit in ("Hz", "s", "rad")
+        if not value.detected and is_shape:
             # The frequency of a line that does not exist has no true value.
             out[name] = Estimate(value.value, None, None, value.unit, False, name)
         elif name in effect.limits:
@@ -505,9 +487,3 @@ def _with_admissible_intervals(effect: Effect, values: dict[str, Any]) -> dict[s
                 value.value, value.std_error, (low, high), value.unit, value.detected, name
             )
     return out
-
-
-def _is_shape(effect: Effect, name: str) -> bool:
-    """True if a parameter is a shape or a time (by role), or has the unit Hz, s or rad; False for sizes."""
-    declared = effect.parameter(name)
-    return declared.role in ("shape", "time") or declared.unit in ("Hz", "s", "rad")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.documents import fields_dict
+
 if TYPE_CHECKING:
     from allanite.fit.prediction import Prediction
 
@@ -89,4 +91,4 @@ class Discrepancy:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict of percent and interval, for JSON (``discrepancy``)."""
-        return {"percent": self.percent, "interval": list(self.interval)}
+        return fields_dict(self)

@@ -30,7 +30,6 @@ from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.likelihood.whittle import Maximum
     from allanite.fit.solution import Solution
     from allanite.spectrum import Bins
 
@@ -112,7 +111,7 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
     """
     if data.n < MIN_PREDICTED_SAMPLES:
         return None
-    bins = data.bins
+    bins, model = data.bins, solution.model
     number, total = bins.folded(solution.ordinates, FOLDS)
     number[:, is_empty(bins)] = total[:, is_empty(bins)] = 0.0
     saturated = total
@@ -131,7 +130,8 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
             np.where(unseen, solution.spectrum, power),
             np.where(unseen, EMPTY_FOLD_FREEDOM, freedom),
         )
-        found = _refitted_maximum(solution, part)
+        found = part.climb(part.linear(model), solution.theta, solution.scale)
+        _, found = polish(model, free_shape_parameters(model), found, part, roughly=True)
         for g, group in enumerate(np.split(np.arange(bins.count.size), bins.groups[1:])):
             b = group[number[fold][group] > 0]
             if b.size:
@@ -176,14 +176,6 @@ def _regressed_freedom(bins: Bins, solution: Solution) -> Array:
     place = np.searchsorted(bins.edges, solution.regressed_ordinates, side="right") - 1
     np.add.at(used, (solution.regressed_ordinates % FOLDS, place), solution.leverage)
     return used
-
-
-def _refitted_maximum(solution: Solution, part: RandomPart) -> Maximum:
-    """`Maximum` of the model of a solution fitted to other bin power `part`, starting from its fitted values."""
-    model = solution.model
-    found = part.climb(part.linear(model), solution.theta, solution.scale)
-    _, found = polish(model, free_shape_parameters(model), found, part, roughly=True)
-    return found
 
 
 def _outlier_costs(data: Data, solution: Solution) -> Array:

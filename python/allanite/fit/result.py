@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.files import whole_file
 from allanite.common.former import Former
 from allanite.common.parameters import Estimate
@@ -134,17 +135,20 @@ class Fit:
         return empty_ranges(self.data.bins, self.data.rate)
 
     @cached_property
-    def z(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def z(self) -> Array:
         """Array of the standard normal scores of the spectral bins, shape (bins,), positive above the model."""
         s = self.solution
         return normal_scores(s.power, s.count, s.spectrum)
 
     @cached_property
     def misfit(self) -> Misfit:
-        """`Misfit`: χ² goodness of fit of the spectrum."""
+        """`Misfit`: χ² goodness of fit of the spectrum, from the normal scores of groups of bins (ten per decade)."""
         from scipy.special import chdtrc
 
-        z = group_scores(self.solution, self.data)
+        s, groups = self.solution, self.data.bins.groups
+        total = np.add.reduceat(s.count, groups)
+        ratio = np.add.reduceat(s.count * s.power / s.spectrum, groups) / total
+        z = normal_scores(ratio, total, np.ones(total.size))
         chi2 = float(z @ z)
         dof = max(1, int(np.count_nonzero(z)) - free_parameters(self.solution))
         return Misfit(chi2, dof, float(chdtrc(dof, chi2)))
@@ -500,7 +504,7 @@ class Fit:
                 {
                     "kind": effect.kind,
                     "name": self.display_name(effect),
-                    "parameters": {n: plain(v) for n, v in values.items()},
+                    "parameters": {n: parameter_dict(v) for n, v in values.items()},
                     **held_and_limits(effect),
                     **(rivals(self, place) if searched else Rivals()).to_dict(),
                 }
@@ -550,18 +554,7 @@ class Fit:
         )
 
 
-def group_scores(solution: Solution, data: Data) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Array of the standard normal scores of the groups of bins (ten per decade), shape (groups,).
-
-    Scores are positive where the measured power is above that of the model.
-    """
-    groups, count = data.bins.groups, solution.count
-    total = np.add.reduceat(count, groups)
-    ratio = np.add.reduceat(count * solution.power / solution.spectrum, groups) / total
-    return normal_scores(ratio, total, np.ones(total.size))
-
-
-def plain(value: Any) -> dict[str, Any]:
+def parameter_dict(value: Any) -> dict[str, Any]:
     """Dict (JSON form) of the value of a parameter: `Estimate.to_dict()`, or ``{"value": …}`` for any other value."""
     if isinstance(value, Estimate):
         return value.to_dict()

@@ -161,13 +161,16 @@ def simulate_check(
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     replicates = [job.result() for job in jobs]
-    fitted = _parameter_values(fit)
+    fitted, columns = _parameter_values(fit), recording.covariate_units
     return SimulatedCheck(
         fit.misfit.chi2,
         np.array([chi2 for chi2, _ in replicates]),
         fitted,
         {name: np.array([values[name] for _, values in replicates]) for name in fitted},
-        _units(fit),
+        {
+            name: parameter_unit(effect, declared.name, recording.unit, columns)
+            for name, (effect, declared) in _free_parameters(fit).items()
+        },
     )
 
 
@@ -190,13 +193,4 @@ def _parameter_values(fit: Fit) -> dict[str, float]:
         name: float(value)
         for name, (effect, p) in _free_parameters(fit).items()
         if isinstance(value := effect.values[p.name], (int, float)) and not isinstance(value, bool)
-    }
-
-
-def _units(fit: Fit) -> dict[str, str]:
-    """Dict of the units of the free parameters of a fit, by name, as their effects declare them."""
-    own, columns = fit.recording.unit, fit.recording.covariate_units
-    return {
-        name: parameter_unit(effect, p.name, own, columns)
-        for name, (effect, p) in _free_parameters(fit).items()
     }

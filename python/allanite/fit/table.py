@@ -232,11 +232,7 @@ def fit_table(
         Models that the record cannot distinguish; the first row of each effect names what may replace it.
     """
     r = fit.recording
-    lines = [
-        heading(r),
-        f"model {fit.model.name}{method_text(fit)}",
-        "",
-    ]
+    lines = [heading(r), f"model {fit.model.name}{method_text(fit)}", ""]
     others = iter(alternative_texts(fit, over))
     rows = [(*row, next(others) if row[0] else "") for row in parameter_rows(fit)]
     lines += [f"  {line}" for line in aligned_lines(rows)]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.errors import InputError
 from allanite.effects.files import held_and_limits, model_from_dict
 from allanite.fit import fit_model
-from allanite.fit.result import plain
+from allanite.fit.result import parameter_dict
 from allanite.page.edits import parse_model_string
 from allanite.page.source import Segment, merged_segments, part_of
 from allanite.page.tab_state import cache_results
@@ -69,7 +69,7 @@ def _model_document(fit: Fit) -> dict[str, Any]:
         "effects": [
             {
                 "kind": effect.kind,
-                "parameters": {n: plain(v) for n, v in values.items()},
+                "parameters": {n: parameter_dict(v) for n, v in values.items()},
                 **held_and_limits(effect),
             }
             for effect, values in zip(fit.model.effects, fit.estimates, strict=True)

@@ -22,7 +22,7 @@ from allanite.common.threads import Pool
 from allanite.effects import Modifier, Stochastic
 from allanite.fit.likelihood.remembered import MIN_TRIM_SAMPLES, trim_memory
 from allanite.fit.likelihood.whitened import whitened_ordinates
-from allanite.fit.result import Fit, plain
+from allanite.fit.result import Fit, parameter_dict
 from allanite.fit.rivals.evidence import discrepancy_gain, parameters_cost
 from allanite.fit.rivals.line_trials import line_trials
 from allanite.fit.rivals.score import prior
@@ -222,7 +222,7 @@ class Suggestion:
         """JSON record (dict) of the suggestion."""
         parameters = {}
         for name, value in self.estimates.items():
-            parameters[name] = plain(value)
+            parameters[name] = parameter_dict(value)
         return {
             "kind": self.kind,
             "parameters": parameters,

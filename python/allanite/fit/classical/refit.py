@@ -69,10 +69,7 @@ def _gls_estimates(fit: Fit) -> tuple[dict[str, Any], ...]:
     factors = gls_factors(data.n)
     curve = oadev(data.residual(model), rate=data.rate, factors=factors)
     found = fit_gls(
-        curve.deviation**2,
-        factors,
-        data.n,
-        [data.unit_terms(model, e) for e in model.stochastic],
+        curve.deviation**2, factors, data.n, [data.unit_terms(model, e) for e in model.stochastic]
     )
     low, high, p_values = found.intervals()
     out = []

@@ -7,12 +7,13 @@ with one degree of freedom fewer than recordings. All other parameters are compa
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite.common.arrays import Array
+from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError
 from allanite.common.former import Former
 from allanite.common.parameters import NORMAL
@@ -67,7 +68,7 @@ class Pooled:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict of the attributes, for JSON."""
-        return {**asdict(self), "interval": list(self.interval)}
+        return fields_dict(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

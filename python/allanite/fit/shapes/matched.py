@@ -51,12 +51,10 @@ def regressor_ordinates(points: Sequence[Deterministic], j: NDArray[np.int64], d
 
 
 def _cached_ordinates(effect: Deterministic, data: Data) -> Array:
-    """Array of the first 8192 cosine ordinates of every regressor of an effect, shape (regressors, ordinates); cached."""
+    """Array of the first `CACHED_ORDINATES` cosine ordinates of every regressor of an effect, one row each; cached.
 
-    def of_effect() -> Array:
-        """Array of the first `CACHED_ORDINATES` ordinates of each regressor of the effect, one row per regressor."""
-        rows = effect.regressors(data.time, data.covariates).T
-        return np.array([lowest(row) for row in rows])
+    Those of a logged column are computed from `COLUMN_MEANS` means of a long record.
+    """
 
     def of_lagged(part: LaggedColumn) -> Array:
         """Array of the first `CACHED_ORDINATES` ordinates of a filtered column.
@@ -74,7 +72,10 @@ def _cached_ordinates(effect: Deterministic, data: Data) -> Array:
     if sums := effect.sums_of_lagged():
         followed_column(effect, data.covariates)
         return np.array([weighted_sum([(w, of_lagged(part)) for w, part in s]) for s in sums])
-    return data.lowest.get(effect.seen_alike, of_effect)
+    return data.lowest.get(
+        effect.seen_alike,
+        lambda: np.array([lowest(row) for row in effect.regressors(data.time, data.covariates).T]),
+    )
 
 
 def _ordinates_of_means(series: Array, data: Data) -> Array:
