@@ -56,8 +56,8 @@ def remove_motion(
     """Divide the changes caused by a band of moving frequency out of the whitened ordinates `white`, in place.
 
     The ordinates near the band are treated in cells of frequency, each as a time series that is divided by the root of
-    its expected relative power. Cells in which the band has at most 1 % of the power are not changed. Nothing is changed
-    if the band has no frequency.
+    its expected relative power. Cells in which the band has at most 1 % of the power, or with a single ordinate, are not
+    changed. Nothing is changed if the band has no frequency.
     """
     if moving.occupies is None:
         return
@@ -70,8 +70,8 @@ def remove_motion(
     edges = np.unique(np.round(edges).astype(np.int64).clip(1, white.size))
     middles = (edges[:-1] + edges[1:]) // 2
     loud = relative_power_of_segments(moving.segments, middles, data)
-    for first, last, power, middle in zip(edges[:-1], edges[1:], loud.T, middles, strict=True):
-        share = density_share(own, solution, data, int(middle))
+    shares = _density_shares(own, solution, data, middles)
+    for first, last, power, share in zip(edges[:-1], edges[1:], loud.T, shares, strict=True):
         size = int(last - first)
         if share > MIN_CELL_SHARE and size > 1:
             # The power changes linearly from the middle of one segment to the next (`weights`).
@@ -116,8 +116,8 @@ def cell_shares(
         edges = np.unique(
             np.round(middle + half * np.array(CELL_EDGES_BOTH_SIDES)).clip(1, n).astype(np.int64)
         )
-        for first, last in pairwise(edges.tolist()):
-            share = density_share(process, solution, data, (first + last) // 2)
+        shares = _density_shares(process, solution, data, (edges[:-1] + edges[1:]) // 2)
+        for (first, last), share in zip(pairwise(edges.tolist()), shares.tolist(), strict=True):
             if share > MIN_CELL_SHARE:
                 yield first, last - first, share
 

@@ -48,12 +48,12 @@ def is_narrow(effect: Effect) -> bool:
 
 
 def has_all_ordinates(data: Data) -> bool:
-    """True if all single ordinates are kept (not in a summary) and few samples are missing (`MAX_MISSING_FRACTION`)."""
+    """True if all single ordinates are kept (not in a summary), and at most 10 % of the samples are missing."""
     return data.whole and data.lost <= MAX_MISSING_FRACTION
 
 
 def has_ordinates_near(effect: Effect, data: Data) -> bool:
-    """True if single ordinates near a band are kept and few samples are missing (`MAX_MISSING_FRACTION`)."""
+    """True if the single ordinates near a band are kept, and at most 10 % of the samples are missing."""
     if data.lost > MAX_MISSING_FRACTION:
         return False
     return bool(
@@ -78,21 +78,14 @@ def bins_near(effect: Effect, bins: Bins, rate: float) -> Ordinates:
 
     For a peak outside the spectrum, these are the bins at the nearer end.
     """
-    found: set[int] = set()
-    for band in effect.peaks:
-        middle = sum(band) * bins.n / rate
-        place = int(bins.edges.searchsorted(middle, side="right")) - 1
-        found.update(
-            range(
-                max(0, place - BINS_BESIDE_BAND),
-                min(bins.edges.size - 2, max(place, 0) + BINS_BESIDE_BAND) + 1,
-            )
-        )
-    return np.array(sorted(found), dtype=np.int64)
+    middles = np.reshape(effect.peaks, (-1, 2)).sum(axis=1) * bins.n / rate
+    places = np.maximum(np.searchsorted(bins.edges, middles, side="right") - 1, 0)
+    around = places[:, None] + np.arange(-BINS_BESIDE_BAND, BINS_BESIDE_BAND + 1)
+    return np.unique(around.clip(0, bins.edges.size - 2))
 
 
 def ordinates_of_bins(near: Ordinates, bins: Bins) -> Ordinates:
-    """Array of all ordinates of the bins with indices `near`."""
+    """Array of the indices of all ordinates in the bins with indices `near`, bin after bin."""
     return np.concatenate([np.arange(bins.edges[b], bins.edges[b + 1]) for b in near])
 
 

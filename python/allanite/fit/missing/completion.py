@@ -35,7 +35,7 @@ from allanite.fit.missing.shares import MAX_CELLS, unknown_share
 
 if TYPE_CHECKING:
     from allanite.effects import Model
-    from allanite.fit.likelihood.data import Data, SampleData
+    from allanite.fit.likelihood.data import SampleData
     from allanite.fit.solution import Solution
 
 Mask = NDArray[np.bool_]
@@ -243,16 +243,13 @@ def _drawn_unknown_part(bridge: _ConditionalMean, spectrum: Array) -> tuple[Arra
     return unknown, unseen, seen
 
 
-def _logl_difference(one: Data, other: Data) -> float:
-    """Upper bound on the loss of logL, nats, if the spectrum fitted to one version of a record is used for another version.
+def _max_logl_loss(count: Array, one: Array, other: Array) -> float:
+    """Upper bound, nats, on the loss of logL if the bin power `one` is used as the spectrum of a record with power `other`.
 
-    The versions differ in the values at missing samples. The bound is ½ Σ count·ln² of the ratio of their bin powers. It is
-    twice the loss for small differences, and holds for ratios below 6.
+    `count` are the degrees of freedom of the bins. The bound is ½ Σ count·ln²(one/other). It is twice the loss for small
+    differences, and holds for ratios below 6.
     """
-    first, second = (
-        np.add.reduceat(data.ordinates**2, data.bins.edges[:-1]) for data in (one, other)
-    )
-    return 0.5 * float(other.bins.count @ np.log(second / first) ** 2)
+    return 0.5 * float(count @ np.log(one / other) ** 2)
 
 
 def complete_and_fit(data: SampleData, model: Model) -> tuple[SampleData, Solution]:
@@ -282,13 +279,15 @@ def complete_and_fit(data: SampleData, model: Model) -> tuple[SampleData, Soluti
             level = None if trusting else solution.level
             before = solution.spectrum if level is None else solution.spectrum * level
             completed = complete(data, with_coefficients(solution.model, theta), level)
-            if data.gain is not None and _logl_difference(data, completed) < MAX_SETTLED_DELTA_LOGL:
-                break
+            if data.gain is not None:
+                loss = _max_logl_loss(completed.bins.count, data.power, completed.power)
+                if loss < MAX_SETTLED_DELTA_LOGL:
+                    break
             data = completed
             # Search free shapes again: their first values may describe the bridged gaps.
             solution = solve(data, model if trusting else solution.model)
             after = solution.spectrum if level is None else solution.spectrum * solution.level
-            moved = 0.5 * float(data.bins.count @ np.log(after / before) ** 2)
+            moved = _max_logl_loss(data.bins.count, before, after)
             if moved < MAX_SETTLED_DELTA_LOGL:
                 break
             # If two models alternate, continue from their mean.

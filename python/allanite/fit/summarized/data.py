@@ -225,8 +225,8 @@ class SummaryData(Data):
 
         The number is `max_number`, halved until the summary stores at least as many sections. It is 0 if the middle of the
         band is not between the stored frequencies, or if over 10 % of the samples, or of the sections of its octave,
-        are missing. It is also 0 if the band is narrower than two frequency cells, or if its width times the duration
-        of a segment is below `min_product`.
+        are missing. It is also 0 if the band is narrower than four frequency cells of the octave, or if its width times the
+        duration of a segment is below `min_product`.
         """
         low, high = band
         bottom, top = self.maps.limits
@@ -350,14 +350,11 @@ def _power_in_folds(reading: Reading, bins: Bins, known: int) -> Array:
     j = np.append(np.concatenate(edges), float(bins.n))
     level_of, m = np.concatenate(power), np.concatenate(place)
     width = np.diff(j)
-    wanted = bins.edges[known:] - 0.5
+    wanted = np.asarray(bins.edges[known:] - 0.5, dtype=np.float64)
     out = np.empty((FOLDS + 1, 2, wanted.size - 1))
     for fold in range(FOLDS + 1):
         own = width * (1.0 if fold == 0 else m % FOLDS == fold - 1)
-        inside, total = (
-            np.diff(np.interp(wanted, j, np.concatenate([[0.0], np.cumsum(v)])))
-            for v in (own, own * level_of)
-        )
+        inside, total = (redistributed(v, j, wanted) for v in (own, own * level_of))
         out[fold] = inside, total / np.maximum(inside, 1e-300)
     # The ends of the coefficient grid differ from those of the record by half an ordinate.
     count = np.diff(bins.edges[known:]).astype(float)
