@@ -325,7 +325,7 @@ def _columns_with_rates(
     elif table.rate is not None:
         source = "file"
     else:
-        guessed = stamps is None or stamps.why in ("size", "usual", "epoch")
+        guessed = stamps is None or stamps.unit_source in ("size", "usual", "epoch")
         source = "guess" if guessed else "header" if layout.roles.time is not None else "file"
     return [
         replace(column, rate=recording.rate, sources={**column.sources, "rate": source})

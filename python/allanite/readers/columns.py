@@ -322,69 +322,77 @@ def _groups_of_equal_unit(columns: Sequence[int], table: Table) -> list[list[int
 def _set_time_columns(table: Table, found: Roles, request: Request, kinds: dict[int, str]) -> None:
     """Set the time columns and the findings about them in `found`, and correct roles of columns only named like a time.
 
-    A column named like a time whose numbers fall gets the role ``other``. Other times get a reason. `kinds` may lose
-    entries. Raises `InputError` if the requested time column is unknown.
+    A column named like a time whose numbers fall gets the role ``other``. Times that are not used get a reason. `kinds`
+    maps columns to what their numbers are (`_demote_by_numbers`), and may lose entries. Raises `InputError` if the
+    requested time column is unknown.
     """
     there = [i for i, column in enumerate(table.columns) if column is not None]
+    # Stamps that are no column of the table are the time, unless another column is requested.
     apart = table.time is not None and request.time_column in (None, "t", "time")
-    parts = (
-        None
-        if request.ignores_time or apart
-        else find_time_parts(table.names, table.columns, table.dates)
-    )
-    time: int | None = None
     notes: list[Finding] = []
-    if request.time_column is not None and not request.ignores_time and not apart:
-        time = find_column(request.time_column, table.names)
-        parts = parts if parts is not None and time in parts.columns else None
-        found.sources[time] = "option"
-    elif parts is None and not request.ignores_time and not apart:
-        time = _named_time(table, found, there)
-        if time is None:
-            time = _guessed_time(table, found, kinds, there)
-            if time is not None:
-                reason = "holds days (MJD)" if time in found.time_units else "rises steadily"
-                notes.append(
-                    Finding(
-                        "time_column",
-                        "info",
-                        f"column {_column_name(table, time)} {reason} and is used as the time",
-                        values={"column_index": time},
-                        remedy=" ({column} reads it as a sensor)",
-                    )
-                )
-                found.sources[time] = "guess"
-    if parts is not None:
-        time = parts.columns[0]
-        notes.append(
-            Finding(
-                "time_parts",
-                "info",
-                f"the time is in {len(parts.columns)} columns, {parts.form}:"
-                f" {', '.join(table.names[i] for i in parts.columns)}",
-                values={"count": len(parts.columns)},
-                remedy=" ({time_column} selects another)",
-            )
-        )
-    for i in parts.columns if parts is not None else () if time is None else (time,):
+    if not apart and not request.ignores_time:
+        notes = _choose_time(table, found, request, kinds, there)
+    for i in found.time_columns:
         found.roles[i], found.reasons[i] = "time", ""
     # A column named like a time whose numbers fall is something else, such as a temperature T.
     for i in there:
-        if (
-            found.roles[i] == "time"
-            and i != time
-            and not (parts and i in parts.columns)
-            and falls_often(table[i])
-        ):
+        if i not in found.time_columns and found.roles[i] == "time" and falls_often(table[i]):
             found.roles[i], found.reasons[i] = "other", "its numbers fall, so it is no time"
-    found.time, found.parts = time, parts
-    others = [i for i in there if found.roles[i] == "time" or kinds.get(i) == "a clock"]
-    if parts is None:
-        notes += _findings_about_other_times(table, found, time, [i for i in others if i != time])
+    others = [
+        i
+        for i in there
+        if i not in found.time_columns and (found.roles[i] == "time" or kinds.get(i) == "a clock")
+    ]
+    if found.parts is None:
+        notes += _findings_about_other_times(table, found, found.time, others)
     for i in others:
-        if i not in found.time_columns:
-            found.reasons[i] = "another time" if found.time is not None or apart else "a clock"
+        found.reasons[i] = "another time" if found.time is not None or apart else "a clock"
     found.findings = tuple(notes)
+
+
+def _choose_time(
+    table: Table, found: Roles, request: Request, kinds: dict[int, str], there: Sequence[int]
+) -> list[Finding]:
+    """Set `time`, `parts` and the source of the time in `found`; return a list of at most one finding about it.
+
+    The finding says that the time is guessed or in several columns. Arguments are those of `_set_time_columns`; `there`
+    holds the indices of the columns that were read.
+    """
+    parts = find_time_parts(table.names, table.columns, table.dates)
+    if request.time_column is not None:
+        found.time = find_column(request.time_column, table.names)
+        found.sources[found.time] = "option"
+        if parts is None or found.time not in parts.columns:
+            return []
+    elif parts is None:
+        found.time = _named_time(table, found, there)
+        if found.time is not None:
+            return []
+        found.time = _guessed_time(table, found, kinds, there)
+        if found.time is None:
+            return []
+        found.sources[found.time] = "guess"
+        reason = "holds days (MJD)" if found.time in found.time_units else "rises steadily"
+        return [
+            Finding(
+                "time_column",
+                "info",
+                f"column {_column_name(table, found.time)} {reason} and is used as the time",
+                values={"column_index": found.time},
+                remedy=" ({column} reads it as a sensor)",
+            )
+        ]
+    found.time, found.parts = parts.columns[0], parts
+    return [
+        Finding(
+            "time_parts",
+            "info",
+            f"the time is in {len(parts.columns)} columns, {parts.form}:"
+            f" {', '.join(table.names[i] for i in parts.columns)}",
+            values={"count": len(parts.columns)},
+            remedy=" ({time_column} selects another)",
+        )
+    ]
 
 
 def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
@@ -407,8 +415,8 @@ def _guessed_time(
     """Index of the column whose numbers show that it is the time, or None if no column looks like a time.
 
     May change roles in `found`. For a pair of days (MJD) and decimal years, the column of days is the time. Columns
-    with the GPS week of these days are demoted, and the pair is removed from `kinds`. `there` holds the indices of the
-    columns that were read.
+    with the GPS week of these days get the role ``other``. The pair is removed from `kinds`, which maps columns to what
+    their numbers are (``"a clock"``). `there` holds the indices of the columns that were read.
     """
     pair = _days_and_years(table, there)
     if pair is not None:
@@ -536,75 +544,97 @@ def layout_from_roles(table: Table, found: Roles, request: Request) -> Layout:
     quantity is the given one, or ``"angle"`` if all units are phases and no unit is given, or ``"rate"``. Raises
     `InputError` if no column is a sensor, a column is unknown, or a unit contradicts the given one.
     """
-    names, units = table.names, table.units
-    roles, reasons = list(found.roles), list(found.reasons)
-    loud: set[int] = set()
+    names = table.names
+    reasons, loud = list(found.reasons), set[int]()
     if request.columns:
         samples = tuple(dict.fromkeys(find_column(name, names) for name in request.columns))
     else:
         samples = _default_samples(table, found, request, reasons, loud)
-    covariates = [i for i, role in enumerate(roles) if role == "temperature" and i not in samples]
-    covariates = [i for i in covariates if i not in table.texts]
-    for name in request.covariates:
-        at = find_column(name, names)
-        if at not in covariates and at not in samples:
-            covariates.append(at)
-    own = [units[i] for i in samples]
     quantity = request.quantity
     if quantity is None:
-        phases = all(kind_of_unit(unit) == PHASE for unit in own) and request.unit is None
-        quantity = "angle" if phases else "rate"
+        phases = all(kind_of_unit(table.units[i]) == PHASE for i in samples)
+        quantity = "angle" if phases and request.unit is None else "rate"
     factors = factors_of(request.scales, names, samples)
-    corrected, doubted = without_wrong_units(table, request.kinds)
-    read = [_unit_and_scale(names[i], corrected[i], request, quantity) for i in samples]
-    read = [
-        (unit, scale * factors.get(i, 1.0)) for i, (unit, scale) in zip(samples, read, strict=True)
-    ]
+    stated, doubted = without_wrong_units(table, request.kinds)
+    read = {i: _unit_and_scale(names[i], stated[i], request, quantity) for i in samples}
     layout = Layout(
         (),
         samples,
-        tuple(covariates),
-        tuple(unit for unit, _ in read),
+        _covariates(table, found, request, samples),
+        tuple(unit for unit, _ in read.values()),
         quantity,
         found,
         None if found.time is None else _time_unit(table, found, found.time),
         (),
     )
-    scales = dict(zip(samples, (scale for _, scale in read), strict=True))
-    used = set(layout.used)
+    scales = {i: scale * factors.get(i, 1.0) for i, (_, scale) in read.items()}
+    columns = _log_columns(table, layout, request, stated, scales, reasons)
+    findings = (
+        *found.findings,
+        *doubted,
+        *_phase_unit_findings([columns[i] for i in samples], quantity),
+        *([] if request.columns else _findings_about_unused(columns, loud, request)),
+    )
+    return replace(layout, columns=columns, findings=findings)
+
+
+def _covariates(
+    table: Table, found: Roles, request: Request, samples: Sequence[int]
+) -> tuple[int, ...]:
+    """Tuple of the indices of the covariates: temperatures, then requested columns, without the `samples`.
+
+    Raises `InputError` for an unknown requested column.
+    """
+    temperatures = [
+        i for i, role in enumerate(found.roles) if role == "temperature" and i not in table.texts
+    ]
+    requested = [find_column(name, table.names) for name in request.covariates]
+    return tuple(i for i in dict.fromkeys((*temperatures, *requested)) if i not in samples)
+
+
+def _log_columns(
+    table: Table,
+    layout: Layout,
+    request: Request,
+    stated: Sequence[str | None],
+    scales: Mapping[int, float],
+    reasons: Sequence[str],
+) -> tuple[LogColumn, ...]:
+    """Tuple of all columns of a table as `LogColumn`, with the sources of role, unit and scale; rates are not set.
+
+    `stated` has the unit of each column that the log states, `scales` the factor of each sample column, and `reasons`
+    why each column is not used.
+    """
+    found, used = layout.roles, set(layout.used)
+    scaled = {find_column(name, table.names) for name in request.scales}
     columns = []
-    for i, name in enumerate(names):
-        role, source = roles[i], found.sources[i]
-        if i in samples:
-            role, source = "sensor", source if roles[i] == "sensor" else "option"
-        elif i in covariates and role not in ("temperature",):
+    for i, (name, unit) in enumerate(zip(table.names, stated, strict=True)):
+        role, source = found.roles[i], found.sources[i]
+        if i in layout.samples and role != "sensor":
+            role, source = "sensor", "option"
+        elif i in layout.covariates and role != "temperature":
             source = "option"
         reason = "" if i in used else reasons[i]
         if request.columns and i not in used and role == "sensor":
             reason = "not named as a column to use"
         sources = {"name": table.source if table.named else "guess", "role": source}
-        unit = corrected[i]
         if role == "time" and unit is None and not (found.parts and i in found.time_columns):
             unit = _time_unit(table, found, i)
-        if i in samples and quantity != "rate" and is_frequency(unit) and time_unit(request.unit):
+        phase = i in layout.samples and layout.quantity != "rate"
+        if phase and is_frequency(unit) and time_unit(request.unit):
             # A header may state a wrong unit, such as 1; the given unit of time says that the numbers are a phase.
             unit = None
         if unit is not None:
             sources["unit"] = "guess" if i in found.time_units else table.source
-        elif i in samples and request.unit is not None:
-            unit = request.unit if "," not in request.unit else layout.units[samples.index(i)]
+        elif i in layout.samples and request.unit is not None:
+            several = "," in request.unit
+            unit = layout.units[layout.samples.index(i)] if several else request.unit
             sources["unit"] = "option"
         scale = scales.get(i, 1.0)
         if scale != 1.0:
-            sources["scale"] = "option" if i in factors else sources["unit"]
+            sources["scale"] = "option" if i in scaled else sources["unit"]
         columns.append(LogColumn(name, role, i in used, unit, scale, None, reason, sources))
-    notes = [
-        *found.findings,
-        *doubted,
-        *_phase_unit_findings([columns[i] for i in samples], quantity),
-        *([] if request.columns else _findings_about_unused(columns, loud, request)),
-    ]
-    return replace(layout, columns=tuple(columns), findings=tuple(notes))
+    return tuple(columns)
 
 
 def _phase_unit_findings(columns: Sequence[LogColumn], quantity: str) -> list[Finding]:

@@ -385,7 +385,7 @@ def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -
             try:
                 stamps = read_stamps(x, time_unit_of(known.name, known.unit))
                 found["rate"] = stamps.rate
-                found["guessed_unit"] = "" if stamps.why == "given" else stamps.unit
+                found["guessed_unit"] = "" if stamps.unit_source == "given" else stamps.unit
             except InputError as error:
                 doubts.append(str(error))
         found["first"] = tuple(float(v) for v in x[:SHOWN_ROWS])

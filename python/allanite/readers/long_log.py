@@ -18,9 +18,16 @@ from allanite.readers import refuse_contradicting_rate
 from allanite.readers._lines import head_of
 from allanite.readers.arrays import npy
 from allanite.readers.columns import layout_of
-from allanite.readers.text import core_errors_with_remedy, first_rows_of
+from allanite.readers.text import (
+    core_errors_with_remedy,
+    day_comes_first,
+    exchange_day_and_month,
+    first_rows_of,
+    has_slashed_dates,
+    with_day_first,
+)
 from allanite.readers.unit_names import no_unit_findings
-from allanite.recording.findings import stamp_findings
+from allanite.recording.findings import Finding, stamp_findings
 from allanite.recording.samples import factors_to, require_finite
 from allanite.recording.stamps_in_chunks import fill_gaps_in_chunks, read_stamps_in_chunks
 from allanite.summary.making import summary_of_chunks
@@ -114,7 +121,11 @@ def summary_of_log(
         summary = summary_of_chunks(
             chunks, rate, units, 0, names, plain(path), processors(), taus_per_octave
         )
-        findings = [*layout.findings, *(stamp_findings(stamps, rate) if stamps else ())]
+        findings = [
+            *layout.findings,
+            *(Finding("reader", "info", note) for note in first.notes),
+            *(stamp_findings(stamps, rate) if stamps else ()),
+        ]
         if request.unit is None and layout.quantity == "rate":
             findings += no_unit_findings(
                 [first.names[i] for i in layout.samples if first.units[i] is None]
@@ -160,21 +171,37 @@ def _differences_of_chunks(chunks: Iterable[NDArray[Any]]) -> Iterator[NDArray[A
 
 
 def _open_text(path: Path) -> tuple[Table, _Rows]:
-    """Tuple (table of the first rows, function that yields the given columns of all rows in chunks) of a text log."""
-    first, _, delimiter = first_rows_of(path)
+    """Tuple (table of the first rows, function that yields the given columns of all rows in chunks) of a text log.
 
-    def rows(wanted: Sequence[int]) -> Iterator[NDArray[Any]]:
-        """Yield the given columns of all rows in chunks, shape (rows, columns)."""
+    Slashed dates, such as 05/03/2026, are read once in advance, to find out whether the day comes first.
+    """
+    first, cells, delimiter = first_rows_of(path)
+
+    def rows_as_written(wanted: Sequence[int]) -> Iterator[NDArray[Any]]:
+        """Yield the given columns of all rows in chunks, shape (rows, columns); slashed dates have the month first."""
         reader = _kernels.TextReader(str(path), delimiter=delimiter, finite=True)
         reader.select(wanted)
         while (chunk := reader.next(CHUNK_ROWS)) is not None:
             yield chunk
 
-    return first, rows
+    slashed = [i for i in first.dates if has_slashed_dates(cells[i])]
+    exchanged = {i for i in slashed if day_comes_first(c[:, 0] for c in rows_as_written([i]))}
+
+    def rows(wanted: Sequence[int]) -> Iterator[NDArray[Any]]:
+        """Yield the given columns of all rows in chunks, shape (rows, columns)."""
+        for chunk in rows_as_written(wanted):
+            for k, i in enumerate(wanted):
+                if i in exchanged:
+                    chunk[:, k] = exchange_day_and_month(chunk[:, k])
+            yield chunk
+
+    return with_day_first(first, cells, exchanged), rows
 
 
 def _open_npy(path: Path) -> tuple[Table, _Rows]:
-    """Tuple as of `_open_text` of an NPY file, which is mapped into memory.
+    """Tuple (table of the first rows, function that yields the given columns of all rows in chunks) of an NPY file.
+
+    The file is mapped into memory.
 
     Raises `InputError` if a number is not finite, or if the file is no array of numbers.
     """

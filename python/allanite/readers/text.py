@@ -20,7 +20,7 @@ from allanite.readers.deviation_table import refuse_deviation_header
 from allanite.readers.unit_kinds import FOREIGN, kind_of_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
     from pathlib import Path
 
     from allanite.common.arrays import Array
@@ -125,7 +125,7 @@ def read(path: Path, pick: Picker) -> Table:
 
 
 def _read_table(path: Path, pick: Picker) -> Table:
-    """`Table` with the picked columns of a text log; the other columns are None.
+    """`Table` with the picked columns of a text log; the other columns are None. Dates may have the day first.
 
     `pick` sees the first rows. Raises `InputError` for a table of deviations, damaged cells, or too little memory.
     """
@@ -136,10 +136,9 @@ def _read_table(path: Path, pick: Picker) -> Table:
     )
     _, columns, _ = _kernels.read_text(str(path), delimiter=delimiter, columns=wanted, finite=True)
     found = dict(zip(wanted, columns, strict=True))
-    for i in first.dates & found.keys():
-        if _SLASHED.match(cells[i]):
-            found[i] = swap_day_and_month_if_shorter(found[i])
-    return replace(first, columns=tuple(found.get(i) for i in range(len(first.names))))
+    table = replace(first, columns=tuple(found.get(i) for i in range(len(first.names))))
+    slashed = (i for i in first.dates & found.keys() if has_slashed_dates(cells[i]))
+    return with_day_first(table, cells, (i for i in slashed if day_comes_first([table[i]])))
 
 
 def first_rows_of(path: Path) -> tuple[Table, list[str], str | None]:
@@ -208,18 +207,13 @@ def first_rows(
     return table, cells
 
 
-def swap_day_and_month_if_shorter(seconds: Array) -> Array:
-    """Array of date-times, s since 1970, shape (n,), in which day and month are exchanged if the record becomes shorter.
+def has_slashed_dates(cell: str) -> bool:
+    """True if a cell begins with a date such as 05/03/2026, in which the day or the month may come first."""
+    return _SLASHED.match(cell) is not None
 
-    Otherwise the date-times are unchanged, also if the record is shorter than one day or a time is missing.
 
-    Parameters
-    ----------
-    seconds : ndarray of shape (n,)
-        Date-times such as 05/03/2026, read with the month first, in seconds since 1970.
-    """
-    if not np.isfinite(seconds).all() or np.ptp(seconds) < 86_400.0:
-        return seconds
+def exchange_day_and_month(seconds: Array) -> Array:
+    """Array of date-times, s since 1970, shape (n,), with day and month exchanged; unchanged where the day exceeds 12."""
     days = np.floor(seconds / 86_400.0).astype("datetime64[D]")
     months = days.astype("datetime64[M]")
     years = days.astype("datetime64[Y]")
@@ -227,8 +221,37 @@ def swap_day_and_month_if_shorter(seconds: Array) -> Array:
     month = (months - years).astype(np.int64)
     other = (years.astype("datetime64[M]") + day).astype("datetime64[D]") + month
     other = np.where(day < 12, other, days)
-    exchanged = seconds + 86_400.0 * (other - days).astype(np.float64)
-    return exchanged if np.ptp(exchanged) < np.ptp(seconds) else seconds
+    return seconds + 86_400.0 * (other - days).astype(np.float64)
+
+
+def day_comes_first(chunks: Iterable[Array]) -> bool:
+    """True if a record of slashed dates becomes shorter with day and month exchanged.
+
+    False for a record shorter than one day, and if a time is missing. `chunks` are its date-times in s since 1970, read
+    with the month first.
+    """
+    ends: list[Array] = []
+    for seconds in chunks:
+        if not np.isfinite(seconds).all():
+            return False
+        both = np.stack([seconds, exchange_day_and_month(seconds)])
+        ends += [both.min(axis=1), both.max(axis=1)]
+    month_first, day_first = np.ptp(ends, axis=0) if ends else (0.0, 0.0)
+    return bool(month_first >= 86_400.0 and day_first < month_first)
+
+
+def with_day_first(table: Table, cells: Sequence[str], columns: Iterable[int]) -> Table:
+    """`Table` with day and month exchanged in the columns with these indices, and a note about each of them.
+
+    `cells` has one cell of each column, for the notes.
+    """
+    arrays, notes = list(table.columns), list(table.notes)
+    for i in sorted(columns):
+        arrays[i] = exchange_day_and_month(table[i])
+        notes.append(
+            f"dates such as {plain(cells[i], 24)} are read with the day first, because the record is shorter then"
+        )
+    return replace(table, columns=tuple(arrays), notes=tuple(notes))
 
 
 def _rows_expected(path: Path) -> float:

@@ -97,9 +97,22 @@ def merged(findings: Iterable[Finding]) -> list[Finding]:
 def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
     """Iterator over findings about the time stamps of a recording whose sampling rate is `rate`, Hz.
 
-    Empty for regular stamps.
+    Empty for regular stamps whose rate is `rate`.
+    """
+    # Several samples share each stamp, as whole seconds in a faster log.
+    shared = stamps.coarse and stamps.duplicates > 0.2 * stamps.n
+    yield from _rate_findings(stamps, rate)
+    yield from _jump_findings(stamps)
+    yield from _restart_findings(stamps)
+    yield from _order_findings(stamps, shared=shared)
+    yield from _spacing_findings(stamps, shared=shared)
+    yield from _gap_findings(stamps)
 
-    Covered are rate, guessed unit, jumps, wraps, seams (at most 3), repeats, disorder, jitter over 5 %, drift and gaps.
+
+def _rate_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
+    """Iterator over findings about a rate of the stamps that differs from `rate` (Hz), and about a guessed unit.
+
+    The rates differ by over 0.1 %, and by more than the resolution of the stamps explains.
     """
     if abs(stamps.rate / rate - 1) > max(1e-3, 3 * stamps.resolution * stamps.rate / stamps.n):
         yield Finding(
@@ -117,7 +130,10 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
             values={"measured_hz": stamps.rate},
             remedy="; {rate} overrides",
         )
-    yield from _jump_findings(stamps)
+
+
+def _restart_findings(stamps: Stamps) -> Iterator[Finding]:
+    """Iterator over findings about a counter that restarts, and about the first three rows after which time runs back."""
     if stamps.wraps:
         yield Finding(
             "wraps",
@@ -135,7 +151,13 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
             + (f" ({len(stamps.seams)} such in all)" if len(stamps.seams) > 1 else ""),
             values={"row": row, "back_s": by, "count": len(stamps.seams)},
         )
-    shared = stamps.coarse and stamps.duplicates > 0.2 * stamps.n
+
+
+def _order_findings(stamps: Stamps, *, shared: bool) -> Iterator[Finding]:
+    """Iterator over findings about stamps that repeat the one before, or are earlier.
+
+    If several samples share each stamp (`shared`), the resolution of the stamps is stated instead of the repeats.
+    """
     if shared:
         yield Finding(
             "coarse_time",
@@ -160,6 +182,13 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
             f" {stamps.first_backwards}; samples are used in the order of the file",
             values={"count": stamps.backwards, "row": stamps.first_backwards},
         )
+
+
+def _spacing_findings(stamps: Stamps, *, shared: bool) -> Iterator[Finding]:
+    """Iterator over findings about jitter over 5 % of the interval, and a drift of the interval.
+
+    Jitter is not stated if several samples share each stamp (`shared`).
+    """
     if not shared and stamps.jitter * stamps.rate > 0.05:
         yield Finding(
             "jitter",
@@ -181,7 +210,11 @@ def stamp_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
             + "; samples are taken as evenly spaced (except by timing and trend)",
             values={"relative": stamps.drift},
         )
-    gaps = [gap for gap in stamps.inside if gap[0] not in {row for row, _ in stamps.seams}]
+
+
+def _gap_findings(stamps: Stamps) -> Iterator[Finding]:
+    """Iterator over one `Finding` about the gaps of the segment used, without those where time runs back; often empty."""
+    gaps = [gap for gap in stamps.gaps_in_segment if gap[0] not in {row for row, _ in stamps.seams}]
     if gaps:
         row, longest = max(gaps, key=lambda gap: gap[1])
         missing = sum(count for _, count in gaps)

@@ -69,7 +69,7 @@ def fill_gaps_in_chunks(chunks: Iterable[NDArray[Any]], stamps: Stamps) -> Itera
     Some of the arrays may be empty.
     """
     first, end = stamps.rows
-    gaps, row = list(stamps.inside), 0
+    gaps, row = list(stamps.gaps_in_segment), 0
     for chunk in chunks:
         at, stop = max(first - row, 0), min(len(chunk), end - row)
         while gaps and gaps[0][0] < row + stop:

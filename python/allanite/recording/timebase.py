@@ -41,7 +41,7 @@ class Stamps:
         Samples per second, without long gaps.
     unit : str
         Unit of the column: s, ms, us, ns, min, h or d.
-    why : str
+    unit_source : str
         How the unit is known: ``"given"``, or a guess by ``"rate"`` (the one stated), ``"epoch"``
         (seconds since 1970 of this century), ``"usual"`` (fractions of a second) or ``"size"``.
     n : int
@@ -78,7 +78,7 @@ class Stamps:
 
     rate: float
     unit: str
-    why: str
+    unit_source: str
     n: int
     jitter: float
     resolution: float
@@ -102,7 +102,7 @@ class Stamps:
     @property
     def guessed(self) -> bool:
         """True if the unit is a guess from the magnitude of the numbers alone."""
-        return self.why == "size"
+        return self.unit_source == "size"
 
     @property
     def missing(self) -> int:
@@ -115,7 +115,7 @@ class Stamps:
         return self.pieces[self.piece] if self.pieces else (0, self.n)
 
     @property
-    def inside(self) -> tuple[tuple[int, int], ...]:
+    def gaps_in_segment(self) -> tuple[tuple[int, int], ...]:
         """Tuple of the gaps within the segment used, each (row after which samples are missing, number missing)."""
         first, end = self.rows
         return tuple((row, count) for row, count in self.gaps if first <= row < end - 1)
@@ -166,7 +166,7 @@ class StampSums:
         if unit is not None and unit not in TIME_UNITS:
             raise InputError(f"unknown unit of time {unit!r}: one of {', '.join(TIME_UNITS)}")
         self.unit, self.rate = unit, rate
-        self.why = "given"
+        self.unit_source = "given"
         self.rows = self.duplicates = self.backwards = 0
         self.first_duplicate = self.first_backwards = -1
         self.counts = self.times = self.squares = self.wrap = 0.0
@@ -189,7 +189,7 @@ class StampSums:
         raw[np.abs(raw) < 1.0 / MAX_STEP] = 0.0
         steps = Steps(raw, t)
         if self.unit is None:
-            self.unit, self.why = unit_of_stamps(t, 1.0 / steps.rate, self.rate)
+            self.unit, self.unit_source = unit_of_stamps(t, 1.0 / steps.rate, self.rate)
         second = TIME_UNITS[self.unit]
         self.coarse |= steps.coarse
         self.lost |= steps.lost
@@ -227,7 +227,7 @@ class StampSums:
         return Stamps(
             rate=self.counts / self.times / second,
             unit=self.unit or "s",
-            why=self.why,
+            unit_source=self.unit_source,
             n=self.rows,
             jitter=math.sqrt(self.squares / max(self.rows - 1, 1)) * second,
             resolution=self.resolution * second,
@@ -314,7 +314,7 @@ def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]
     first, end = stamps.rows
     if end - first < len(array):
         array = array[first:end]
-    gaps = stamps.inside
+    gaps = stamps.gaps_in_segment
     if not gaps:
         return array
     rows = np.repeat([after + 1 - first for after, _ in gaps], [count for _, count in gaps])
@@ -340,7 +340,7 @@ def uneven_times(time: ArrayLike, stamps: Stamps) -> Array | None:
     if (np.diff(seconds) < 0.0).any():
         return None
     missing = np.zeros(end - first, dtype=np.int64)
-    for after, count in stamps.inside:
+    for after, count in stamps.gaps_in_segment:
         missing[after + 1 - first] += count
     rows = np.arange(end - first) + np.cumsum(missing)
     return np.interp(np.arange(rows[-1] + 1), rows, seconds)

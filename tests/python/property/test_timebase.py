@@ -68,7 +68,7 @@ def test_rate_and_gaps(seed, rate, unit, jitter, holes, missing_share, join, jum
     if jump and not join:
         assert len(found.pieces) == 2
         assert found.pieces[0][1] == at_jump
-    filled = sum(count for _, count in found.inside)
+    filled = sum(count for _, count in found.gaps_in_segment)
     first, end = found.rows
     assert filled <= 64 * (end - first)
 

@@ -110,6 +110,42 @@ def test_a_day_and_a_time_of_the_day_past_midnight(tmp_path):
     assert (recording.rate, recording.gaps) == (pytest.approx(RATE, rel=1e-6), 0)
 
 
+def _slashed_log(path, form, header="time"):
+    """Log of two days from 4 May 2026, a sample each 100 s."""
+    moments = [datetime(2026, 5, 4) + timedelta(seconds=100 * k) for k in range(1728)]
+    rows = [(t.strftime(form), x) for t, x in zip(moments, _signal(), strict=False)]
+    return _log(path, (*header.split(","), "gyro_x"), rows)
+
+
+@pytest.mark.parametrize(
+    ("header", "day_first", "month_first"),
+    [
+        ("time", "%d/%m/%Y %H:%M:%S", "%m/%d/%Y %H:%M:%S"),
+        ("date,time", "%d/%m/%Y,%H:%M:%S", "%m/%d/%Y,%H:%M:%S"),
+    ],
+)
+def test_users_are_told_if_the_day_comes_first(
+    tmp_path, capsys, monkeypatch, header, day_first, month_first
+):
+    path = _slashed_log(tmp_path / "log.csv", day_first, header)
+    recording = al.read(path, unit="deg/s")
+    (note,) = [f.message for f in recording.audit if f.kind == "reader"]
+    assert note.startswith("dates such as 04/05/2026")
+    assert "the day first" in note
+    assert recording.rate == pytest.approx(0.01, rel=1e-9)
+    assert note in [f.message for f in al.inspect(path, unit="deg/s").findings]
+    other = al.read(_slashed_log(tmp_path / "us.csv", month_first, header), unit="deg/s")
+    assert "reader" not in [f.kind for f in other.audit]
+    assert (other.rate, other.gaps) == (pytest.approx(0.01, rel=1e-9), 0)
+    monkeypatch.setattr("allanite.readers.long_log.is_too_large", lambda path: True)
+    with pytest.raises(SystemExit) as stop:
+        main(["adev", str(path), "--unit", "deg/s", "--json"])
+    assert stop.value.code == 0
+    document = json.loads(capsys.readouterr().out)["recording"]
+    assert document["rate_hz"] == pytest.approx(0.01, rel=1e-6)
+    assert note in [f["message"] for f in document["audit"]]
+
+
 UNITS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
 
