@@ -17,7 +17,7 @@ from allanite.axes.triads import NAMES, columns_by_sensor
 from allanite.axes.twin import sample_statistics, twin
 from allanite.common.documents import fields_dict, plain_value
 from allanite.common.errors import CALL
-from allanite.common.files import whole_file
+from allanite.common.files import write_text
 from allanite.common.threads import results_or_raise, side_by_side
 from allanite.readers import kind_of_sensor
 
@@ -172,8 +172,7 @@ class Characterization:
         import json
 
         text = json.dumps(self.to_dict(), indent=1, ensure_ascii=False)
-        with whole_file(path) as draft:
-            draft.write_text(text + "\n", encoding="utf-8")
+        write_text(path, text + "\n")
 
     def simulate(
         self,

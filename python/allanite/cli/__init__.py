@@ -67,9 +67,9 @@ class _OutputClosedError(Exception):
 
 @contextmanager
 def _broken_pipe_as_closed_output() -> Iterator[None]:
-    """Context that raises `_OutputClosedError` instead of `BrokenPipeError`, before click sees it.
+    """Context that raises `_OutputClosedError` instead of `BrokenPipeError`.
 
-    Versions of click treat a broken pipe differently: they exit with code 1, in different places.
+    click would handle a broken pipe itself, and its versions do so differently.
     """
     try:
         yield
@@ -86,7 +86,7 @@ class _Commands(click.Group):
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Result of the command; a broken pipe raises `_OutputClosedError`."""
+        """Run the command and return what click returns; a broken pipe raises `_OutputClosedError`."""
         with _broken_pipe_as_closed_output():
             return super().invoke(ctx)
 
@@ -95,22 +95,17 @@ class _Commands(click.Group):
         return list(COMMANDS)
 
     def get_command(self, _ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Command of this name; None if there is none."""
-        return _load_command(cmd_name)
+        """Command of this name, imported from its module; None if there is none."""
+        if cmd_name not in COMMANDS:
+            return None
+        package = "commands.scale" if cmd_name in SCALE_COMMANDS else "commands"
+        command: click.Command = import_module(f"allanite.cli.{package}.{cmd_name}").command
+        return command
 
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the names of all commands with their short descriptions."""
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
-
-
-def _load_command(name: str) -> click.Command | None:
-    """Command of this name, imported from its module; None if there is none."""
-    if name not in COMMANDS:
-        return None
-    package = "allanite.cli.commands.scale" if name in SCALE_COMMANDS else "allanite.cli.commands"
-    command: click.Command = import_module(f"{package}.{name}").command
-    return command
 
 
 def _print_version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:

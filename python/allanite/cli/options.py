@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 DEFAULT_MODEL = SENSOR_START
 #: Minimum number of samples of a recording, for every command. Chosen by judgment; not measured.
 MIN_SAMPLES = 16
-#: Most digits of a number of points per decade. No log has 10⁹ averaging times.
-MAX_DIGITS = 9
 
 model_option = click.option(
     "--model",
@@ -40,13 +38,35 @@ model_option = click.option(
 )
 #: Type of every --seed option: the range that the random number generators accept.
 SEED = click.IntRange(0, SEEDS)
-#: --inflate: factor on the deviations of a parameter file.
-INFLATE = click.option(
-    "--inflate",
-    type=click.FloatRange(0.0, 1e6, min_open=True),
-    default=1.0,
-    metavar="FACTOR",
-    help="Multiply all noise deviations in the parameter file; the file records the factor.",
+#: Options of the commands that write a parameter file: the keyword arguments of `allanite.export` with the same names.
+_EXPORT_OPTIONS = (
+    click.option(
+        "--overbound",
+        is_flag=True,
+        help="Parameter file: write the smallest N and K whose Allan curve lies nowhere below the upper 95 % limit of the"
+        " model, over alternative models too, for a conservative filter. Not together with --as-fitted.",
+    ),
+    click.option(
+        "--as-fitted",
+        is_flag=True,
+        help="Parameter file: write the fitted N and K alone; one that was not detected gets its 95 % limit. By default, N"
+        " and K also cover other slow noise, such as B. Not together with --overbound.",
+    ),
+    click.option(
+        "--horizon",
+        "--until",
+        type=float,
+        metavar="SECONDS",
+        help="Parameter file: longest time that the filter runs without measurements of other sensors (aiding). Default:"
+        " 100 s, or a tenth of the log if that is shorter.",
+    ),
+    click.option(
+        "--inflate",
+        type=click.FloatRange(0.0, 1e6, min_open=True),
+        default=1.0,
+        metavar="FACTOR",
+        help="Parameter file: multiply all noise deviations; the file records the factor.",
+    ),
 )
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON on standard output instead of a table."
@@ -309,6 +329,20 @@ class LogOptions:
 READING_OPTIONS = frozenset(field.name for field in fields(LogOptions)) - {"as_json", "quiet"}
 
 
+def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Decorator that adds the options of parameter files to a command; it gets their values as one dict named ``how``."""
+
+    @wraps(command)
+    def wrapped(**arguments: Any) -> Any:
+        """Result of the command, which gets the options of parameter files as ``how``; other options are passed on."""
+        names = ("overbound", "as_fitted", "horizon", "inflate")
+        return command(how={name: arguments.pop(name) for name in names}, **arguments)
+
+    for option in reversed(_EXPORT_OPTIONS):
+        wrapped = option(wrapped)
+    return wrapped
+
+
 def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Decorator that adds the shared options to a command; it gets their values as one `LogOptions` named ``options``."""
 
@@ -321,12 +355,6 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(_LOG_OPTIONS):
         wrapped = option(wrapped)
     return wrapped
-
-
-def is_points_per_decade(taus: str) -> bool:
-    """True if the text of --taus is a whole number of at most 9 digits, which means a number of points per decade."""
-    # "²".isdigit() is true, and int() refuses thousands of digits.
-    return taus.isascii() and taus.isdigit() and len(taus) <= MAX_DIGITS
 
 
 def read_columns(

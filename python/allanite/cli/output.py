@@ -18,7 +18,8 @@ import click
 from allanite.cli.words import words_of
 from allanite.common.documents import jsonable
 from allanite.common.errors import InputError
-from allanite.common.files import check_target, whole_file
+from allanite.common.files import check_target, write_text
+from allanite.common.numbers import duration_text
 from allanite.common.plain import file_name, plain
 
 if TYPE_CHECKING:
@@ -46,18 +47,17 @@ def print_results(results: Sequence[Any], options: LogOptions) -> None:
     One result is the document itself; several are in its list ``columns``.
     """
     if options.as_json:
-        documents = [result.to_dict() for result in results]
-        one = len(documents) == 1
-        click.echo(
-            json_text(
-                documents[0] if one else {"schema": documents[0]["schema"], "columns": documents}
-            )
-        )
-        return
-    for i, result in enumerate(results):
-        if len(results) > 1 and i:
-            click.echo()
-        click.echo(wrapped_to_terminal(str(result)))
+        click.echo(json_text(document_of(results)))
+    else:
+        click.echo("\n\n".join(wrapped_to_terminal(str(result)) for result in results))
+
+
+def document_of(results: Sequence[Any]) -> dict[str, Any]:
+    """Dict for JSON of results, one per column: the dict of the only result, or a dict with all in the list ``columns``."""
+    documents: list[dict[str, Any]] = [result.to_dict() for result in results]
+    if len(documents) == 1:
+        return documents[0]
+    return {"schema": documents[0]["schema"], "columns": documents}
 
 
 def terminal_width() -> int:
@@ -121,10 +121,7 @@ def check_targets(plot: str | None = None, save: str | None = None) -> None:
 
 def save_fits(fits: Sequence[Fit], path: str) -> None:
     """Write fitted models to one JSON file: one document, or for several fits an object with the list ``columns``."""
-    documents = [fit.to_dict() for fit in fits]
-    one = {"schema": documents[0]["schema"], "columns": documents}
-    with whole_file(path) as draft:
-        draft.write_text(json_text(one if len(fits) > 1 else documents[0]) + "\n", encoding="utf-8")
+    write_text(path, json_text(document_of(fits)) + "\n")
 
 
 def save_plots(results: Sequence[Any], names: Sequence[str], path: str | None) -> None:
@@ -180,8 +177,9 @@ def progress_of_axes(
 ) -> Iterator[Callable[[str, int, int], None] | None]:
     """Context with a callback (column, steps done, all steps) that draws the progress of all axes.
 
-    After the first step, the callback also prints an estimate of the total time: its time × the number of turns, and
-    five times that. The callback is None with --quiet, or if standard error is no terminal.
+    After the first step, the callback also prints a range of the total time: from the time of this step times the
+    number of turns (axes per thread) to five times as long. The callback is None with --quiet, or if standard error is
+    no terminal.
     """
     if options.quiet or not sys.stderr.isatty():
         yield None
@@ -207,7 +205,8 @@ def progress_of_axes(
             with lock:
                 if not at and not bar.pos:
                     first = turns * (monotonic() - begin)
-                    low, high = (_duration_text(ratio * first) for ratio in (1.0, MAX_TIME_RATIO))
+                    ends = (float(f"{ratio * first:.2g}") for ratio in (1.0, MAX_TIME_RATIO))
+                    low, high = map(duration_text, ends)
                     click.echo(f"\r· about {low} to {high} in total", err=True)
                 ended = done == total
                 at[column] = done
@@ -216,11 +215,6 @@ def progress_of_axes(
                 bar.update(int(ended), at)
 
         yield report
-
-
-def _duration_text(seconds: float) -> str:
-    """Text of a time in s, such as ``90 s``; from 120 s on in min."""
-    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
 
 
 def write_csv(recording: Recording, path: Path | None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -11,12 +12,12 @@ import click
 import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError
-from allanite.common.files import whole_file
+from allanite.common.files import write_text
 from allanite.common.plain import file_name, plain
 from allanite.exports import TARGETS, axes_of, export_files
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from allanite.axes import Characterization
     from allanite.axes.turn_on import TurnOn
@@ -120,9 +121,21 @@ class RunFolder:
         folder = self.path / file_name(name)
         folder.mkdir(exist_ok=True)
         for file, text in texts.items():
-            _write_text(folder / file, text)
+            write_text(folder / file, text)
         with self._lock:
             self.finished.append(name)
+
+    @contextmanager
+    def finished_axes_named(self) -> Iterator[None]:
+        """Context that prints the names of the finished axes, if there are any, when the user interrupts."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            if self.finished:
+                done = f"finished axes {', '.join(self.finished)}"
+                note = f"{self.path}: {done}; run the same command again to continue"
+                click.echo(plain(note), err=True)
+            raise
 
     def finish(self, found: Characterization) -> list[str]:
         """List of the paths written: models, figure, report and parameter files of all axes.
@@ -140,7 +153,7 @@ class RunFolder:
             except InputError as error:
                 click.echo(plain(f"! {target}: {error}"), err=True)
         for file, text in texts.items():
-            _write_text(file, text)
+            write_text(file, text)
         written = [str(file) for file in texts]
         for path, make in (
             (self.path / "axes.svg", found.plot),
@@ -153,12 +166,6 @@ class RunFolder:
             else:
                 written.append(str(path))
         return written
-
-
-def _write_text(path: Path, text: str) -> None:
-    """Write a text file as a whole or not at all."""
-    with whole_file(path) as draft:
-        draft.write_text(text, encoding="utf-8")
 
 
 def _input_digest(column: Recording, options: str) -> str:

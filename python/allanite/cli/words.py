@@ -31,8 +31,9 @@ WORDS = {
 
 
 def words_of(trim: str | None) -> dict[str, str]:
-    """Dict from the name of a remedy to the option of the command line; `trim` is the value of --trim.
+    """Dict from the name of a remedy in messages, such as ``rate``, to the option of the command line, ``--rate HZ``.
 
-    After trimming, the seconds in a message do not refer to the untrimmed log. Then the message suggests no seconds.
+    If `trim`, the value of --trim, is given, ``this_span`` stands for --trim without seconds, because the seconds of a
+    trimmed record are not those of the log.
     """
     return WORDS if trim is None else {**WORDS, "this_span": WORDS["trim"]}

@@ -84,6 +84,12 @@ def whole_file(path: str | Path) -> Iterator[Path]:
             draft.unlink(missing_ok=True)
 
 
+def write_text(path: str | Path, text: str) -> None:
+    """Write a text file in UTF-8 as a whole or not at all, as `whole_file` does."""
+    with whole_file(path) as draft:
+        draft.write_text(text, encoding="utf-8")
+
+
 class OwnedFolder:
     """A temporary folder that is removed when it is closed, or by `remove_abandoned` if its process was killed.
 

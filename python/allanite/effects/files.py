@@ -10,7 +10,7 @@ from typing import Any
 from allanite import _kernels
 from allanite.common.documents import invalid_as_input_error, json_of
 from allanite.common.errors import InputError, about
-from allanite.common.files import is_file, whole_file
+from allanite.common.files import is_file, write_text
 from allanite.effects._base import Effect
 from allanite.effects.model import Model
 from allanite.effects.registry import find
@@ -130,8 +130,7 @@ def save_model(model: Model, path: str | Path, recording: Mapping[str, Any] | No
     `recording` holds the ``unit`` and ``rate_hz`` of its samples, which exports read.
     """
     document = model_to_dict(model) | ({} if recording is None else {"recording": dict(recording)})
-    with whole_file(path) as draft:
-        draft.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(document, indent=1) + "\n")
 
 
 def as_model(given: object) -> Model:

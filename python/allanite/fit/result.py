@@ -12,7 +12,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.arrays import Array
-from allanite.common.files import whole_file
+from allanite.common.files import write_text
 from allanite.common.former import Former
 from allanite.common.parameters import Estimate
 from allanite.effects.files import held_and_limits
@@ -526,8 +526,7 @@ class Fit:
 
     def save(self, path: str | Path) -> None:
         """Write the fit as JSON to `path`, which `allanite simulate`, `compare` and ``--model`` can read."""
-        with whole_file(path) as draft:
-            draft.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
+        write_text(path, json.dumps(self.to_dict(), indent=1) + "\n")
 
     def summary(self) -> str:
         """Text table of the fit, the same as ``str(fit)``."""

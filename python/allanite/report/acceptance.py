@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.common.files import whole_file
+from allanite.common.files import write_text
 from allanite.common.numbers import duration_text
 from allanite.common.plain import plain
 from allanite.comparison.acceptance import DOES_NOT_MEET, MEETS
@@ -94,8 +94,7 @@ def save_acceptance(
     found: Sequence[Acceptance], path: str | Path, serial: str = "", date: str = ""
 ) -> None:
     """Write `acceptance_page` to a file; an existing file is replaced only after the page is complete."""
-    with whole_file(path) as draft:
-        draft.write_text(acceptance_page(found, serial, date), encoding="utf-8")
+    write_text(path, acceptance_page(found, serial, date))
 
 
 def overall_verdict(found: Sequence[Acceptance]) -> str:

@@ -18,21 +18,6 @@ if TYPE_CHECKING:
 EXIT_CODES = {"meets": 0, "does not meet": 1, "undecided": 3}
 
 
-class Margin(Percent):
-    """Option type of a percentage of zero or more."""
-
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """Percentage of zero or more as a float: 5.0 for ``5%`` or ``5``.
-
-        Other texts end the command with a usage error.
-        """
-        if str(value).strip().removesuffix("%").strip() in ("0", "0.0"):
-            return 0.0
-        return super().convert(value, param, ctx)
-
-
 @click.command(
     "accept",
     cls=LogCommand,
@@ -47,7 +32,7 @@ class Margin(Percent):
 )
 @click.option(
     "--margin",
-    type=Margin(),
+    type=Percent(zero=True),
     default=0.0,
     help="Raise every limit of the sheet by this percentage, e.g. 10%. Default: 0.",
 )
@@ -135,23 +120,8 @@ def _csv_text(found: Sequence[Acceptance], log: str, serial: str, date: str) -> 
     import io
 
     stream = io.StringIO()
+    stream.write("log,serial,date,axis,figure,unit,limit,measured,low,high,verdict,needs_s\n")
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(
-        [
-            "log",
-            "serial",
-            "date",
-            "axis",
-            "figure",
-            "unit",
-            "limit",
-            "measured",
-            "low",
-            "high",
-            "verdict",
-            "needs_s",
-        ]
-    )
     for one in found:
         for f in one.figures:
             texts = [log, serial, date, one.recording.columns[0], f.figure.name, f.unit]

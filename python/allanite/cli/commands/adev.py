@@ -11,7 +11,6 @@ import click
 from allanite.cli.options import (
     LogCommand,
     LogOptions,
-    is_points_per_decade,
     log_options,
     plot_option,
 )
@@ -95,7 +94,7 @@ def command(
     from allanite.cli import output
 
     output.check_targets(plot)
-    if not (is_points_per_decade(taus) or taus in GRIDS):
+    if _points_per_decade(taus) is None and taus not in GRIDS:
         raise InputError(
             f"--taus {plain(taus, 40)}: write {', '.join(GRIDS)} or a number of points per decade; for single averaging"
             " times in seconds use Python: al.oadev(…, taus=[1, 10])"
@@ -112,6 +111,12 @@ def command(
         output.save_plots(results, [r.recording.columns[0] for r in results], plot)
     output.print_findings([r.recording for r in results], options)
     output.print_results(results, options)
+
+
+def _points_per_decade(taus: str) -> int | None:
+    """Number of points per decade that the text of --taus states; None for another text, or over 9 digits."""
+    # "²".isdigit() is true, and int() refuses thousands of digits. No log has 10⁹ averaging times.
+    return int(taus) if taus.isascii() and taus.isdigit() and len(taus) <= 9 else None
 
 
 def _plot_all_columns(results: list[_Measured], path: str) -> None:
@@ -161,13 +166,14 @@ def _measured_columns(
     from allanite.readers import long_log
 
     simple = kinds == ("oadev",) and options.trim is None and options.decimate is None
-    if simple and (is_points_per_decade(taus) or taus == "octave") and long_log.is_too_large(file):
+    points = _points_per_decade(taus)
+    if simple and (points is not None or taus == "octave") and long_log.is_too_large(file):
         return _measured_in_chunks(log, file, taus, options)
     from allanite import deviation
     from allanite.cli.options import read_columns
 
     columns = read_columns(log, options, for_fit=False, copy=file)
-    grid = int(taus) if is_points_per_decade(taus) else taus
+    grid = taus if points is None else points
     return [
         _Measured(column, getattr(deviation, kind)(column, taus=grid))
         for column in columns
@@ -184,9 +190,10 @@ def _measured_in_chunks(log: str, file: Path, taus: str, options: LogOptions) ->
     from allanite.readers.long_log import summary_of_log
 
     per_octave = 1
-    if is_points_per_decade(taus):
+    points = _points_per_decade(taus)
+    if points is not None:
         # A decade has log2(10) octaves.
-        per_octave = math.ceil(int(taus) / math.log2(10))
+        per_octave = math.ceil(points / math.log2(10))
         if not 1 <= per_octave <= MAX_TAUS_PER_OCTAVE:
             raise InputError(
                 f"--taus {taus}: a log that is read in chunks can have 1 to"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,15 +11,17 @@ import click
 
 from allanite.cli.commands.improve import Percent
 from allanite.cli.options import (
-    INFLATE,
     LogCommand,
     LogOptions,
+    export_options,
     log_options,
     model_option,
     plot_option,
     time_option,
 )
 from allanite.cli.words import words_of
+from allanite.common.errors import InputError, about
+from allanite.common.files import check_target, write_text
 from allanite.common.plain import plain
 from allanite.exports import TARGETS, axes_of, export_files
 from allanite.study import MAX_ADDED_EFFECTS
@@ -70,30 +73,11 @@ if TYPE_CHECKING:
     help="File for --export, or a folder (with / at its end) for the files of every axis.",
 )
 @click.option(
-    "--overbound",
-    is_flag=True,
-    help="With --export: the smallest N and K whose Allan curve lies nowhere below the upper 95 % limit of the model,"
-    " over alternative models too, for a conservative filter. Not together with --as-fitted.",
-)
-@click.option(
-    "--as-fitted",
-    is_flag=True,
-    help="With --export: the fitted N and K alone; one that was not detected gets its 95 % limit. By default, N and K also"
-    " cover other slow noise, such as B. Not together with --overbound.",
-)
-@click.option(
     "--working",
     metavar="LOG",
     help="Log of the same sensor with motors running. Parameter files for filters then follow the noise in this log.",
 )
-@INFLATE
-@click.option(
-    "--horizon",
-    type=float,
-    metavar="SECONDS",
-    help="With --export: longest time that the filter runs without measurements of other sensors (aiding). Default: 100 s,"
-    " or a tenth of the log if that is shorter.",
-)
+@export_options
 @log_options
 def command(
     logs: tuple[str, ...],
@@ -106,11 +90,8 @@ def command(
     save: str | None,
     target: str | None,
     output: str | None,
-    overbound: bool,
-    as_fitted: bool,
     working: str | None,
-    inflate: float,
-    horizon: float | None,
+    how: dict[str, Any],
     options: LogOptions,
 ) -> None:
     """Build a noise model for every axis of the sensor in the first LOG.
@@ -131,7 +112,6 @@ def command(
     from allanite.cli import output as out
     from allanite.cli.options import read_recordings
     from allanite.cli.run_folder import RunFolder
-    from allanite.common.files import whole_file
     from allanite.effects.files import parse_model
     from allanite.readers.starts import start_model
 
@@ -142,12 +122,6 @@ def command(
     parsed = parse_model(model or start_model(recordings[0]))
     further = [read_recordings(log, options) for log in logs[1:]]
     at_work = _working_recordings(working, options, recordings)
-    how: dict[str, Any] = {
-        "overbound": overbound,
-        "as_fitted": as_fitted,
-        "horizon": horizon,
-        "inflate": inflate,
-    }
     folder, starts = None, {}
     if in_folder:
         assert output is not None
@@ -158,40 +132,22 @@ def command(
             c.columns[0]: folder.start_model(c, parsed) for r in recordings for c in r.measured
         }
     count = sum(len(recording.columns) for recording in recordings)
-    try:
-        with out.progress_of_axes(count, options) as on_progress:
-            found = characterize(
-                recordings,
-                starts or parsed,
-                on_progress,
-                limit=steps,
-                tolerance=tolerance,
-                seconds=seconds,
-                on_study=None if folder is None else folder.write,
-                working=at_work,
-                further=further,
-            )
-    except KeyboardInterrupt:
-        if folder is not None and folder.finished:
-            done = ", ".join(folder.finished)
-            click.echo(
-                plain(f"{output}: finished axes {done}; run the same command again to continue"),
-                err=True,
-            )
-        raise
-    written = []
-    if plot is not None:
-        out.print_phase("writing the figure", options)
-        out.save_figure(found.plot(), plot)
-        written.append(plot)
-    if report is not None:
-        out.print_phase("writing the report", options)
-        found.report().save(report)
-        written.append(report)
-    if save is not None:
-        with whole_file(save) as draft:
-            draft.write_text(out.json_text(found.to_dict()) + "\n", encoding="utf-8")
-        written.append(save)
+    with (
+        nullcontext() if folder is None else folder.finished_axes_named(),
+        out.progress_of_axes(count, options) as on_progress,
+    ):
+        found = characterize(
+            recordings,
+            starts or parsed,
+            on_progress,
+            limit=steps,
+            tolerance=tolerance,
+            seconds=seconds,
+            on_study=None if folder is None else folder.write,
+            working=at_work,
+            further=further,
+        )
+    written = _write_documents(found, plot, report, save, options)
     if target is not None:
         _print_warnings(found)
     if folder is not None:
@@ -199,8 +155,7 @@ def command(
         written += folder.finish(found)
     elif target is not None and output is not None:
         for path, text in export_files(axes_of(found), target, Path(output), **how).items():
-            with whole_file(path) as draft:
-                draft.write_text(text, encoding="utf-8")
+            write_text(path, text)
             written.append(str(path))
     if options.as_json:
         click.echo(out.json_text(found.to_dict()))
@@ -210,26 +165,45 @@ def command(
         click.echo(f"\nwritten: {plain(', '.join(written))}")
 
 
+def _write_documents(
+    found: Characterization,
+    plot: str | None,
+    report: str | None,
+    save: str | None,
+    options: LogOptions,
+) -> list[str]:
+    """Write the figure, the report and the JSON file of all axes, if their paths are given; returns the written paths."""
+    from allanite.cli import output as out
+
+    if plot is not None:
+        out.print_phase("writing the figure", options)
+        out.save_figure(found.plot(), plot)
+    if report is not None:
+        out.print_phase("writing the report", options)
+        found.report().save(report)
+    if save is not None:
+        write_text(save, out.json_text(found.to_dict()) + "\n")
+    return [path for path in (plot, report, save) if path is not None]
+
+
 def _working_recordings(
-    working: str | None, options: LogOptions, rest: Sequence[Recording]
+    working: str | None, options: LogOptions, at_rest: Sequence[Recording]
 ) -> list[Recording]:
-    """List of the recordings of the --working log; empty without this option.
+    """List of the recordings of the --working log, one per sampling rate; empty without this option.
 
     The log is read with the same options except --trim; motion is allowed. Raises `InputError` if its columns do not
-    fit the recordings `rest`.
+    match those of the recordings at rest.
     """
     from dataclasses import replace
 
     from allanite.axes.working import check_working
     from allanite.cli.options import read_recordings
-    from allanite.common.errors import about
 
     if working is None:
         return []
-    own = replace(options, anyway=True, trim=None, quiet=True)
-    found = read_recordings(working, own)
+    found = read_recordings(working, replace(options, anyway=True, trim=None, quiet=True))
     with about(working):
-        check_working(rest, found)
+        check_working(at_rest, found)
     return found
 
 
@@ -251,8 +225,6 @@ def _check_output_options(
 ) -> None:
     """Raise `InputError` if an output file cannot be written, or --export and --output do not fit together."""
     from allanite.cli import output as out
-    from allanite.common.errors import InputError
-    from allanite.common.files import check_target
     from allanite.report.document import format_of
 
     out.check_targets(plot, save)
@@ -274,7 +246,6 @@ def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
 
     It is tested by exporting a simple model; nothing is written.
     """
-    from allanite.common.errors import InputError
     from allanite.common.units import FREQUENCY, parse_unit
     from allanite.effects.files import model_to_dict, parse_model
     from allanite.readers.sensor_names import sensor_kind

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import click
@@ -15,6 +16,13 @@ from allanite.cli.options import (
     model_option,
     plot_option,
 )
+from allanite.common.errors import InputError
+from allanite.common.files import exists, is_file
+from allanite.common.units import parse_unit
+
+#: Suffixes of model files and data sheets, which are never logs, and of items that are logs even if the file is missing.
+MODEL_SUFFIXES = (".json", ".toml", ".yaml", ".yml", ".m")
+LOG_SUFFIXES = (".csv", ".txt", ".npy", ".npz", ".mat")
 
 
 @click.command(
@@ -57,8 +65,6 @@ def command(
       in_run_bias_stability = "12 deg/h"      # the minimum of the Allan deviation
       rate_random_walk = "1 deg/h^1.5"
     """  # noqa: D301
-    from pathlib import Path
-
     from allanite.cli import output
     from allanite.cli.models import models_of
     from allanite.cli.options import read_columns
@@ -95,8 +101,6 @@ def command(
 
 def _item_labels(items: Sequence[str]) -> list[str]:
     """List of the base names of the items, with the folder where several items have one base name."""
-    from pathlib import Path
-
     names = [Path(item).name for item in items]
     return [
         f"{Path(item).parent.name}/{name}" if names.count(name) > 1 else name
@@ -106,9 +110,6 @@ def _item_labels(items: Sequence[str]) -> list[str]:
 
 def _is_table(item: str) -> bool:
     """True if the item is an existing .csv, .txt, .dat or .tsv file with a table of Allan deviations."""
-    from pathlib import Path
-
-    from allanite.common.files import is_file
     from allanite.sources.deviation_table import is_deviation_table
 
     path = Path(item)
@@ -122,8 +123,6 @@ def _is_table(item: str) -> bool:
 def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
     """List of `NamedModel` of the sheet for the kinds of sensor in these columns; empty if the sheet makes no model."""
     from allanite.cli.models import models_of
-    from allanite.common.errors import InputError
-    from allanite.common.units import parse_unit
 
     kinds = {parse_unit(column.unit).kind for column in columns}
     try:
@@ -134,51 +133,31 @@ def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
 
 
 def _is_log(item: str) -> bool:
-    """True if the item is a log: a file that exists, or a name with the suffix of a log, but no model file."""
-    from pathlib import Path
+    """True if the item is a log: a file that exists, or a name that ends like a log, such as .csv.
 
-    from allanite.common.files import exists
-
-    if item.lower().endswith((".json", ".toml", ".yaml", ".yml", ".m")):
+    False for a name that ends like a model file or data sheet, such as .json.
+    """
+    if Path(item).suffix.lower() in MODEL_SUFFIXES:
         return False
-    return exists(item) or Path(item).suffix.lower() in {
-        ".csv",
-        ".txt",
-        ".npy",
-        ".npz",
-        ".mat",
-    }
+    return exists(item) or Path(item).suffix.lower() in LOG_SUFFIXES
 
 
 def _datasheet_comparisons(columns: list[Any], datasheet: str, model: str) -> list[Any]:
-    """List with one comparison per column: figures of the data sheet against a fit of the model.
+    """List of `Comparison` objects, one per column: each figure of the data sheet beside the coefficient of a fit.
 
-    Columns whose kind of sensor the sheet does not cover are skipped. Raises `InputError` if none is left.
+    `model` is fitted to each column, with the effects of the sheet's figures added. Columns whose kind of sensor the
+    sheet does not cover are skipped. Raises `InputError` if none is left.
     """
-    from allanite.common.errors import InputError
-    from allanite.common.units import parse_unit
     from allanite.comparison.datasheet import compare_datasheet, with_figures
     from allanite.effects.files import parse_model
     from allanite.sources.datasheet import read_datasheet
 
     sheet = read_datasheet(datasheet)
     parsed = with_figures(parse_model(model), sheet)
-    compared = [c for c in columns if _has_figures(sheet, c)]
+    compared = [c for c in columns if sheet.of_kind(parse_unit(c.unit).kind).figures]
     if not compared:
         raise InputError(f"{datasheet} has no figure for the kinds of sensor in the logs")
     return [
         compare_datasheet(parsed.fit(column), sheet.of_kind(parse_unit(column.unit).kind))
         for column in compared
     ]
-
-
-def _has_figures(sheet: Any, column: Any) -> bool:
-    """True if the data sheet has figures for the kind of sensor of this column; False for an unknown unit."""
-    from allanite.common.errors import InputError
-    from allanite.common.units import parse_unit
-
-    try:
-        kind = parse_unit(column.unit).kind
-    except InputError:
-        return False
-    return bool(sheet.of_kind(kind).figures)

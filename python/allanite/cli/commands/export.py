@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from allanite.cli.options import INFLATE
+from allanite.cli.options import export_options
 from allanite.common.plain import plain
 from allanite.exports import TARGETS
 
@@ -34,27 +34,7 @@ from allanite.exports import TARGETS
     help="Rate at which the filter takes steps. Default: that of MODEL; PX4 100 Hz, ArduPilot 83.33 Hz, GLIM 10 scans per"
     " second.",
 )
-@click.option(
-    "--overbound",
-    is_flag=True,
-    help="Write the smallest N and K whose Allan curve lies nowhere below the upper 95 % limit of the model, over"
-    " alternative models too, for a conservative filter. Not together with --as-fitted.",
-)
-@click.option(
-    "--as-fitted",
-    is_flag=True,
-    help="Write the fitted N and K alone; one that was not detected gets its 95 % limit. By default, N and K also cover"
-    " other slow noise, such as B. Not together with --overbound.",
-)
-@click.option(
-    "--horizon",
-    "--until",
-    type=float,
-    metavar="SECONDS",
-    help="Longest time that the filter runs without measurements of other sensors (aiding). Default: 100 s, or a tenth of"
-    " the log if that is shorter.",
-)
-@INFLATE
+@export_options
 @click.option(
     "--record-length",
     type=float,
@@ -73,13 +53,10 @@ def command(
     target: str,
     unit: str | None,
     rate: float | None,
-    overbound: bool,
-    as_fitted: bool,
-    horizon: float | None,
-    inflate: float,
     record_length: float | None,
     column: tuple[str, ...],
     output: str | None,
+    how: dict[str, Any],
 ) -> None:
     """Write the parameters of a model as the file of a filter or simulator.
 
@@ -93,7 +70,7 @@ def command(
     was not detected counts with its expected size, 0.64 times its 95 % limit. The comment "Use:" in the written file
     says whether the file is fit for use. Further comments list what its format cannot state.
     """
-    from allanite.common.files import whole_file
+    from allanite.common.files import write_text
     from allanite.common.validation import positive
     from allanite.exports import axes_named, axes_of, export, export_files
 
@@ -105,8 +82,6 @@ def command(
     for model, own in zip(models, _units_of(unit, models), strict=True):
         axes += axes_of(model, own, rate=rate, record_length=record_length)
     axes = axes_named(axes, column)
-    how: dict[str, Any] = {"overbound": overbound, "as_fitted": as_fitted}
-    how |= {"horizon": horizon, "inflate": inflate}
     # Standard output holds one file, so `export` refuses several IMUs.
     texts = (
         {Path(): export(axes, target, rate, **how)}
@@ -122,8 +97,7 @@ def command(
         click.echo(texts[Path()], nl=False)
         return
     for path, text in texts.items():
-        with whole_file(path) as draft:
-            draft.write_text(text, encoding="utf-8")
+        write_text(path, text)
     files = ", ".join(map(str, texts))
     click.echo(plain(f"{files}: {target} parameters of {', '.join(axis.name for axis in axes)}"))
 

@@ -22,20 +22,23 @@ if TYPE_CHECKING:
 
 
 class Percent(click.types.FloatParamType):
-    """Option type of a positive percentage, with or without the percent sign."""
+    """Option type of a positive percentage, or with `zero` of zero or more; the percent sign may be missing."""
 
     name = "percent"
+
+    def __init__(self, *, zero: bool = False) -> None:
+        self.zero = zero
 
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Positive percentage as a float: 5.0 for ``5%`` or ``5``. Other texts end the command with a usage error."""
+        """Percentage as a float: 5.0 for ``5%`` or ``5``. Other texts end the command with a usage error."""
         text = str(value).strip().removesuffix("%").strip()
         try:
             number = float(text)
         except ValueError:
             number = -1.0
-        if not 0.0 < number < float("inf"):
+        if not (0.0 < number < float("inf") or (self.zero and number == 0.0)):
             self.fail(f"{value!r} is not a positive percentage: write 5%", param, ctx)
         return number
 

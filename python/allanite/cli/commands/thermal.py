@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
 from allanite.calibration.targets import TARGETS
@@ -54,7 +52,7 @@ def command(
     from allanite.cli import output as out
     from allanite.cli.options import read_recording
     from allanite.common.errors import InputError
-    from allanite.common.files import check_target, whole_file
+    from allanite.common.files import check_target, write_text
 
     out.check_targets(plot)
     if output is not None:
@@ -96,5 +94,4 @@ def command(
         if output is None:
             click.echo(text, nl=False)
         else:
-            with whole_file(Path(output)) as draft:
-                draft.write_text(text, encoding="utf-8")
+            write_text(output, text)

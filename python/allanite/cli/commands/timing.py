@@ -87,12 +87,7 @@ def command(
                 found.append(timing(column, masks=masks, after=times, steering=steering))
         columns.append(recording)
     output.print_findings(columns, options)
-    if options.as_json:
-        documents = [one.to_dict() for one in found]
-        one = documents[0] if len(documents) == 1 else None
-        click.echo(output.json_text(one or {"schema": "allanite/timing/1", "columns": documents}))
-    else:
-        click.echo(output.wrapped_to_terminal("\n\n".join(map(str, found))))
+    output.print_results(found, options)
 
 
 def _phase_and_corrections(
@@ -132,7 +127,7 @@ def _print_three_cornered_hat(logs: tuple[str, ...], options: LogOptions) -> Non
     output.print_findings([recording], options)
     with about(logs[0]):
         found = three_cornered_hat(recording)
-    click.echo(output.json_text(found.to_dict()) if options.as_json else str(found))
+    output.print_results([found], options)
 
 
 #: Columns of a servo's log → phase in s that 1 unit of its frequency column adds in 1 s. linuxptp (ppb) prints by how

@@ -90,12 +90,6 @@ def command(
     if factor != 1.0:
         recording = recording.with_samples(recording.samples * factor)
     with about(log), output.progress("noise models", options) as bar:
-
-        def report(_column: str, done: int, total: int) -> None:
-            """Draw the progress bar, if there is one."""
-            if bar is not None:
-                bar(done, total)
-
         trends = trend_columns(
             recording,
             unit=unit,
@@ -104,13 +98,10 @@ def command(
             find_steps=find_steps,
             periods=[seconds_of(text, None) for text in period] or None,
             model=noise,
-            progress=report,
+            progress=None if bar is None else lambda _column, done, total: bar(done, total),
         )
     output.print_findings([recording], options)
-    if options.as_json:
-        click.echo(output.json_text(trends.to_dict()))
-    else:
-        click.echo(output.wrapped_to_terminal(str(trends)))
+    output.print_results([trends], options)
 
 
 def _output_unit_and_factor(unit: str, requested: str | None) -> tuple[str, float]:

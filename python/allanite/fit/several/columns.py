@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.files import whole_file
+from allanite.common.files import write_text
 from allanite.common.former import Former
 from allanite.common.several import Several
 from allanite.fit.result import Fit
@@ -66,8 +66,7 @@ class Fits(Several[Fit]):
 
         ``--model``, `allanite simulate`, `compare` and `export` can read the file.
         """
-        with whole_file(path) as draft:
-            draft.write_text(json.dumps(super().to_dict(), indent=1) + "\n", encoding="utf-8")
+        write_text(path, json.dumps(super().to_dict(), indent=1) + "\n")
 
     def __str__(self) -> str:
         return "\n\n".join([super().__str__(), *map(str, self.pooled)])

@@ -209,15 +209,14 @@ class _WatchOutput:
         """Write the state and metrics files, and print the state of the test as a JSON line."""
         import json
 
-        from allanite.common.files import whole_file
+        from allanite.common.files import write_text
 
         self.shown = self.watch.taken
         # The files come first, as printing fails if the reader of the output has ended.
         if self.state is not None:
             self.watch.save(self.state)
         if self.prometheus is not None:
-            with whole_file(self.prometheus) as draft:
-                draft.write_text(self.watch.prometheus(), encoding="utf-8")
+            write_text(self.prometheus, self.watch.prometheus())
         click.echo(json.dumps(self.watch.to_dict(), allow_nan=False))
 
 
