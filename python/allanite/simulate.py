@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.validation import SEEDS, positive, positive_rate, whole
 from allanite.effects import Model, as_model, segment_weights
@@ -22,13 +23,11 @@ from allanite.recording.samples import covariate_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from allanite.effects import Effect, Modifier, Stochastic
     from allanite.effects._filter import Response
     from allanite.effects.terms import Term
-
-    Array = NDArray[np.float64]
 
     Gain = Callable[..., Array]
 
@@ -110,7 +109,7 @@ def _has_nonnegative_spectrum(lag: Exponential) -> bool:
 
 
 def _generator(term: Term) -> tuple[str, list[float]]:
-    """Pair (name, parameters) of the generator of the compiled core that simulates one term."""
+    """Pair (name, parameters) of the core's generator of one term: its own generator, or filtered white noise."""
     return term.generator or _filter_generator((term,))
 
 
@@ -189,17 +188,7 @@ def simulate(
         A value of the model is missing or too large. The rate or the length is not positive, or the record does not fit
         into memory. Seed, axis or replicate is not a whole number from 0 on.
     """
-    source = _SimulatedRecord(
-        model,
-        duration=duration,
-        n=n,
-        rate=rate,
-        seed=seed,
-        unit=unit,
-        covariates=covariates,
-        axis=axis,
-        replicate=replicate,
-    )
+    source = _SimulatedRecord(model, rate, duration, n, seed, unit, covariates, axis, replicate)
     return source.next_samples(source.n)
 
 
@@ -242,10 +231,9 @@ class _SimulatedRecord:
     def __init__(
         self,
         model: Model | Effect | str,
-        *,
+        rate: float,
         duration: float | None = None,
         n: int | None = None,
-        rate: float,
         seed: int = 0,
         unit: str = "1",
         covariates: Mapping[str, ArrayLike] | None = None,
@@ -266,12 +254,13 @@ class _SimulatedRecord:
         self.known = [e.sampler(self.n, self.rate, self.covariates) for e in model.deterministic]
         # Simulators of the random processes, and the factors on their samples over time.
         self.parts: list[tuple[_kernels.Simulator, list[Gain]]] = []
-        self.filters: list[_StatefulFilter | _BandLevelFilter] = []
-        self.filters += [_StatefulFilter(e.response(self.rate)) for e in model.filters]
         span = (0.0, self.n / self.rate)
         swelling = [e for e in model.modifiers if e.band is not None]
         of_all = [e for e in swelling if not any(map(e.changes_level_of, model.stochastic))]
-        self.filters += [_BandLevelFilter(e, self.rate, span) for e in of_all]
+        self.filters: list[_StatefulFilter | _BandLevelFilter] = [
+            *(_StatefulFilter(e.response(self.rate)) for e in model.filters),
+            *(_BandLevelFilter(e, self.rate, span) for e in of_all),
+        ]
         # The noise begins before the record, so that the filters have settled at its first sample.
         self.settling = sum(f.settling for f in self.filters)
         total = self.n + self.settling

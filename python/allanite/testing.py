@@ -7,13 +7,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.effects import (
     Deterministic,
@@ -28,13 +28,10 @@ from allanite.effects import (
     parse_model,
     white_noise,
 )
-from allanite.effects._declared import SCREENS
+from allanite.effects._declared import SCREENS, Columns
 from allanite.effects.gauss_markov import GaussMarkov
 from allanite.simulate import simulate
 from allanite.spectrum import bins_of
-
-Array = NDArray[np.float64]
-Columns = Mapping[str, Array]
 
 #: Sampling rate of the test records, Hz.
 RATE = 50.0
@@ -88,8 +85,8 @@ def example_of(
 ) -> Effect:
     """Effect of a kind with typical values for a record of `n` samples at `rate` Hz with the logged `columns`.
 
-    Coefficients are 1, shapes are the medians of their grids, times are one and two thirds of the record, and factors of
-    the noise are 3. Optional parameters have no value. A column that the effect follows is the first of `columns`.
+    Coefficients are 1, and shapes are the medians of their grids. Times are one and two thirds of the record. Noise factors
+    are 3. Optional parameters have no value. A column that the effect follows is the first of `columns`.
     """
     texts = {f.name: str(f.type) for f in fields(kind)}
     beside = Model((white_noise(),))
@@ -212,28 +209,6 @@ def _as_model(effect: Effect) -> Model:
     return Model((white_noise(1.0), effect) if isinstance(effect, Modifier) else (effect,))
 
 
-def allan_variance_of_density(
-    density: Array, weight: Array, w: Array, m: float, rate: float
-) -> float:
-    """Allan variance at the averaging factor m, by quadrature of a spectral density: ∫ S(f)·4 sin⁴(mw/2)/(m² sin²(w/2)) df.
-
-    Parameters
-    ----------
-    density : ndarray, shape (nodes,)
-        Two-sided density S at the nodes, U²/Hz.
-    weight : ndarray, shape (nodes,)
-        Weights of the nodes for integration over w.
-    w : ndarray, shape (nodes,)
-        Nodes, rad per sample.
-    m : float
-        Averaging factor.
-    rate : float
-        Sampling rate, Hz.
-    """
-    gain = 4.0 * np.sin(m * w / 2.0) ** 4 / (m * np.sin(w / 2.0)) ** 2
-    return float((weight * density * gain).sum() * rate / (2.0 * np.pi))
-
-
 def _quadrature_nodes(m: int) -> tuple[Array, Array]:
     """Pair (nodes, weights) of a Gauss-Legendre quadrature over (0, π) for integrands with sin⁴(mw/2), shape (nodes,) each.
 
@@ -260,7 +235,8 @@ def check_density(effect: Effect) -> None:
         # At the zeros of a filter, terms of opposite sign cancel up to rounding.
         sizes = sum(np.abs(term.spectrum(w)) for term in model.terms(RATE)) / RATE
         _assert_that((density > -ROUNDING * sizes).all(), f"{effect.kind}: the density is negative")
-        integral = allan_variance_of_density(density, weight, w, m, RATE)
+        gain = 4.0 * np.sin(m * w / 2.0) ** 4 / (m * np.sin(w / 2.0)) ** 2
+        integral = float((weight * density * gain).sum() * RATE / (2.0 * np.pi))
         declared = float(model.allan_variance(m / RATE, RATE))
         _assert_that(
             abs(integral / declared - 1.0) < 1e-5,

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from allanite.common.errors import InputError
 from allanite.common.former import Former
-from allanite.effects._declared import Array, Columns, has_several, names_of
+from allanite.effects._declared import Array, Columns, has_several, log_grid, names_of
 from allanite.effects._declared import Parameter as Parameter
 from allanite.effects._declared import StraightLine as StraightLine
 from allanite.effects._documented import document
@@ -355,10 +355,8 @@ class Effect(AsModel):
         Nyquist, 8 per decade, at least 4 values.
         """
         if self.parameter(name).unit == "s":
-            low, high = 2.0 / rate, n / rate / 2.0
-        else:
-            low, high = 4.0 / (n / rate), 0.5 * rate
-        return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
+            return log_grid(2.0 / rate, n / rate / 2.0)
+        return log_grid(4.0 / (n / rate), 0.5 * rate)
 
     def searched(self, name: str, n: int, rate: float) -> Array:
         """Array of values of the shape parameter `name` that a fit tries.
@@ -459,7 +457,10 @@ class Effect(AsModel):
         return None if not times or None in times else (times[0], times[1])
 
     def with_values(self, **values: Any) -> Self:
-        """Copy with some `values` changed, by JSON name; InputError for an invalid value, as in the constructor."""
+        """Copy with some `values` changed, by JSON name.
+
+        InputError for an invalid value, as in the constructor; TypeError for an unknown name.
+        """
         own, made, names = vars(self), object.__new__(type(self)), names_of(type(self))
         if not values.keys() <= names:
             return replace(self, **values)

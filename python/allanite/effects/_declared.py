@@ -164,6 +164,11 @@ def lag_parameter(name: str, description: str) -> Parameter:
     return Parameter(name, "s", description, "shape", low=1e-12, aliases=("T",), symbol="T")
 
 
+def log_grid(low: float, high: float, per_decade: int = 8, at_least: int = 4) -> Array:
+    """Array of logarithmically spaced values from `low` to `high`, `per_decade` in each decade and `at_least` this many."""
+    return np.geomspace(low, high, max(at_least, int(per_decade * np.log10(high / low))))
+
+
 @dataclass(frozen=True, slots=True)
 class StraightLine:
     """Straight line from which IEEE 952-1997 reads a coefficient of the Allan deviation.

@@ -160,16 +160,13 @@ class Filter(Modifier):
 
         White noises, autocovariances of few lags (`Lags`) and exponentials with equal poles are merged.
         """
-        response = _cached_response(self, rate)
+        response, passed = _cached_response(self, rate), list[Term]()
         # A moving band has dozens of exponentials; together they add one exponential for each pole of the filter.
         waves: list[Term] = [term for term in terms if isinstance(term, Exponential)]
         if len(waves) > MAX_SINGLE_EXPONENTIALS:
-            rest = [term for term in terms if not isinstance(term, Exponential)]
             passed = _filtered_sum(waves, response, 0.0)
-            return _merged_terms(
-                [*passed, *(p for term in rest for p in _filtered_term(term, response))]
-            )
-        return _merged_terms([part for term in terms for part in _filtered_term(term, response)])
+            terms = tuple(term for term in terms if not isinstance(term, Exponential))
+        return _merged_terms([*passed, *(p for t in terms for p in _filtered_term(t, response))])
 
 
 @cleared_by_free_buffers
@@ -343,9 +340,8 @@ def _filtered_lags(covariance: Array, response: Response) -> list[Term]:
     out: list[Term] = []
     finite = response.lag_zero * covariance
     for p, w in response.modes:
-        slow = -last * np.log(abs(p)) < np.log(
-            MAX_INVERSE_POWER
-        )  # |p|⁻ᵏ of a fast pole would overflow
+        # |p|⁻ᵏ of a fast pole would overflow.
+        slow = -last * np.log(abs(p)) < np.log(MAX_INVERSE_POWER)
         reach = last + (0 if slow else int(np.ceil(COVARIANCE_E_FOLDINGS / -np.log(abs(p)))))
         own = p ** np.arange(reach + last + 1)
         sides = np.concatenate([own[last:0:-1], own])

@@ -121,13 +121,16 @@ class Deterministic(Effect):
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:
-        """Tuple that is equal for effects with equal regressors (a cache key): the class and all non-amplitude values."""
+        """Tuple that is equal for effects with equal regressors (a cache key).
+
+        It contains the class, all values that are not coefficients, and for each coefficient whether it is None.
+        """
         fitted = {p.name: p.role == "coefficient" for p in self.parameters}
         return type(self), *(v is None if fitted[name] else v for name, v in self.values.items())
 
     @property
     def amplitudes_held(self) -> bool:
-        """True if the user holds an amplitude of this effect. A fit then keeps all its amplitudes."""
+        """True if an amplitude of this effect is held or at its limit. A fit then keeps all amplitudes of the effect."""
         return any(p.role == "coefficient" and p.name in self.held for p in self.parameters)
 
     def _fitted_names(self) -> list[str]:

@@ -92,7 +92,8 @@ def limits_of(kind: str, parameters: Sequence[Parameter], given: Any) -> Limits:
     Raises
     ------
     InputError
-        Limits that are not pairs of numbers or None, a parameter that cannot have limits, or contradictory limits.
+        Limits that are not pairs of numbers or None, are not in ascending order, or lie outside the parameter's range; or
+        a parameter that cannot have limits.
     """
     if not isinstance(given, Mapping):
         raise InputError(f"{kind}: limits must be (low, high) by name, found {str(given)[:40]!r}")

@@ -217,14 +217,10 @@ class Bandwidth(Modifier):
         best = int(np.argmin(cepstrum))
         if cepstrum[best] > -MIN_CEPSTRUM_SCORE * np.pi / np.sqrt(n):
             return ()
-        orders = lowpass.DESIGNS["moving_average"]
+        stages = lowpass.MEAN_CUTOFFS.items()
         return tuple(
-            cls(
-                cutoff=float(lowpass.MEAN_CUTOFFS[order] * rate / lags[best]),
-                order=float(order),
-                design="moving_average",
-            )
-            for order in orders
+            cls(cutoff=float(c * rate / lags[best]), order=float(k), design="moving_average")
+            for k, c in stages
         )
 
     @property

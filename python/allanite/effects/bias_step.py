@@ -71,9 +71,9 @@ class BiasStep(Event):
     def best_spans(
         cls, residual: Array, root: Array, basis: Array, n: int, rate: float
     ) -> tuple[tuple[Event, float], ...]:
-        """Tuple of two (effect, angle): best excursion (two opposite steps) and best transition (a ramp to a new level).
+        """Pair of pairs (effect, angle): best excursion (two opposite steps) and best transition (a ramp to a new level).
 
-        The angle is that of `Deterministic.best_spans`.
+        The angle (rad) measures the number of independent trials, see `Deterministic.best_spans`.
         """
         return (
             best_excursion(residual, root, basis, n, rate),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -52,7 +52,7 @@ class Covariate(Follower):
         Parameter("quadratic", "U/unit²", "quadratic coefficient", low=-np.inf, optional=True),
         Parameter("cubic", "U/unit³", "cubic coefficient", low=-np.inf, optional=True),
     )
-    one_of: ClassVar[tuple[str, ...]] = ("covariate", "two_lags")
+    one_of = ("covariate", "two_lags")
     legend = ("coefficient", "lag")
     physics = (
         "the bias follows another quantity: a temperature through the sensor's thermal mass, a supply voltage, "

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from allanite.effects._base import Stochastic
-from allanite.effects._declared import Array, Parameter, lag_parameter, texts_for_clocks
+from allanite.effects._declared import Array, Parameter, lag_parameter, log_grid, texts_for_clocks
 from allanite.effects.terms import Exponential, Term
 
 
@@ -77,8 +77,7 @@ class GaussMarkov(Stochastic):
 
         With a longer correlation time the process is a random walk.
         """
-        low, high = 4.0 / rate, 0.5 * n / rate
-        return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
+        return log_grid(4.0 / rate, 0.5 * n / rate)
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Tuple with one term: an exponential with variance T/2 and time constant T."""

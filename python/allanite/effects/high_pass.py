@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.effects._declared import CUTOFF, Array, Parameter, texts_for_clocks
+from allanite.effects._declared import CUTOFF, Array, Parameter, log_grid, texts_for_clocks
 from allanite.effects._filter import Filter, Response
 
 if TYPE_CHECKING:
@@ -87,8 +87,7 @@ class HighPass(Filter):
 
         The lowest is 4/T, but at most a tenth of the rate.
         """
-        low, high = min(4.0 / n, 0.1) * rate, 0.25 * rate
-        return np.geomspace(low, high, max(6, int(8 * np.log10(high / low))))
+        return log_grid(min(4.0 / n, 0.1) * rate, 0.25 * rate, at_least=6)
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
         """True if the lowest density below half the cutoff is under half of the median density above twice the cutoff.

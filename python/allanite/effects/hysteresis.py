@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -45,7 +45,7 @@ class Hysteresis(Follower):
         ),
         Parameter("width", "unit", "half the play", "shape", low=1e-12, symbol="w"),
     )
-    one_of: ClassVar[tuple[str, ...]] = ("hysteresis",)
+    one_of = ("hysteresis",)
     legend = ("coefficient", "width")
     physics = (
         "stress that a package, a glue or a mounting relieves only by slipping: when the temperature falls again, the bias "

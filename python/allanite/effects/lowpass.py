@@ -119,15 +119,8 @@ def generators(design: str, order: int, cutoff: float, white: float) -> Generato
         taps = _polyphase_taps(design, order, _clipped_cutoff(cutoff))
         gain = np.sqrt(white / sum(float(t.sum()) ** 2 for t in taps))
         return [("finite", [float(gain * c) for c in t]) for t in taps]
-    return [
-        (
-            "filtered",
-            [
-                float(np.sqrt(white)),
-                *_second_order_sections(*_poles_and_zeros(design, order, cutoff)),
-            ],
-        )
-    ]
+    sections = _second_order_sections(*_poles_and_zeros(design, order, cutoff))
+    return [("filtered", [float(np.sqrt(white)), *sections])]
 
 
 def response(design: str, order: int, cutoff: float) -> Response:

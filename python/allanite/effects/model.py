@@ -248,7 +248,7 @@ class Model(AsModel):
         return (total / fs).reshape(np.shape(f))
 
     def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> Array:
-        """Array of the expected overlapping Allan variance of the model, exact at every averaging factor.
+        """Array of the expected overlapping Allan variance of the model for samples at `rate`.
 
         Parameters
         ----------
@@ -260,7 +260,8 @@ class Model(AsModel):
         Returns
         -------
         ndarray
-            Variance, U², shape of `tau`. Deterministic effects add their exact asymptotic variance.
+            Variance, U², shape of `tau`. Ramps and lines add their variance. Other known functions of time add nothing,
+            because their variance depends on the record.
         """
         times = np.atleast_1d(require_frequencies(tau, "tau", "s"))
         fs = self._rate(rate, times.min(initial=np.inf) / 1e3)

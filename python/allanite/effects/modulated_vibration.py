@@ -118,7 +118,7 @@ class ModulatedVibration(Resonance):
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Tuple of three exponentials, for the carrier and two sidebands, with total variance 1.
 
-        Without all values it is that of a resonance.
+        Without frequency, damping or modulation frequency it is the one exponential of a resonance.
         """
         part = 0.25 * (self.depth or 0.0) ** 2
         shares = [one / (1.0 + 2.0 * part) for one in (1.0, part, part)]

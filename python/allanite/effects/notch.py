@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects._declared import Array, Parameter, frequency_parameter, texts_for_clocks
+from allanite.effects._declared import (
+    Array,
+    Parameter,
+    frequency_parameter,
+    log_grid,
+    texts_for_clocks,
+)
 from allanite.effects._filter import Filter, Response
 
 if TYPE_CHECKING:
@@ -76,13 +82,12 @@ class Notch(Filter):
     def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of values to try: frequencies, Hz; three qualities; or two values of the amplitude gain at the center.
 
-        Frequencies are 10 % apart, from 1/200 of the rate or 100/T, the larger of both, to 0.48 of the rate.
+        Frequencies are 10 % apart and at least four, up to 0.48 of the rate. The lowest is 1/200 of the rate or 100/T, the
+        higher of both, but at most 0.4 of the rate.
         """
         if name != "frequency":
             return np.array(TRIED_QUALITIES if name == "quality" else TRIED_AMPLITUDES_LEFT)
-        low, high = max(100.0 / n, 0.005) * rate, 0.48 * rate
-        low = min(low, 0.4 * rate)
-        return np.geomspace(low, high, max(4, int(24 * np.log10(high / low))))
+        return log_grid(min(max(100.0 / n, 0.005), 0.4) * rate, 0.48 * rate, 24)
 
     @property
     def occupies(self) -> tuple[float, float] | None:
@@ -122,16 +127,4 @@ class Notch(Filter):
         left = self.left or 0.0
         share = (1.0 - left) * (1.0 + a[0] + a[1]) / (2.0 + b[0])
         top = [left + share, left * a[0] + share * b[0], left * a[1] + share * b[1]]
-        zeros = _quadratic_roots(top[1] / top[0], top[2] / top[0])
-        return Response(float(top[0]), zeros, pair)
-
-
-def _quadratic_roots(b: float, c: float) -> tuple[complex, complex]:
-    """Pair of the complex roots of z² + bz + c; of real ones, the larger in size first."""
-    apart = 0.25 * b * b - c
-    if apart < 0.0:
-        root = (-apart) ** 0.5
-        return complex(-0.5 * b, root), complex(-0.5 * b, -root)
-    # Compute the larger root first, which avoids cancellation.
-    large = -0.5 * b - float(np.copysign(apart**0.5, b))
-    return complex(large), complex(c / large if large else 0.0)
+        return Response(float(top[0]), tuple(map(complex, np.roots(top))), pair)

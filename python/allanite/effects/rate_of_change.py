@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -37,7 +36,7 @@ class RateOfChange(Follower):
         coefficient_parameter("U·s/unit", "change of the samples per rate of change of the column"),
         Parameter("lag", "s", "time constant of the lag", "shape", low=1e-12, symbol="T"),
     )
-    one_of: ClassVar[tuple[str, ...]] = ("rate_of_change",)
+    one_of = ("rate_of_change",)
     legend = ("coefficient", "lag")
     physics = (
         "a gradient across the sensor: while the temperature changes, one side is ahead of the other, as in a fiber coil "
@@ -61,7 +60,7 @@ class RateOfChange(Follower):
     def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of 8 time constants of the low-pass on the column, s, from 1/1000 to 1/20 of the record.
 
-        With a longer time constant the effect resembles the column itself.
+        The first is at least 2 samples, the last at least 4. With a longer one the effect resembles the column itself.
         """
         return np.geomspace(max(2.0, n / 1000.0), max(4.0, n / 20.0), 8) / rate
 

@@ -77,8 +77,8 @@ def sheet_unit(parameter: Parameter, sample: str) -> str:
 def in_sheet_unit(value: Estimate, parameter: Parameter) -> Estimate:
     """`Estimate` of a fit, converted to the unit in which tables and figures show the `parameter` (`sheet_unit`).
 
-    A change with a logged column is in °/s or mg per unit of the column, or in the requested unit per unit of the column.
-    Unchanged if its unit does not depend on that of the samples, or is unknown.
+    A change with a logged column is in °/s or mg, or the requested unit, per unit of the column. Unchanged if its unit does
+    not depend on that of the samples, or is unknown.
     """
     if isinstance(parameter.unit, float):
         sample = value.unit.removesuffix(coefficient_unit("", parameter.unit))

@@ -59,9 +59,9 @@ class ToneBurst(Tone):
         return super().grid(name, n, rate)
 
     def seen_between(self, start: float, end: float) -> tuple[float, float]:
-        """Pair (low, high) of the frequency range that contains all but 2 % of the power, Hz.
+        """Pair (low, high): frequency ∓ 4/length of the burst, Hz, a range with 98 % of its power; low is at least 0.
 
-        Without its own times the burst lasts from `start` to `end`, s.
+        A burst without times lasts from `start` to `end`, s.
         """
         f, when = self.frequency or 0.0, self.when or (start, end)
         lobe_half_width = LOBE_HALF_WIDTH / max(when[1] - when[0], 1e-12)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -42,7 +41,7 @@ class TwoLags(Follower):
             "slow_lag", "s", "time constant of the slower part", "shape", low=1e-12, symbol="T₂"
         ),
     )
-    one_of: ClassVar[tuple[str, ...]] = ("covariate", "two_lags")
+    one_of = ("covariate", "two_lags")
     legend = ("slow", "slow_lag", "fast", "fast_lag")
     physics = (
         "two thermal masses: the element warms with its package in seconds, the housing or the board in minutes, "

@@ -9,7 +9,14 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._declared import Array, Columns, Parameter, lag_parameter, texts_for_clocks
+from allanite.effects._declared import (
+    Array,
+    Columns,
+    Parameter,
+    lag_parameter,
+    log_grid,
+    texts_for_clocks,
+)
 from allanite.effects._known import Deterministic
 
 
@@ -58,8 +65,7 @@ class WarmUp(Deterministic):
 
         They are 12 per decade, at least four. A slower settling is a ramp.
         """
-        low, high = 2.0, max(n / 2.0, 4.0)
-        return np.geomspace(low, high, max(4, int(12 * np.log10(high / low)))) / rate
+        return log_grid(2.0, max(n / 2.0, 4.0), 12) / rate
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
         """Array of e^{−t/τ}, shape (n, 1)."""

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite import _kernels
 from allanite.common.aligned import align_when_unpickled
-from allanite.common.arrays import runs_of
+from allanite.common.arrays import Array, runs_of
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.validation import check_size, positive_rate
@@ -59,28 +59,26 @@ class Bins:
 
     n: int
     edges: NDArray[np.int64]
-    count: NDArray[np.float64]
+    count: Array
     nodes: NDArray[np.int64]
     owner: NDArray[np.int64]
     groups: NDArray[np.int64]
 
     __repr__ = brief
 
-    def mean(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def mean(self, values: Array) -> Array:
         """Array of the mean over each bin, shape (bins,), of a function with these `values` at the ordinates `nodes`."""
         weight = np.bincount(self.owner)
         return np.asarray(np.bincount(self.owner, weights=values) / weight)
 
-    def power(self, ordinates: NDArray[np.float64]) -> NDArray[np.float64]:
+    def power(self, ordinates: Array) -> Array:
         """Array of the mean square of the cosine-transform coefficients `ordinates` in each bin, shape (bins,).
 
         `ordinates` has length n; the first, j = 0, is not used.
         """
         return _kernels.squares(ordinates, self.edges) / np.diff(self.edges)
 
-    def folded(
-        self, ordinates: NDArray[np.float64], folds: int
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def folded(self, ordinates: Array, folds: int) -> tuple[Array, Array]:
         """Pair of arrays, shape (folds, bins): number and sum of squares of the ordinates of each fold in each bin.
 
         A fold is a subset for cross-validation: fold k has the ordinates with index j mod `folds` = k.
@@ -97,12 +95,12 @@ class Bins:
             total[fold] = np.where(number[fold] > 0, sums, 0.0)
         return number, total
 
-    def frequency(self, rate: float) -> NDArray[np.float64]:
+    def frequency(self, rate: float) -> Array:
         """Array of the center frequency of each bin, Hz, shape (bins,): geometric mean of its first and last ordinate."""
         center = np.sqrt(self.edges[:-1] * (self.edges[1:] - 1.0))
         return center * rate / (2.0 * self.n)
 
-    def limits(self, rate: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def limits(self, rate: float) -> tuple[Array, Array]:
         """Pair (lower, upper) of arrays, shape (bins,): the frequency limits of the bins, Hz."""
         half = rate / (2.0 * self.n)
         edges = (self.edges.astype(np.float64) - 0.5) * half
@@ -133,7 +131,7 @@ def cells_of(bins: int) -> list[int]:
 
 
 @lru_cache(maxsize=2 * NODES_PER_CELL)
-def _node_positions(count: int, wide: bool) -> NDArray[np.float64]:
+def _node_positions(count: int, wide: bool) -> Array:
     """Array of the positions of `count` nodes in a bin, as fractions 0 to 1 of its width, shape (count,); cached.
 
     The mean of a model over a bin is its mean at these nodes. In a `wide` bin an even number of nodes are pairs of the
@@ -187,9 +185,7 @@ def bins_of(n: int) -> Bins:
     return Bins(n, *arrays)
 
 
-def bridge_gaps(
-    samples: NDArray[Any], missing: NDArray[np.bool_] | None = None
-) -> NDArray[np.float64]:
+def bridge_gaps(samples: NDArray[Any], missing: NDArray[np.bool_] | None = None) -> Array:
     """Array of the samples as float64, shape (n,), in which NaN and samples flagged in `missing` have plausible values.
 
     Each run of missing samples is bridged by a straight line between the means of up to 8 samples on each side. White
@@ -248,13 +244,13 @@ class Spectrum:
     ['points', 'schema', 'sided']
     """
 
-    frequency: NDArray[np.float64]
-    low_hz: NDArray[np.float64]
-    high_hz: NDArray[np.float64]
-    density: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    count: NDArray[np.float64]
+    frequency: Array
+    low_hz: Array
+    high_hz: Array
+    density: Array
+    low: Array
+    high: Array
+    count: Array
     unit: str = "1"
 
     __repr__ = brief
