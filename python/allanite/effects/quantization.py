@@ -66,5 +66,5 @@ class Quantization(Stochastic):
     rivals = ("power_law",)
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Tuple with one term: first differences of white noise of variance `rate`²: angle errors with variance 1, over τ0."""
+        """Tuple with one term: first differences of white angle errors of variance 1, divided by the sampling interval."""
         return (Blue(rate**2),)
