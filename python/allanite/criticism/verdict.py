@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.former import Former
 from allanite.common.numbers import time_scale, with_readable_numbers
 from allanite.common.showing import brief
 from allanite.criticism import over_frequency, over_tau
@@ -52,12 +53,8 @@ class Where:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: residuals over ``tau``, ``frequency`` and ``time``, and ``worst``, the worst interval of each."""
-        return {
-            "tau": self.tau,
-            "frequency": self.frequency,
-            "time": self.time,
-            "worst": self.worst(),
-        }
+        views = {"tau": self.tau, "frequency": self.frequency, "time": self.time}
+        return {**views, "worst": self.worst()}
 
     @property
     def fails(self) -> bool:
@@ -66,12 +63,15 @@ class Where:
 
     def sentences(self) -> list[str]:
         """List of one sentence per failure: over τ (up to two), frequency and time; empty if nothing fails."""
-        return [sentence for _, _, sentence in self.places()]
+        return [sentence for _, _, sentence in self.failures()]
 
-    def places(self) -> list[tuple[str, tuple[float, float], str]]:
+    places = Former("failures")
+
+    def failures(self) -> list[tuple[str, tuple[float, float], str]]:
         """List of (view, interval, sentence) for each failure of the fit; view is ``tau``, ``frequency`` or ``time``.
 
-        Intervals are in s, Hz and s. There are two for τ if τ of `largest` lies outside the worst interval.
+        Intervals (low, high) are in s, Hz and s. There are two for τ if the largest error of the Allan deviation lies
+        outside the worst interval.
         """
         out = []
         if self.worst_tau is not None:

@@ -89,9 +89,9 @@ def fit_model(
 def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") -> Fit:
     """`Fit` of a model of any size by one method (see `fit_model`, which limits the number of effects).
 
-    Missing samples are replaced by draws from the model. The first and last samples are masked if they leak. Several
-    columns give a warning and `Fits` instead. Raises `InputError` for an unknown method, a locked sensor or values that
-    the model does not allow.
+    Missing samples are replaced by draws from the model. The first and last sample count as missing if the jump between
+    them distorts the spectrum (`without_ends`). Several columns give a warning and `Fits` instead. Raises `InputError`
+    for an unknown method or values that do not suit the record, and `TooShortError` for a sensor with one constant code.
     """
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}; use one of {', '.join(METHODS)}")
@@ -198,8 +198,8 @@ def refitted(fit: Fit, model: Model) -> Fit:
 def fit_again(fit: Fit, model: Model) -> Fit:
     """`Fit` of another model to the recording of `fit` by the same method, with missing samples drawn anew.
 
-    The draws come from the new model, and leaking end samples are masked. Only a Whittle fit without missing samples
-    starts from the solution of `fit`.
+    The draws come from the new model. Only a Whittle fit without missing samples starts from the solution of `fit`; all
+    others, and those whose first and last sample must be masked (`without_ends`), are made anew.
     """
     if fit.method == "whittle" and fit.data.missing is None:
         found = refitted(fit, model)

@@ -135,10 +135,10 @@ def _quantiles(
     probabilities: list[float],
     kind: str,
 ) -> Array:
-    """Array of the quantiles of the variance ratio σ̂²/σ² (estimated to true) at one averaging factor, for `probabilities`.
+    """Array of the quantiles, at `probabilities`, of the variance ratio σ̂²/σ² (estimated to true) at one `factor`.
 
-    Below 40 degrees of freedom the exact law of the sum of squares is used; above, or for quantization alone, the χ²
-    law.
+    `factor` is the averaging factor, `kind` the estimator (see `bands`), `edf` its equivalent degrees of freedom. Below
+    40 of them the exact distribution of the sum of squares is used; above, or for quantization alone, that of χ².
     """
     from scipy.special import gammaincinv
 

@@ -302,7 +302,7 @@ class Fit:
     def undecided(self) -> Undecided | None:
         """`Undecided`: other models whose ln evidence is at most 3 nats lower, and intervals averaged over all models.
 
-        None without such a model, or for a fit not by likelihood. Cached with the fit, because copies of a study share it.
+        None without such a model, or for a fit by another method than ``whittle``. Cached with the fit.
         """
         from allanite.fit.rivals.undecided import undecided
 

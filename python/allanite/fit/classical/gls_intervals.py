@@ -109,11 +109,11 @@ class _TestInversion:
         return trial
 
     def probability_below(self, t: float, bounded: bool = True) -> float:
-        """Probability of an estimate smaller than the actual one, if t is the true squared coefficient.
+        """Probability that a record yields a smaller estimate than the measured one, if t is the true squared coefficient.
 
-        With `bounded`, other effects that are fitted as 0 for this t are fixed at 0. If such an effect is present in
-        truth, an upper limit is conservative and a lower limit too high. 1 if all effects are fitted as 0. Stores the
-        fitted coefficients in `trial`.
+        The other coefficients are fitted for this t and stored in `trial`. With `bounded`, those fitted as 0 are fixed at
+        0. If such an effect is present in truth, an upper limit is conservative and a lower limit too high. The
+        probability is 1 if all coefficients are fitted as 0.
         """
         columns, trial = self.mixtures.columns, self._fitted(t)
         if not trial.any():

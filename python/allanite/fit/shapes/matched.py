@@ -112,9 +112,10 @@ def filter_ordinates(data: Data) -> NDArray[np.int64]:
 def slow_families(
     model: Model, columns: Mapping[str, Array]
 ) -> dict[str, tuple[Deterministic, ...]]:
-    """Dict from family to a tuple of the slow functions of time that may be added to a model, without values.
+    """Dict from a family of effects (`Effect.family`) to a tuple of its slow functions of time, without values.
 
-    Empty if a filter of the model blocks drifts.
+    They are the functions of the catalog that may be added to `model`, one for each column in `columns` that they can
+    follow. Empty if a filter of the model blocks drifts.
     """
     out: dict[str, tuple[Deterministic, ...]] = {}
     if any(filtering.blocks for filtering in model.filters):
@@ -174,10 +175,13 @@ def best_spans(
     data: Data,
     together_with: Sequence[Deterministic] = (),
 ) -> list[tuple[Deterministic, float]]:
-    """List of (effect, angle) for the best effects of class `cls` between two times, e.g. an excursion.
+    """List of (effect, angle): effects with two times that explain `residual` best, as proposed by the class `cls`.
 
-    The angle, rad, is that by which the vector of whitened ordinates turns as one edge moves over all times. It measures
-    the number of independent trials. Empty for classes without two times.
+    A bias step proposes an excursion and a transition; most classes propose none.
+
+    `residual` are residual ordinates, shape (n,). The amplitudes of the slow functions `together_with` are fitted, too.
+    The angle, rad, counts independent trials: it is the angle by which the whitened ordinates of the effect, as a
+    vector, turn as one edge moves over all times.
     """
     j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))

@@ -195,11 +195,10 @@ class Window:
         )
 
     def best_of_widths(self) -> Array:
-        """Array of the coordinates of the most likely band of several half-widths.
+        """Array of the coordinates of the most likely of several bands, or of the model's own band (`start`) if likelier.
 
-        The half-widths grow by factors of 2 from one ordinate. Of each width, only the band with the largest power
-        above that of the other effects is tried. The coordinates of the model's band are returned if no tried band is
-        more likely. They are also returned if the other effects have no power somewhere.
+        Half-widths of 1, 2, 4, … ordinates are tried, up to that of the widest narrow band. For each, it is the band with
+        the largest power relative to the other effects. `start` is returned, too, if these have no power somewhere.
         """
         if not np.all(self.other_power > 0.0):  # without other noise, no excess is defined
             return self.start()

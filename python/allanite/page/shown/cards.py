@@ -90,7 +90,7 @@ def failures(study: Study) -> list[dict[str, Any]]:
     if study.adequate:
         return []
     check = study.check
-    placed = {sentence: (view, place) for view, place, sentence in check.where.places()}
+    placed = {sentence: (view, place) for view, place, sentence in check.where.failures()}
     out = []
     # Alternative explanations are mentioned only for models without other failures.
     for text in study.doubts if check.adequate else check.left or [check.nowhere]:

@@ -192,7 +192,7 @@ def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     if check is None:
         raise InputError("The map is being computed …")
     figure = plot_time(check)
-    said = [text for view, _, text in check.where.places() if view == "time"]
+    said = [text for view, _, text in check.where.failures() if view == "time"]
     if not check.where.time:
         return figure
     calm = "the noise is constant over the record: no cell differs significantly"
