@@ -135,21 +135,18 @@ def alternative_pairs(fit: Fit, place: int, also: int | None = None) -> list[Pai
     filter nor fit to be split (`can_be_split`), or if no other effect remains.
     """
     effects = fit.model.effects
-    out = effects[place]
-    less = len(effects) - (1 if also is None else 2)
-    if not (can_be_split(out) or isinstance(out, Modifier)) or not less:
+    out, places = effects[place], (place,) if also is None else (place, also)
+    if not (can_be_split(out) or isinstance(out, Modifier)) or len(effects) == len(places):
         return []
-    base = fit.solution_without(place) if also is None else fit.solution_without(place, also)
-    had = evidence(fit.solution)
+    base, had = fit.solution_without(*places), evidence(fit.solution)
+    search = _PairSearch(fit.data, out, base, had - MAX_RIVAL_LOG_EVIDENCE)
+    found = [Pair(value - had, model) for value, model in search.pairs()]
+    # Only the best pair of each two kinds stays.
     best: dict[frozenset[str], Pair] = {}
-    for found, model in _PairSearch(fit.data, out, base, had - MAX_RIVAL_LOG_EVIDENCE).pairs():
-        pair = Pair(found - had, model)
-        key = frozenset(pair.kinds)
-        if pair.evidence > -MAX_RIVAL_LOG_EVIDENCE and (
-            key not in best or pair.evidence > best[key].evidence
-        ):
-            best[key] = pair
-    return sorted(best.values(), key=lambda pair: -pair.evidence)
+    for pair in sorted(found, key=lambda pair: -pair.evidence):
+        if pair.evidence > -MAX_RIVAL_LOG_EVIDENCE:
+            best.setdefault(frozenset(pair.kinds), pair)
+    return list(best.values())
 
 
 @dataclass(frozen=True, slots=True)
