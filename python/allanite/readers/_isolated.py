@@ -92,13 +92,10 @@ def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
     module, _, attribute = reader.partition(":")
     read = getattr(import_module(module), attribute).__wrapped__
     with errors_in_one_line():
-        table = read(Path(path), _all_columns, *([topics] if topics else []))
+        table = read(
+            Path(path), lambda first: range(len(first.names)), *([topics] if topics else [])
+        )
     return {name: getattr(table, name) for name in TRANSFERRED}
-
-
-def _all_columns(first_rows: Table) -> list[int]:
-    """List of the indices of all columns of a table."""
-    return list(range(len(first_rows.names)))
 
 
 def _size_in_bytes(path: Path) -> int:

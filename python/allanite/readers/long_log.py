@@ -56,7 +56,7 @@ CHUNK_ROWS = 1 << 16
 def is_too_large(path: Path) -> bool:
     """True if a text log or NPY file is larger than the memory budget; False for other files or no file.
 
-    A file is text if its first 4096 bytes have no null byte.
+    A file is text if its first 8192 bytes have no null byte.
     """
     if not path.is_file() or path.stat().st_size <= budget():
         return False

@@ -13,12 +13,12 @@ from typing import IO
 
 from allanite.common.errors import InputError, about
 from allanite.common.memory import require_memory
+from allanite.readers._lines import head_of
 
 
 def is_packed(path: Path) -> bool:
     """True if the file at `path` begins with the signature of gzip."""
-    with path.open("rb") as stream:
-        return stream.read(2) == b"\x1f\x8b"
+    return head_of(path).startswith(b"\x1f\x8b")
 
 
 @contextmanager
@@ -30,7 +30,7 @@ def unpacked(path: Path) -> Iterator[Path]:
     Raises
     ------
     InputError
-        The file is damaged or truncated, or holds another compressed file.
+        The file is damaged or truncated, holds another compressed file, or exceeds the memory budget unpacked.
     """
     inner = path.stem if path.suffix.lower() == ".gz" else path.name
     with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
@@ -74,13 +74,7 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
                 target = Path(folder) / f"{chosen}.csv"
                 with archive.open(logs[chosen]) as source, target.open("wb") as sink:
                     _copy_stream(source, sink)
-        except (
-            zipfile.BadZipFile,
-            zlib.error,
-            EOFError,
-            NotImplementedError,
-            RuntimeError,
-        ) as error:
+        except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError) as error:
             raise InputError(f"damaged or truncated ZIP archive ({error})") from None
         with about(path, instead=target):
             yield target

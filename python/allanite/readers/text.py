@@ -14,10 +14,12 @@ from allanite import _kernels
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.memory import require_memory
 from allanite.common.plain import plain
+from allanite.readers._lines import head_of
 from allanite.readers._table import Table, split_header
 from allanite.readers.column_numbers import ROWS
 from allanite.readers.deviation_table import refuse_deviation_header
 from allanite.readers.unit_kinds import FOREIGN, kind_of_unit
+from allanite.recording.samples import default_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -102,24 +104,21 @@ def read(path: Path, pick: Picker) -> Table:
     InputError
         A cell is no number, or a row has another length. The message names file, row, column and text.
     """
-    with path.open("rb") as stream:
-        begin = stream.read(4096)
-        if begin.startswith(b"version https://git-lfs.github.com/spec/"):
-            raise InputError(
-                "a pointer of Git LFS, not the log: fetch the log itself (git lfs pull)"
-            )
-        if begin.lstrip().startswith(b"{") and (found := _DOCUMENT.match(begin)):
-            raise InputError(
-                f"not a log but a model file ({found[1].decode()})",
-                missing="model",
-                remedy=": give it with {model}, in addition to a log",
-            )
-        if b"\0" in begin:
-            from allanite.readers import FORMATS
+    begin = head_of(path)
+    if begin.startswith(b"version https://git-lfs.github.com/spec/"):
+        raise InputError("a pointer of Git LFS, not the log: fetch the log itself (git lfs pull)")
+    if begin.lstrip().startswith(b"{") and (found := _DOCUMENT.match(begin)):
+        raise InputError(
+            f"not a log but a model file ({found[1].decode()})",
+            missing="model",
+            remedy=": give it with {model}, in addition to a log",
+        )
+    if b"\0" in begin:
+        from allanite.readers import FORMATS
 
-            raise InputError(
-                f"binary data, not a text log; if its suffix is wrong, rename it (known: {' '.join(FORMATS.suffixes)})"
-            )
+        raise InputError(
+            f"binary data, not a text log; if its suffix is wrong, rename it (known: {' '.join(FORMATS.suffixes)})"
+        )
     with core_errors_with_remedy(str(path)):
         return _read_table(path, pick)
 
@@ -142,10 +141,11 @@ def _read_table(path: Path, pick: Picker) -> Table:
 
 
 def first_rows_of(path: Path) -> tuple[Table, list[str], str | None]:
-    """Tuple (table, cells, delimiter) of a text log: first rows of all columns, one cell of each column, and delimiter.
+    """Tuple (table, cells, delimiter) of a text log; the table has the first 20 000 rows of all columns.
 
-    The table has the stated rate. The delimiter is ``","`` if the header needs it, else None: the core recognizes it.
-    Raises `InputError` if the header names a computed Allan deviation.
+    The table has the stated rate. A column with more texts than numbers is None in the table. `cells` is a list of one
+    text for each column: its first cell that is no number, or else its first cell. The delimiter is ``","`` if the header
+    needs it, else None: the core recognizes it. Raises `InputError` if the header names a computed Allan deviation.
     """
     delimiter = None
     reader = _kernels.TextReader(str(path))
@@ -158,53 +158,33 @@ def first_rows_of(path: Path) -> tuple[Table, list[str], str | None]:
     if header is not None:
         names, units = split_header(header)
         if "" in names:
-            names, units = names_of_two_lines(path, names, units)
+            names, units = _names_of_two_lines(path, names, units)
         if not any(units):
-            units = units_below(path, names) or UNITS_OF_HEADERS.get(names) or units
+            units = _units_below(path, names) or UNITS_OF_HEADERS.get(names) or units
     else:
         refuse_deviation_header(_first_lines(path))
-        names, units = (), ()
-    first, cells = first_rows(reader, names, units)
-    return replace(first, rate=stated_rate(path)), cells, delimiter
+        names = default_names(reader.width)
+        units = (None,) * reader.width
+    columns, words, cells = reader.sample(ROWS)
+    # A column is text if most cells are. A few texts among numbers are damage, which the reader reports with the row.
+    texts = {i: cells[i] for i, x in enumerate(columns) if 2 * words[i] > x.size}
+    dates = frozenset(i for i in range(len(columns)) if i not in texts and _DATE.match(cells[i]))
+    table = Table(
+        names,
+        tuple(None if i in texts else x for i, x in enumerate(columns)),
+        units,
+        stated_rate(path),
+        named=header is not None,
+        texts=texts,
+        dates=dates,
+        source="header",
+    )
+    return table, cells, delimiter
 
 
 def all_numbers(first: Table) -> list[int]:
     """List of the indices of all columns that do not hold text, ascending; columns that were not read count, too."""
     return [i for i in range(len(first.names)) if i not in first.texts]
-
-
-def first_rows(
-    reader: _kernels.TextReader, names: Sequence[str], units: Sequence[str | None]
-) -> tuple[Table, list[str]]:
-    """Tuple (table, cells): table of the first 20 000 rows of all columns of a text log, and a text cell of each column.
-
-    A column with more texts than numbers is None in the table, and `texts` has its cell.
-
-    Parameters
-    ----------
-    reader : TextReader
-        An open log of which no row was read.
-    names, units : sequence
-        Names and units of its columns; empty if the log has no header.
-    """
-    columns, words, cells = reader.sample(ROWS)
-    named = bool(names)
-    if not named:
-        names = ("x",) if len(columns) == 1 else tuple(f"x{i}" for i in range(len(columns)))
-        units = (None,) * len(columns)
-    # A column is text if most cells are. A few texts among numbers are damage, which the reader reports with the row.
-    texts = {i: cells[i] for i, x in enumerate(columns) if 2 * words[i] > x.size}
-    dates = frozenset(i for i in range(len(columns)) if i not in texts and _DATE.match(cells[i]))
-    table = Table(
-        tuple(names),
-        tuple(None if i in texts else x for i, x in enumerate(columns)),
-        tuple(units),
-        named=named,
-        texts=texts,
-        dates=dates,
-        source="header",
-    )
-    return table, cells
 
 
 def has_slashed_dates(cell: str) -> bool:
@@ -268,9 +248,9 @@ def _first_lines(path: Path) -> list[str]:
 
 
 def stated_rate(path: Path) -> float | None:
-    """Sampling rate in Hz that a comment or preamble states (``// Update Rate: 100.0Hz``, ``# Tau: 1.0``), or None.
+    """Sampling rate in Hz that a comment or preamble states (``// Update Rate: 100.0Hz``), or None.
 
-    The first stated rate comes before the first stated interval.
+    The first line with a rate counts. Without one, the first interval counts, as in ``# Tau: 0.01``.
     """
     lines = _first_lines(path)
     found = next((match for line in lines if (match := _RATE.match(line))), None)
@@ -280,7 +260,7 @@ def stated_rate(path: Path) -> float | None:
     return 1.0 / tau if tau > 0 else None
 
 
-def names_of_two_lines(
+def _names_of_two_lines(
     path: Path, names: tuple[str, ...], units: tuple[str | None, ...]
 ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
     """Tuple (names, units) of a header of two lines: names of groups, and below them names of columns.
@@ -327,7 +307,7 @@ def _lines_of_cells(path: Path, count: int) -> Iterator[list[str]]:
             yield cells
 
 
-def units_below(path: Path, names: tuple[str, ...]) -> tuple[str | None, ...] | None:
+def _units_below(path: Path, names: tuple[str, ...]) -> tuple[str | None, ...] | None:
     """Tuple of the units in a line below the names: ``(us) (na) (m/s^2)`` or ``ms deg/s``; None without such a line.
 
     An entry is None for empty brackets, or for ``-``, ``n/a`` and the like without brackets.

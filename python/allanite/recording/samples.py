@@ -80,16 +80,22 @@ def _infinity_text(
 
 
 def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[str, ...]:
-    """Tuple of the names of the columns of an array, unique and printable; by default x, or x0, x1, ….
+    """Tuple of the names of the columns of an array; without `columns`, the names are x, or x0, x1, ….
 
-    Raises `InputError` for another number of names than columns.
+    Given names are made printable, and repeated ones get a number. Raises `InputError` for another number of names than
+    columns.
     """
     k = 1 if array.ndim == 1 else array.shape[1]
     if columns is None:
-        return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
+        return default_names(k)
     if len(columns) != k:
         raise InputError(f"{len(columns)} column names for {k} columns")
     return distinct_names(plain(name) for name in columns)
+
+
+def default_names(k: int) -> tuple[str, ...]:
+    """Tuple of the names of k columns without names: ``x`` for a single one, else ``x0``, ``x1``, …."""
+    return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
 
 
 def distinct_names(names: Iterable[str]) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
+from allanite.readers._lines import head_of
 from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
 from allanite.readers.arrays.matlab import RATES, assemble
 from allanite.readers.unit_kinds import time_unit
@@ -32,9 +33,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     InputError
         The file is damaged, or has no numeric array.
     """
-    with path.open("rb") as stream:
-        classic = stream.read(3) == b"CDF"
-    found, attributes = _arrays_of_netcdf3(path) if classic else _arrays_of_hdf5(path)
+    is_netcdf3 = head_of(path).startswith(b"CDF")
+    found, attributes = (_arrays_of_netcdf3 if is_netcdf3 else _arrays_of_hdf5)(path)
     units = {}
     for name, own in attributes.items():
         for key, value in own.items():

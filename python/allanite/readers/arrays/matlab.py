@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections import Counter
 from functools import partial
@@ -15,6 +16,7 @@ from allanite.common.memory import require_memory
 from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
+from allanite.readers._lines import head_of
 from allanite.readers._table import Table, columns_of
 from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
 
@@ -54,9 +56,8 @@ def read(path: Path, pick: Picker) -> Table:
     InputError
         The file is damaged, or has no numeric array.
     """
-    with path.open("rb") as stream:
-        begin = stream.read(1024)
-    if begin.lstrip()[:1].isdigit() or begin.lstrip()[:1] in (b"-", b"+"):
+    begin = head_of(path)
+    if re.match(rb"\s*[-+\d]", begin):
         return text.read(path, pick)  # written by save -ascii
     # The signature of HDF5 is at the start, or after MATLAB's header of 512 bytes.
     is_hdf5 = b"\x89HDF" in (begin[:4], begin[512:516])
@@ -121,7 +122,7 @@ def _one_sample_per_row(array: NDArray[Any]) -> NDArray[Any]:
 
 @isolated("the MATLAB reader of SciPy", SECONDS_PER_MEGABYTE, ["scipy.io"])
 def read_up_to_v72(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the arrays in a file of version 4 to 7.2, also in structures, as `assemble` makes it.
+    """`Table` of the longest numeric arrays in a file of version 4 to 7.2, also in structures (see `assemble`).
 
     Complex and sparse arrays, texts, cells and arrays of structures are left out. Raises `InputError` for a damaged
     file. `pick` is not used: all these columns are read.
@@ -164,7 +165,7 @@ def _numeric_arrays(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]
 
 @isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])
 def read_v73(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the arrays in a file of version 7.3, which is HDF5, as `assemble` makes it.
+    """`Table` of the longest numeric arrays in a file of version 7.3, which is HDF5 (see `assemble`).
 
     Names contain the groups with dots. Compound datasets and contents of cells are left out. Raises `InputError` for a
     damaged file. `pick` is not used: all these columns are read.

@@ -10,6 +10,7 @@ import numpy as np
 from allanite.common.errors import AllaniteError, InputError
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table, check_shape, columns_of
+from allanite.recording.samples import default_names
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -34,8 +35,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def table_of(data: NDArray[Any]) -> Table:
     """`Table` of an array of shape (n, columns): names ``x``, or ``x0``, ``x1`` … for several columns, without units."""
     k = data.shape[1]
-    names = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
-    return Table(names, columns_of(data), (None,) * k, named=False)
+    return Table(default_names(k), columns_of(data), (None,) * k, named=False)
 
 
 def load(path: Path, largest_read: int = MAX_READ_BYTES) -> NDArray[Any]:

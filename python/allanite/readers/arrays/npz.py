@@ -12,6 +12,7 @@ from allanite.common.errors import AllaniteError, InputError
 from allanite.common.memory import require_memory
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table, check_shape, columns_of
+from allanite.recording.samples import default_names
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -60,7 +61,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     if rate is not None and (rate.size != 1 or rate.dtype.kind not in "iuf"):
         raise InputError(f"'rate_hz' must be one number, found shape {rate.shape}")
     return Table(
-        names=names or (("x",) if k == 1 else tuple(f"x{i}" for i in range(k))),
+        names=names or default_names(k),
         columns=columns_of(data),
         units=units or (None,) * k,
         rate=None if rate is None else float(rate.reshape(())),

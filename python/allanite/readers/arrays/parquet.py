@@ -8,6 +8,7 @@ from allanite.common.errors import InputError
 from allanite.common.memory import require_memory
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated
+from allanite.readers._lines import head_of
 from allanite.readers._table import split_unit
 from allanite.readers.frame import table_of
 from allanite.readers.sensor_names import role_of
@@ -31,18 +32,16 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         The file is damaged or truncated, or has no numeric column.
     """
     import pyarrow as pa
+    from pyarrow import feather
 
     try:
-        with path.open("rb") as stream:
-            first = stream.read(6)
-        read = (
-            _parquet_table
-            if first[:4] == b"PAR1"
-            else _arrow_table
-            if first == b"ARROW1"
-            else _feather_table
-        )
-        table = read(path)
+        first = head_of(path)
+        if first.startswith(b"PAR1"):
+            table = _parquet_table(path)
+        elif first.startswith(b"ARROW1"):
+            table = _arrow_table(path)
+        else:  # Feather version 1 is never compressed, so the memory budget is not checked
+            table = feather.read_table(str(path), use_threads=False)
         # Offsets of a damaged column may point anywhere.
         table.validate(full=True)
     except MemoryError:  # ArrowMemoryError is also an ArrowException
@@ -122,16 +121,6 @@ def _arrow_table(path: Path) -> Any:
             size += batches[-1].nbytes
             require_memory(size, "the unpacked file")
         return pa.Table.from_batches(batches, file.schema)
-
-
-def _feather_table(path: Path) -> Any:
-    """Arrow table with all columns of a file of Feather version 1.
-
-    The memory budget is not checked, because this version is never compressed.
-    """
-    from pyarrow import feather
-
-    return feather.read_table(str(path), use_threads=False)
 
 
 FORMAT = LogFormat(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError, about
 from allanite.common.plain import plain
+from allanite.readers._lines import head_of
 
 #: Modified Julian Date of 1970-01-01, days.
 MJD_OF_1970 = 40587
@@ -58,12 +59,17 @@ def chosen_source(
     ] if others else []
 
 
+def text_lines(path: Path) -> Iterator[str]:
+    """Yield the lines of a text in UTF-8, with line ends; without a byte order mark, and wrong bytes become U+FFFD."""
+    with path.open(encoding="utf-8-sig", errors="replace") as stream:
+        yield from stream
+
+
 def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:
     """Yield (number, line) for each line of a text that is not blank; numbers count from 1, lines are stripped."""
-    with path.open(encoding="utf-8-sig", errors="replace") as stream:
-        for number, line in enumerate(stream, start=1):
-            if text := line.strip():
-                yield number, text
+    for number, line in enumerate(text_lines(path), start=1):
+        if text := line.strip():
+            yield number, text
 
 
 def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:
@@ -82,15 +88,10 @@ def date_times(seconds: Iterable[float]) -> NDArray[np.datetime64]:
     return ns.astype("datetime64[ns]")
 
 
-def seconds_of_day(clock: str) -> float:
-    """Seconds since midnight of a text ``hh:mm:ss.sss``, as a serial monitor writes it."""
-    hour, minute, second = clock.split(":")
-    return 3600.0 * int(hour) + 60.0 * int(minute) + float(second)
-
-
 def terminal_times(clocks: Iterable[str]) -> NDArray[np.datetime64]:
     """Array of date-times (datetime64[ns]) from 1970-01-01 on of texts ``hh:mm:ss.sss``; a fall by 12 h adds a day."""
-    seconds = np.array([seconds_of_day(clock) for clock in clocks])
+    parts = np.array([clock.split(":") for clock in clocks], dtype=np.float64)
+    seconds = parts.reshape(-1, 3) @ [3600.0, 60.0, 1.0]
     seconds[1:] += DAY * np.cumsum(np.diff(seconds) < -DAY / 2)
     return date_times(seconds)
 
@@ -113,8 +114,7 @@ def spacing_notes(seconds: Array) -> list[str]:
 
 def is_utf16(path: Path) -> bool:
     """True if a file begins with the byte order mark of UTF-16, which Excel's "Unicode text" and PowerShell write."""
-    with path.open("rb") as stream:
-        begin = stream.read(4)
+    begin = head_of(path)[:4]
     return begin[:2] in (b"\xff\xfe", b"\xfe\xff") and begin != b"\xff\xfe\0\0"
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,7 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import LogFormat
+from allanite.readers._lines import head_of
 from allanite.readers.texts._lines import MJD_OF_1970, date_times
 
 if TYPE_CHECKING:
@@ -71,16 +71,11 @@ def offsets_of(path: Path) -> list[str]:
     InputError
         Such a line has no Modified Julian Date of the years 1678 to 2262.
     """
-    found: list[str] = []
-    with suppress(OSError), path.open("rb") as stream:
-        head = stream.read(8192)
-        if not recognizes(head):
-            return found
-        for line in head.decode("utf-8", "replace").splitlines():
-            match = _OFFSET.match(line.strip())
-            if match is not None:
-                found.append(str(_date_of_mjd(match["day"]).astype("datetime64[s]")))
-    return found
+    head = head_of(path) if path.is_file() else b""
+    if not recognizes(head):
+        return []
+    matches = (_OFFSET.match(line.strip()) for line in head.decode("utf-8", "replace").splitlines())
+    return [str(_date_of_mjd(m["day"]).astype("datetime64[s]")) for m in matches if m is not None]
 
 
 def _date_of_mjd(day: str) -> np.datetime64:

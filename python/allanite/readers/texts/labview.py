@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import LogFormat
-from allanite.readers.texts._lines import rewritten
+from allanite.readers.texts._lines import rewritten, text_lines
 from allanite.readers.unit_kinds import FOREIGN, kind_of_unit
 
 if TYPE_CHECKING:
@@ -56,13 +57,12 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
 
         Numbers have decimal points. Cells to the right of the named columns, such as remarks, are left out.
         """
-        with path.open(encoding="utf-8-sig", errors="replace") as stream:
-            for number, line in enumerate(stream):
-                if number < first:
-                    yield f"# {line.strip()}"
-                    continue
-                cells = line.rstrip("\r\n").split(separator)[: len(names)]
-                yield "\t".join(cells).replace(",", ".") if comma else "\t".join(cells)
+        for number, line in enumerate(text_lines(path)):
+            if number < first:
+                yield f"# {line.strip()}"
+                continue
+            cells = "\t".join(line.rstrip("\r\n").split(separator)[: len(names)])
+            yield cells.replace(",", ".") if comma else cells
 
     with rewritten(path, rows()) as target:
         table = text.read(target, text.all_numbers)
@@ -87,8 +87,7 @@ def _parsed_header(path: Path) -> tuple[str, bool, dict[str, list[str]], list[st
     Columns named Comment at the end are left out of the names. Raises `InputError` if the headers do not end within the
     first 200 lines, or no names follow.
     """
-    with path.open(encoding="utf-8-sig", errors="replace") as stream:
-        lines = [line.rstrip("\r\n") for _, line in zip(range(HEAD_LINES), stream, strict=False)]
+    lines = [line.rstrip("\r\n") for line in islice(text_lines(path), HEAD_LINES)]
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)][:2]
     if not ends or ends[-1] + 1 >= len(lines):
         raise InputError(f"no {_END} followed by names and rows")

@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.readers import text
 from allanite.readers._format import LogFormat
+from allanite.readers.texts._lines import text_lines
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -67,8 +68,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format says w
     InputError
         A cell is no number.
     """
-    with path.open(encoding="utf-8-sig", errors="replace") as stream:
-        fields = stream.readline().strip().lstrip("%").split(",")
+    fields = next(text_lines(path)).strip().lstrip("%").split(",")
     kept = [i for i, field in enumerate(fields) if _becomes_column(field)]
     table = text.read(path, lambda _: kept)
     times = {name: table[i] for i, name in enumerate(table.names) if name in (_RECEIVED, _STAMP)}

@@ -19,6 +19,7 @@ from allanite.readers.texts._lines import (
     first_lines,
     rewritten,
     terminal_times,
+    text_lines,
 )
 
 if TYPE_CHECKING:
@@ -69,16 +70,11 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     InputError
         There is text among the values, or a line has other labels than the lines before.
     """
-    with path.open(encoding="utf-8-sig", errors="replace") as stream:
-        lines = [line.strip() for line in stream]
+    lines = [line.strip() for line in text_lines(path)]
     stamps = [STAMP.match(line) for line in lines]
     bare = [line[m.end() :].strip() if m else line for line, m in zip(lines, stamps, strict=True)]
     labeled = [_labels_and_values(line) for line in bare]
-    labels: list[str] | None = None
-    if any(pairs is not None for pairs in labeled):
-        labels, plain_lines = _without_labels(bare, labeled)
-    else:
-        plain_lines = bare
+    labels, plain_lines = _without_labels(bare, labeled)
     first = next((i for i, line in enumerate(plain_lines) if _is_row(line)), len(plain_lines))
 
     # Messages of a starting sketch ("MPU6050 found") become comments. A line with the names of the columns is kept.
@@ -88,12 +84,12 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
         Text before the first values becomes comments, except the names of the columns.
         """
         for i, line in enumerate(plain_lines):
-            is_names = i < first and labels is None and _is_header(line, plain_lines[first:])
+            is_names = i < first and not labels and _is_header(line, plain_lines[first:])
             yield line if i >= first or is_names or not line else f"# {line}"
 
     with rewritten(path, commented_lines()) as target:
         table = text.read(target, text.all_numbers)
-    if labels is not None:
+    if labels:
         names, units = zip(*map(split_unit, labels), strict=True)
         table = replace(table, names=names, units=units, named=True)
     stamped = [m for m, line in zip(stamps[first:], plain_lines[first:], strict=True) if line]
@@ -111,8 +107,8 @@ def _without_labels(
 ) -> tuple[list[str], list[str]]:
     """Tuple (labels, lines): the labels of the values, and every line with its values only, separated by commas.
 
-    Lines before the first labeled one are unchanged. Raises `InputError` for a later line without labels or with other
-    labels.
+    Lines before the first labeled one are unchanged. Without a labeled line, there are no labels. Raises `InputError`
+    for a later line without labels or with other labels.
     """
     labels: list[str] = []
     values: list[str] = []
@@ -146,9 +142,9 @@ def _is_row(line: str) -> bool:
 
 
 def _is_header(line: str, rows: Sequence[str]) -> bool:
-    """True if a line has as many names as the first of `rows` has values; blanks within a name may count or not.
+    """True if a line has as many cells as the first of `rows` has values; False without rows.
 
-    False without rows.
+    Blanks either separate cells or belong to names (``gyro x``): one of the two numbers of cells must agree.
     """
     separated = re.split(r"[\t,;]", line.strip(_SEPARATORS))
     width = len(_cells(rows[0])) if rows else 0

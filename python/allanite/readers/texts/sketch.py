@@ -12,7 +12,13 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Table
-from allanite.readers.texts._lines import STAMP, TERMINAL_NOTE, first_lines, terminal_times
+from allanite.readers.texts._lines import (
+    STAMP,
+    TERMINAL_NOTE,
+    first_lines,
+    terminal_times,
+    text_lines,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -80,25 +86,24 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     units: dict[str, str | None] = {}
     stamps: list[str | None] = []
     begin, at = "", 0
-    with path.open(encoding="utf-8-sig", errors="replace") as stream:
-        for number, whole in enumerate(stream, start=1):
-            stamp = STAMP.match(whole)
-            match = _line_match(whole[stamp.end() :] if stamp else whole)
-            if match is None:
-                continue
-            begin = begin or match["name"]
-            if match["name"] == begin:
-                _require_whole_sample(samples, units, at)
-                samples.append({})
-                stamps.append(stamp["clock"] if stamp else None)
-                at = number
-            for column, value, unit in _values_of_match(match):
-                if column in samples[-1]:
-                    raise InputError(
-                        f"row {number} repeats {column} of the sample that begins in row {at}"
-                    )
-                samples[-1][column] = value
-                units.setdefault(column, unit)
+    for number, whole in enumerate(text_lines(path), start=1):
+        stamp = STAMP.match(whole)
+        match = _line_match(whole[stamp.end() :] if stamp else whole)
+        if match is None:
+            continue
+        begin = begin or match["name"]
+        if match["name"] == begin:
+            _require_whole_sample(samples, units, at)
+            samples.append({})
+            stamps.append(stamp["clock"] if stamp else None)
+            at = number
+        for column, value, unit in _values_of_match(match):
+            if column in samples[-1]:
+                raise InputError(
+                    f"row {number} repeats {column} of the sample that begins in row {at}"
+                )
+            samples[-1][column] = value
+            units.setdefault(column, unit)
     if len(samples) > 1 and samples[-1].keys() != samples[0].keys():
         samples.pop(), stamps.pop()  # cut off by the end of the log
     columns = tuple(np.array([sample[name] for sample in samples]) for name in units)

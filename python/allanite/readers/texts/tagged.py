@@ -12,7 +12,7 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import LogFormat
-from allanite.readers.texts._lines import first_lines, rewritten
+from allanite.readers.texts._lines import first_lines, rewritten, text_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -54,8 +54,8 @@ def recognizes(head: bytes) -> bool:
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - roles need all
     """`Table` of a log whose rows begin with a sensor's name: rows of the topic, or else the gyroscope or accelerometer.
 
-    Only tags of at least 4 rows are sensors. If both exist, `others` names the accelerometer, and a note names the
-    other rows. `pick` is not used: all these columns are read.
+    Only names of at least 4 rows are sensors. If both exist, the table has the gyroscope and its attribute `others` the
+    name of the accelerometer. A note names the other rows. `pick` is not used: all these columns are read.
 
     Raises
     ------
@@ -64,14 +64,13 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """
     tags: Counter[str] = Counter()
     last, header = "", None
-    with path.open(encoding="utf-8-sig", errors="replace") as stream:
-        for number, line in enumerate(stream):
-            match = _ROW.match(line)
-            if match is not None:
-                if not tags and len(re.split(_SEPARATOR, last)) == len(re.split(_SEPARATOR, line)):
-                    header = number - 1
-                tags[match["tag"]] += 1
-            last = line
+    for number, line in enumerate(text_lines(path)):
+        match = _ROW.match(line)
+        if match is not None:
+            if not tags and len(re.split(_SEPARATOR, last)) == len(re.split(_SEPARATOR, line)):
+                header = number - 1
+            tags[match["tag"]] += 1
+        last = line
     found = [tag for tag in tags if tags[tag] >= MIN_ROWS // 2]
     sensors = [next((tag for tag in found if kind.search(tag)), None) for kind in _KINDS]
     chosen = [tag for tag in sensors if tag is not None]
@@ -87,12 +86,11 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 
     def rows() -> Iterator[str]:
         """Yield the lines of a plain table: rows of the chosen sensor without its name, other lines as comments."""
-        with path.open(encoding="utf-8-sig", errors="replace") as stream:
-            for number, line in enumerate(stream):
-                match = _ROW.match(line)
-                # Other rows become comments, so that row numbers in errors are right.
-                is_own = number == header or (match is not None and match["tag"] == own)
-                yield _CELL.sub("", line.rstrip()) if is_own else f"# {line.rstrip()}"
+        for number, line in enumerate(text_lines(path)):
+            match = _ROW.match(line)
+            # Other rows become comments, so that row numbers in errors are right.
+            is_own = number == header or (match is not None and match["tag"] == own)
+            yield _CELL.sub("", line.rstrip()) if is_own else f"# {line.rstrip()}"
 
     with rewritten(path, rows()) as target:
         table = text.read(target, text.all_numbers)

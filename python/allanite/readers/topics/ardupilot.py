@@ -10,6 +10,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
+from allanite.readers._lines import head_of
 from allanite.readers._table import Table
 from allanite.readers.topics._quiet import quiet
 
@@ -31,18 +32,17 @@ FIELDS |= {"T": ("temperature", "degC")}
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """`Table` of an ArduPilot log: messages of the topic, or of the first instance of ``IMU``, or else ``GYR``, ``ACC``, ….
 
-    The topic ``IMU.1`` is the second instance. With ``GYR``, `others` names the accelerometer's messages; a note names
-    the messages not read. Without a topic, only inertial fields and temperature are columns. `pick` is not used: all
-    these columns are read.
+    The topic ``IMU.1`` is the second instance. With ``GYR``, the attribute `others` of the table names the accelerometer's
+    messages. A note names the messages not read. Without a topic, only inertial fields and temperature are columns. `pick`
+    is not used: all these columns are read.
 
     Raises
     ------
     InputError
         The file is no DataFlash log, has no inertial message, or several topics are given.
     """
-    with path.open("rb") as stream:
-        if stream.read(2) != b"\xa3\x95":
-            raise InputError("not an ArduPilot log: no message at its start")
+    if not head_of(path).startswith(b"\xa3\x95"):
+        raise InputError("not an ArduPilot log: no message at its start")
     if len(topics) > 1:
         raise InputError("kinds of messages have different rates: give only one topic")
     from pymavlink import DFReader
