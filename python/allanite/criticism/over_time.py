@@ -44,7 +44,7 @@ class TimeMap:
     __repr__ = brief
 
     def rows(self) -> list[dict[str, Any]]:
-        """List of dicts, one per cell: limits in time (s) and frequency (Hz), measured over expected power, score z."""
+        """List of dicts, one per octave and time segment: their limits (Hz, s), measured over expected power, score z."""
         return [
             {
                 "start_s": float(self.start_s[s]),
@@ -77,9 +77,9 @@ class TimeMap:
 def time_map(data: Data, whitened: Whitened) -> TimeMap:
     """`TimeMap` of measured over expected power in 32 equal segments of time, by octaves in ascending order.
 
-    The score of a cell compares it with the mean of its octave, so that only changes over time count. For heavy-tailed
-    noise it refers to the normal scores of the samples (`Whitened.with_normal_tails`). Octaves with at most 4 values per
-    segment, on average, are omitted.
+    The score of a cell (one octave in one segment) compares it with the mean of its octave, so that only changes over
+    time count. For heavy-tailed noise it refers to the normal scores of the samples (`Whitened.with_normal_tails`).
+    Octaves with at most 4 values per segment, on average, are omitted.
     """
     bands = [band for band in whitened.bands[::-1] if band[2].size > MIN_CELL_VALUES * SEGMENTS]
     edges = np.linspace(data.start, data.start + data.duration, SEGMENTS + 1)

@@ -131,8 +131,8 @@ def with_noise_uncertainty(
 ) -> dict[str, Estimate]:
     """Dict of the amplitudes of a slow effect whose errors and intervals include the uncertainty of the noise coefficients.
 
-    `law` is the distribution of the amplitudes averaged over the noise coefficients. Amplitudes without an interval are
-    omitted.
+    `law` is the distribution of the amplitudes averaged over the noise coefficients. If a fitted value lies outside the
+    new interval, the interval is extended to the former one. Amplitudes without an interval are omitted.
     """
     out = {}
     for place, name in enumerate(_amplitude_names(effect)):
@@ -159,10 +159,10 @@ def _amplitude_names(effect: Deterministic) -> list[str]:
 def _process_values(
     solution: Solution, own: Process, errors: dict[str, float], unit: str, data: Data
 ) -> dict[str, Any]:
-    """Dict of the values of a random process by parameter name; `errors` holds standard errors of logarithms.
+    """Dict of the values of a random process by parameter name: numbers as `Estimate`; tuples, texts and None unchanged.
 
-    Numbers become `Estimate`; texts, tuples and None stay. Derived parameters get the interval of the coefficient,
-    scaled. Held values have no interval.
+    `errors` holds standard errors of ln(value) by parameter name. Derived parameters get the interval of the
+    coefficient, scaled. Held values have no interval.
     """
     effect = own.effect
     coefficient = _coefficient(solution, own, errors.get(effect.coefficient), unit, data)
@@ -192,7 +192,7 @@ def _coefficient(
     """`Estimate` of the coefficient of a random process; `relative` is the standard error of its logarithm.
 
     A held coefficient counts as detected and has no error and no interval. If a coefficient is not detected, its
-    interval starts at 0.
+    interval starts at 0. The interval is wider for fitted shapes, and for white noise with heavy tails.
     """
     effect, name = own.effect, own.effect.coefficient
     value = float(np.sqrt(own.theta))
@@ -309,7 +309,7 @@ def _shape_estimate(
 def _modifier_values(
     effect: Effect, shaped: dict[str, float], data: Data, unit: str, column_units: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Dict of the values of a modifier by parameter name; numbers become `Estimate`, tuples, texts and None stay.
+    """Dict of the values of a modifier by parameter name: numbers as `Estimate`; tuples, texts and None unchanged.
 
     `shaped` holds standard errors of ln(shape) by name. Intervals of times are cut at the ends of the record.
     """
@@ -333,7 +333,7 @@ def _modifier_values(
 def _deterministic_values(
     solution: Solution, own: Regressed, data: Data, unit: str, column_units: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Dict of the values of a deterministic effect by parameter name; numbers become `Estimate`, other values stay.
+    """Dict of the values of a deterministic effect by parameter name: numbers as `Estimate`, other values unchanged.
 
     Held values count as detected and have no interval. Intervals are ±1.96 errors, symmetric in the logarithm for
     positive shapes, and cut at 0 for values that cannot be negative.

@@ -255,7 +255,10 @@ def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
 
 
 def _loss_function(fit: Fit, place: int) -> Callable[[float], float]:
-    """Function of one squared coefficient: loss of logL, nats, at least 0, if it is fixed and the others are fitted."""
+    """Function of the squared coefficient of the random effect at index `place`: loss of logL, nats, at least 0.
+
+    The loss is that of a fit in which this coefficient is fixed and the others are free.
+    """
     s = fit.solution
     best = climb(s.power, s.count, s.columns, s.theta, s.scale)
     start = replace(best, theta=s.theta)

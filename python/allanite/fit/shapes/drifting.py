@@ -193,7 +193,7 @@ class Band:
         return max(1.0, float(np.median(power)) / np.log(2.0))
 
     def polished(self, frequency: float, drift: float) -> tuple[float, float, float]:
-        """Tuple (frequency, drift, ΔlogL) of the local maximum of the gain near a line, by the simplex method.
+        """Tuple (frequency, drift, ΔlogL) of the local maximum of ΔlogL near a drifting line, by the simplex method.
 
         Frequency and drift are in cycles per record. In bands above 4096 values, only a narrow band around the given line
         is used.

@@ -38,7 +38,7 @@ MIN_INDEPENDENT_NORM = 1e-3
 def regressor_ordinates(points: Sequence[Deterministic], j: NDArray[np.int64], data: Data) -> Array:
     """Array of the cosine ordinates j of the regressors of several effects, shape (effects · regressors, ordinates).
 
-    With missing samples they are multiplied by the gain of the record (`Data.attenuated`).
+    If samples are missing, each ordinate is multiplied by the factor by which this attenuates it (`Data.attenuated`).
     """
     closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
     if closed is not None:

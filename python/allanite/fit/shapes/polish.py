@@ -107,7 +107,7 @@ class _Shapes:
         return np.clip(np.array(at, dtype=float), self.limits[:, 0], self.limits[:, 1])
 
     def at(self, point: Array) -> Model:
-        """Copy of the model whose shapes have the coordinates `point`."""
+        """Copy of the model with the shape parameters `point`: ln of positive shapes, signed shapes unchanged."""
         return self.with_shapes(self.model, point, range(point.size))
 
     def with_shapes(self, model: Model, point: Array, which: Iterable[int]) -> Model:

@@ -137,7 +137,7 @@ def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:
 def with_open_shapes(model: Model, given: Model) -> Model | None:
     """Copy of the model in which shapes that had no value in `given` have none again; None if all had values.
 
-    Shapes of functions of time stay.
+    Shapes of functions of time keep their values.
     """
     effects = [
         old if not isinstance(old, Deterministic) and _has_open_shape(old) else new
@@ -285,10 +285,10 @@ def polish_line(
 
 
 def _peak(tried: Array, gains_at: Callable[[Array], Array]) -> tuple[float, float, float]:
-    """Tuple (gain at the middle frequency, frequency of the maximum, gain of the maximum) over equally spaced frequencies.
+    """Tuple (ΔlogL at the middle, frequency of the maximum, its ΔlogL) over the equally spaced frequencies `tried`, Hz.
 
-    The maximum is that of a parabola through the best frequency and its neighbors. If the best frequency is at an end,
-    frequency and gain of the middle are returned.
+    `gains_at` returns the ΔlogL at each frequency of an array. The maximum is that of a parabola through the best
+    frequency and its neighbors. If the best frequency is at an end, the middle counts as the maximum.
     """
     gains = gains_at(tried)
     middle = tried.size // 2
@@ -342,7 +342,7 @@ def _optimize_slow(
     """Copy of the model in which the shapes of the slow effect at index `place` are optimized, one after the other.
 
     Shapes are times and time constants. The amplitudes of the other deterministic effects are fitted for each value. A
-    shape stays if logL rises by less than 1e-3.
+    shape keeps its value if logL rises by less than 1e-3.
     """
     from scipy.optimize import minimize_scalar
 

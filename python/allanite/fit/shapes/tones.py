@@ -134,10 +134,9 @@ def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> Ar
 def _optimized(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
-    """Tuple (frequency, start, end, gain) of a tone burst at a local maximum of the gain.
+    """Tuple (frequency, start, end, ΔlogL) of a tone burst at a local maximum of ΔlogL, by the simplex method.
 
-    The simplex method starts from the given frequency (cycles per record), start and end (fractions of the record). The
-    gain is the ΔlogL of the burst.
+    It starts from the given frequency (cycles per record), start and end (fractions of the record).
     """
     from scipy.optimize import minimize
 
@@ -151,7 +150,7 @@ def _optimized(
     sums = np.interp(knots, places, total)
 
     def loss(x: Array, *_: Any, **__: Any) -> float:
-        """Negative gain at scaled changes of frequency, start and end; 0 for a burst that is too short or too long."""
+        """Negative ΔlogL of a burst with frequency, start and end changed by `scale` · x; 0 if too short or too long."""
         f, a, b = origin + scale * x
         a, b = max(float(a), knots[0]), min(float(b), knots[-1])
         if not MIN_BURST_VALUES / band.series.size <= b - a <= MAX_BURST_FRACTION:

@@ -244,7 +244,10 @@ class _NormalizedNoise:
         return self.candidate.effects[-1].with_values(exponent=float(exponent))
 
     def at(self, parameters: Array) -> StampedNoise:
-        """`StampedNoise` with these parameters: log-variances of the normalized effects, then a fitted exponent."""
+        """`StampedNoise` with these parameters: ln of each effect's variance at the end of the record, then the exponent.
+
+        The exponent is that of the last effect, if it is fitted.
+        """
         sizes = np.exp(parameters).tolist()
         parts = [
             part.scaled(weight * size)
@@ -256,7 +259,10 @@ class _NormalizedNoise:
         return added(parts)
 
     def model(self, parameters: Array) -> Model:
-        """`Model` of the effects with the coefficients (and the exponent) of these parameters, see `at`."""
+        """`Model` of the effects with the coefficients, in their units, that belong to these parameters.
+
+        They are ln of each effect's variance at the end of the record, then the exponent of the last effect, if fitted.
+        """
         effects, weights = list(self.candidate.effects), [weight for _, weight in self.fixed]
         if self.candidate.exponents is not None:
             effects[-1] = self._last(parameters[-1])
