@@ -20,7 +20,7 @@ from allanite.calibration.remains import (
 from allanite.calibration.runs import join, thermometers
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
-from allanite.effects import as_model
+from allanite.effects import as_noise_model
 from allanite.effects.model import Model
 from allanite.fit import fit_model
 
@@ -168,13 +168,7 @@ def thermal(
     if not given:
         raise InputError("no recordings: give at least one")
     given = [one.measured for one in given]
-    noise = as_model(model)
-    if noise.deterministic or noise.modifiers:
-        raise InputError(
-            f"the noise model {noise.name} may contain random effects only: remove the others",
-            missing="model",
-            remedy=" from {model}",
-        )
+    noise = as_noise_model(model)
     names = [n for n in given[0].columns if all(n in one.columns for one in given)]
     if not names:
         raise InputError("the logs have no column in common")

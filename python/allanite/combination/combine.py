@@ -18,7 +18,7 @@ from allanite.common.numbers import number
 from allanite.common.printing import printed
 from allanite.common.showing import brief
 from allanite.deviation import oadev
-from allanite.effects import Model, as_model
+from allanite.effects import Model, as_noise_model
 from allanite.fit import fit_model
 
 if TYPE_CHECKING:
@@ -274,13 +274,7 @@ def combine(
             missing="column",
             remedy=" with {column}",
         )
-    noise = as_model(model)
-    if noise.deterministic or noise.modifiers:
-        raise InputError(
-            f"the noise model {noise.name} may contain random effects only: remove the others",
-            missing="model",
-            remedy=" from {model}",
-        )
+    noise = as_noise_model(model)
     fits = []
     for place, column in enumerate(columns):
         fits.append(fit_model(column, noise))

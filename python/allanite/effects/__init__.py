@@ -34,6 +34,7 @@ from allanite.effects.drifting_resonance import DriftingResonance as DriftingRes
 from allanite.effects.excursion import Excursion as Excursion
 from allanite.effects.excursions import Excursions as Excursions
 from allanite.effects.files import as_model as as_model
+from allanite.effects.files import as_noise_model as as_noise_model
 from allanite.effects.files import model_from_dict as model_from_dict
 from allanite.effects.files import model_to_dict as model_to_dict
 from allanite.effects.files import parse_model as parse_model

@@ -149,3 +149,21 @@ def as_model(given: object) -> Model:
     raise InputError(
         f"expected a model, found {type(given).__name__}; give a string such as 'N+B+K', or al.parse_model(…)"
     )
+
+
+def as_noise_model(given: object) -> Model:
+    """`Model` as by `as_model`, which contains random effects only.
+
+    Raises
+    ------
+    InputError
+        The model has known functions of time, filters or other modifiers.
+    """
+    model = as_model(given)
+    if model.deterministic or model.modifiers:
+        raise InputError(
+            f"the noise model {model.name} may contain random effects only: remove the others",
+            missing="model",
+            remedy=" from {model}",
+        )
+    return model

@@ -20,7 +20,6 @@ from allanite.common.arrays import Array
 if TYPE_CHECKING:
     from allanite.fit.classical.mixtures import Mixtures
 
-    Array = Array
 
 #: Probability in each tail outside a 95 % interval.
 TAIL_PROBABILITY = 0.025

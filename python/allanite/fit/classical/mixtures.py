@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from allanite.effects.terms import Term
 
-    Array = Array
 
 #: Number of lowest ordinates that are used one by one. Chosen by judgment; not measured.
 SINGLE_ORDINATES = 512

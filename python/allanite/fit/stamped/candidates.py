@@ -112,10 +112,10 @@ class FittedNoise:
         parameters[: coefficients.size] = 2.0 * np.log(np.maximum(coefficients, 1e-300))
         return self._at(parameters)
 
-    def noise_at(self, number: int, sign: float) -> StampedNoise:
-        """`StampedNoise` with parameter `number` (log-variance or exponent) changed by `sign` · `CURVATURE_STEP`."""
+    def noise_at(self, places: int | list[int], sign: float) -> StampedNoise:
+        """`StampedNoise` with the parameters at `places` (log-variances, exponent) changed by `sign` · `CURVATURE_STEP`."""
         parameters = self._parameters.copy()
-        parameters[number] += sign * CURVATURE_STEP
+        parameters[places] += sign * CURVATURE_STEP
         return self._at(parameters)
 
     @cached_property
@@ -141,11 +141,8 @@ class FittedNoise:
         curvature = np.diag([2.0 * middle - both for both in sides])
         for i in range(k):
             for j in range(i):
-                both = 0.0
-                for sign in (-1.0, 1.0):
-                    parameters = self._parameters.copy()
-                    parameters[[i, j]] += sign * CURVATURE_STEP
-                    both += self._series.regressed(self._at(parameters)).log_likelihood
+                moved = [self._series.regressed(self.noise_at([i, j], s)) for s in (-1.0, 1.0)]
+                both = moved[0].log_likelihood + moved[1].log_likelihood
                 cross = 0.5 * (sides[i] + sides[j] - both - 2.0 * middle)
                 curvature[i, j] = curvature[j, i] = cross
         values, vectors = np.linalg.eigh(curvature / CURVATURE_STEP**2)

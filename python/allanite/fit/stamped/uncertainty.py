@@ -36,9 +36,10 @@ def combined_errors(
     The errors include the uncertainty of the noise parameters. `variance` is that of the values under the fitted noise.
     `neighbors` holds (values, variances) one step below and above the fit, for each noise parameter in turn.
     """
-    moved = np.array([b[0] - a[0] for a, b in zip(neighbors[::2], neighbors[1::2], strict=True)])
-    changed = np.array([b[1] - a[1] for a, b in zip(neighbors[::2], neighbors[1::2], strict=True)])
-    moved, changed = moved * (0.5 / CURVATURE_STEP), changed * (0.5 / CURVATURE_STEP)
+    pairs = list(zip(neighbors[::2], neighbors[1::2], strict=True))
+    moved, changed = (
+        np.array([b[q] - a[q] for a, b in pairs]) * (0.5 / CURVATURE_STEP) for q in (0, 1)
+    )
     more = np.einsum("ki,kl,li->i", moved, best.covariance, moved)
     scatter = np.einsum("ki,kl,li->i", changed, best.covariance, changed)
     freedom = 2.0 * variance**2 / np.maximum(scatter, 1e-300)
