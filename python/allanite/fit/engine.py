@@ -292,7 +292,7 @@ class _ResidualOrdinates:
 def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
     """Local `Maximum` of the likelihood, with a fitted discrepancy, that is reached from the model's values.
 
-    None if a coefficient of a random effect or a free shape (of a random effect or modifier) has no value, or if all
+    None if a coefficient of a random effect, or a free shape of a random effect or modifier, has no value. None also if all
     coefficients are 0.
     """
     known = [getattr(e, e.coefficient) for e in model.stochastic]

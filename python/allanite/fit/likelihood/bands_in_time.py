@@ -55,7 +55,7 @@ def remove_motion(
 ) -> None:
     """Divide the changes caused by a band of moving frequency out of the whitened ordinates `white`, in place.
 
-    The ordinates near the band are treated in cells of frequency, each as a time series that is divided by the root of
+    The ordinates near the band are divided into cells of frequency. The time series of each cell is divided by the root of
     its expected relative power. Cells in which the band has at most 1 % of the power, or with a single ordinate, are not
     changed. Nothing is changed if the band has no frequency.
     """

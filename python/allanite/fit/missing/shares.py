@@ -158,8 +158,8 @@ def _rough_share(spectrum: Array, missing: float, empty: float) -> Array:
 def _smoothed_ratio(values: Array, rough: Array, start: int, bins: Bins) -> Array:
     """Array of the ratio of `values` to `rough`, averaged over bands and interpolated linearly in ln j, at each ordinate.
 
-    Both arrays, and the result, begin at ordinate `start`. A band consists of whole bins until it has 64 ordinates, and 0.3
-    times the distance of its upper edge to the nearer end of the spectrum (0 or half the sampling rate).
+    Both arrays, and the result, begin at ordinate `start`. A band consists of whole bins and has at least 64 ordinates. It
+    also has at least 0.3 times the ordinates between its upper edge and the nearer end of the spectrum.
     """
     first = [start]
     for edge in bins.edges[bins.edges > start][:-1].tolist():

@@ -55,8 +55,8 @@ class Alternative:
 def is_removable(effect: Effect) -> bool:
     """True if a search may remove an effect from the model.
 
-    False for white noise, for effects that exclude samples, and for effects with a parameter that the user held or that
-    is at a limit given by the user.
+    False for white noise and for effects that exclude samples. False also for effects with a parameter that the user held,
+    or that is at a limit given by the user.
     """
     white = isinstance(effect, Stochastic) and effect.white
     removes = isinstance(effect, Modifier) and effect.removes
@@ -210,8 +210,8 @@ class Rivals:
 def rivals(fit: Fit, place: int) -> Rivals:
     """`Rivals` (alternative explanations) of the effect at index `place`; empty if the effect is not detected.
 
-    Lists the kinds of single effects whose ln evidence is at most 3 nats lower, and the pairs of effects that replace it
-    as well (`Fit.alternative_pairs`).
+    It lists the kinds of single effects that replace the effect with an ln evidence at most 3 nats lower. It also lists
+    the kinds of such pairs of effects (`Fit.alternative_pairs`).
     """
     if not is_detected(fit, place):
         return Rivals()

@@ -58,8 +58,8 @@ def trials_at(cycles: Array, n: int, rate: float) -> Array:
     """Array of the number of independent trials (W of Baluev's formula) of a line of `cycles` cycles in n samples.
 
     W is that of a search of all frequencies, divided by the share of the false alarms that this frequency gets. One
-    third of the false alarms is divided equally among the octaves from one cycle to n/2, so that a slow line does not
-    pay for all fast ones. One third covers all frequencies, so that a fast line hardly pays for the octaves. One third is
+    third of the false alarms is divided equally among the octaves from one cycle to n/2. A slow line then does not pay
+    for all fast ones. One third covers all frequencies, so that a fast line hardly pays for the octaves. One third is
     divided equally among the frequencies known beforehand, if the record has any; otherwise the shares are halves.
     """
     unknown, known, shares = _shares_of_false_alarms(cycles, n, rate)

@@ -224,9 +224,9 @@ class SummaryData(Data):
         """Number of equal sections of the record in which a band (low, high), Hz, can be followed; 0 if it cannot.
 
         The number is `max_number`, halved until the summary stores at least as many sections. It is 0 if the middle of the
-        band is not between the stored frequencies, or if over 10 % of the samples, or of the sections of its octave,
-        are missing. It is also 0 if the band is narrower than four frequency cells of the octave, or if its width times the
-        duration of a segment is below `min_product`.
+        band is not between the stored frequencies. It is 0 if over 10 % of the samples, or of the octave's sections, are
+        missing. It is 0 if the band is narrower than four frequency cells of the octave. It is also 0 if the width of the
+        band times the duration of a segment is below `min_product`.
         """
         low, high = band
         bottom, top = self.maps.limits
