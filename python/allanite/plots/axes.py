@@ -29,8 +29,8 @@ def finite_values(
 def log_axis(label: str, *arrays: Any, margin: float = 1.15) -> Axis:
     """Logarithmic `Axis` that covers the positive numbers of `arrays`, extended by the factor `margin` at both ends.
 
-    It spans at least a factor of about 2; without positive numbers, it lies around 1. Three or more powers of ten
-    inside are the ticks, at most 8 of them labeled. Otherwise multiples such as 1, 2, 5 are ticks, too.
+    It spans at least a factor of about 2; without positive numbers, it lies around 1. If it contains three or more powers
+    of ten, these are the ticks, at most 8 of them labeled. Otherwise multiples such as 1, 2, 5 are ticks, too.
     """
     values = finite_values(arrays, positive=True)
     if values.size == 0:

@@ -108,9 +108,9 @@ def component_styles(fit: Fit) -> tuple[ComponentStyle, ...]:
 
 
 def _limit_ratio(effect: Effect, values: dict[str, Any]) -> float | None:
-    """Ratio of the 95 % limit of an undetected coefficient to its fitted value; infinite for the value 0.
+    """Ratio of the upper 95 % limit of an undetected coefficient to its fitted value; infinite for the value 0.
 
-    None for detected or deterministic effects.
+    None for effects that were detected, are no noise process, or have no interval.
     """
     value = values.get(effect.coefficient) if isinstance(effect, Stochastic) else None
     if not isinstance(value, Estimate) or value.detected or value.interval is None:
@@ -121,8 +121,8 @@ def _limit_ratio(effect: Effect, values: dict[str, Any]) -> float | None:
 def failing_tau_ranges(fit: Fit) -> list[tuple[float, float, float]]:
     """List of (low, high, ratio): ranges of τ (s) in which the measured curve deviates from the model; empty if it fits.
 
-    In a range, all |z| exceed 2 with one sign, and the largest reaches the threshold of the verdict. The ratio is
-    measured/model at the τ with the largest z of the range.
+    In a range, all residuals z (in σ) have one sign and |z| > 2. The largest |z| is at least `MIN_FAILING_SCORE`, the
+    limit for a failing model. The ratio is measured/model at the τ with this |z|.
     """
     curve = fit.curve
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
@@ -275,9 +275,10 @@ def residuals_between(
 
 
 def _ordinate_groups(fit: Fit, low: float, high: float, most: int) -> tuple[Ordinates, Ordinates]:
-    """Tuple (j, starts): ordinates at j·rate/(2 n) from `low` to `high` Hz, first index of each of up to `most` groups.
+    """Tuple (j, starts) of integer arrays: the single ordinates from `low` to `high` Hz, in at most `most` groups.
 
-    Both are empty for summaries, and if many samples are missing.
+    Ordinate j of the cosine transform has the frequency j·rate/(2 n). `starts` are the indices into j at which a group
+    begins. Both are empty for summaries, and if many samples are missing.
     """
     data = fit.data
     step = data.rate / (2.0 * data.n)
@@ -287,7 +288,7 @@ def _ordinate_groups(fit: Fit, low: float, high: float, most: int) -> tuple[Ordi
 
 
 def _group_means(values: NDArray[np.floating[Any]], starts: Ordinates) -> Array:
-    """Mean of each group of `values`; the groups begin at the indices `starts`. Empty without values."""
+    """1-D array with the mean of each group of `values`; the groups begin at the indices `starts`. Empty without values."""
     if not values.size:
         return np.zeros(0)
     return np.asarray(np.add.reduceat(values, starts) / np.diff(np.append(starts, values.size)))
@@ -340,6 +341,90 @@ def missing_lines(check: Check | None) -> tuple[float, ...]:
     )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _SpectrumGrid:
+    """Frequencies at which the spectrum of a fit is drawn: points that average bins, and vertices of the model's lines.
+
+    Attributes
+    ----------
+    fit : Fit
+    first : ndarray of int, shape (points,)
+        Index of the first bin of each point.
+    count, frequency : ndarray, shape (points,)
+        Degrees of freedom and frequency (Hz) of each point.
+    at, order, ordinates : ndarray
+        Frequencies of the vertices in Hz, order and ordinates, as from `_line_frequencies`.
+    """
+
+    fit: Fit
+    first: NDArray[np.int64]
+    count: Array
+    frequency: Array
+    at: Array
+    order: NDArray[np.intp]
+    ordinates: Ordinates
+
+    def point_densities(self, power: Array) -> Array:
+        """Two-sided density (U²/Hz) at each point: mean of `power`, one value per bin, over the bins of the point."""
+        data = self.fit.data
+        weights = data.bins.count
+        total, width = (np.add.reduceat(v, self.first) for v in (weights * power, weights))
+        return np.asarray(total / width / data.rate)
+
+    def line_densities(self, power: Array, terms: tuple[Term, ...], theta: float) -> Array:
+        """Density (U²/Hz) of a model at the vertices `at`: `point_densities`, or exact values near narrow bands.
+
+        `power` has one value per bin. The exact density of an ordinate is `theta` times the spectrum of `terms`.
+        """
+        near, data = self.ordinates, self.fit.data
+        exact = theta * density(terms, near, data.bins.n) / data.rate if near.size else np.zeros(0)
+        return np.concatenate([self.point_densities(power), exact])[self.order]
+
+
+def _spectrum_grid(fit: Fit) -> _SpectrumGrid:
+    """`_SpectrumGrid` of a fit; the frequency of a point is the geometric mean of the limits of its bins."""
+    bins, rate = fit.data.bins, fit.data.rate
+    first, count = _merged_bins(fit.solution.count)
+    bottom, top = bins.limits(rate)
+    last = np.append(first[1:], bottom.size) - 1
+    frequency = np.sqrt(np.maximum(bottom[first], rate / (2.0 * bins.n)) * top[last])
+    lines = _line_frequencies(fit, frequency, (bottom[first], top[last]))
+    return _SpectrumGrid(fit, first, count, frequency, *lines)
+
+
+def _effect_marks(grid: _SpectrumGrid) -> list[Mark]:
+    """List of a `Line` for the density of each noise process of a fit, and a dashed `Rule` for each spectral line.
+
+    A process that was not detected is at its 95 % limit.
+    """
+    fit, marks = grid.fit, list[Mark]()
+    for part in component_styles(fit):
+        own = fit.solution.effects[part.place]
+        if isinstance(own, Process):
+            theta = own.theta if part.limit is None else _theta_at_limit(fit, part, own)
+            terms = fit.data.unit_terms(fit.model, own.effect)
+            values = grid.line_densities(own.column * theta, terms, theta)
+            marks.append(Line(grid.at, values, part.color, part.label, 1.2, part.dash))
+        elif part.frequency is not None:
+            marks.append(Rule(part.frequency, "x", part.color, "dash", part.label))
+    return marks
+
+
+def _points_before_removal(grid: _SpectrumGrid, measured: Array) -> list[Points]:
+    """List of one hollow `Points` with the density before the known functions of the model were removed.
+
+    Only points are drawn that differ from `measured`, the density after removal, by over 10 %; empty if none do.
+    """
+    if not grid.fit.model.deterministic:
+        return []
+    raw = grid.point_densities(grid.fit.data.bins.power(grid.fit.data.ordinates))
+    changed = np.abs(np.log(raw / measured)) > MIN_LOG_CHANGE
+    if not changed.any():
+        return []
+    words = "before removing steps, lines and drifts"
+    return [Points(grid.frequency[changed], raw[changed], "raw", words, size=4.5, hollow=True)]
+
+
 def spectrum_panels(
     fit: Fit, column: int = 1, spans: Sequence[Span] = (), lines: Sequence[float] = ()
 ) -> tuple[Panel, ...]:
@@ -352,71 +437,22 @@ def spectrum_panels(
 
     from allanite.fit.likelihood.whittle import normal_scores
 
-    solution, bins, rate = fit.solution, fit.data.bins, fit.data.rate
-    first, count = _merged_bins(solution.count)
-    width = np.add.reduceat(bins.count, first)
-    bottom, top = bins.limits(rate)
-    last = np.append(first[1:], bottom.size) - 1
-    frequency = np.sqrt(np.maximum(bottom[first], rate / (2.0 * bins.n)) * top[last])
-
-    def point_density(power: Array) -> Array:
-        """Two-sided density, U²/Hz, at each plotted point: mean of `power` over its bins, divided by the rate."""
-        return np.asarray(np.add.reduceat(bins.count * power, first) / width / rate)
-
-    measured, model = point_density(solution.power), point_density(solution.spectrum)
+    solution, grid = fit.solution, _spectrum_grid(fit)
+    frequency, count = grid.frequency, grid.count
+    measured, model = map(grid.point_densities, (solution.power, solution.spectrum))
+    drawn = grid.line_densities(solution.spectrum, fit.data.terms(fit.model), 1.0)
     low, high = count / chdtri(count, 0.025), count / chdtri(count, 0.975)
-    marks: list[Mark] = [*spans]
     singles = _single_ordinates(fit, spans, lines)
-    marks += singles
-    marks.append(
-        Band(
-            frequency,
-            model / high,
-            model / low,
-            "model",
-            SCATTER,
-            SCATTER_OPACITY,
-        )
-    )
-    at, place, near = _line_frequencies(fit, frequency, (bottom[first], top[last]))
-
-    def density_along_line(power: Array, terms: tuple[Term, ...], theta: float) -> Array:
-        """Density (U²/Hz) at the frequencies `at` of a model line: mean bin power; single ordinates near narrow bands.
-
-        The density at ordinates is `theta` times the spectrum of `terms`.
-        """
-        own = theta * density(terms, near, bins.n) / rate if near.size else np.zeros(0)
-        return np.concatenate([point_density(power), own])[place]
-
-    for part in component_styles(fit):
-        own = solution.effects[part.place]
-        if isinstance(own, Process):
-            theta = own.theta if part.limit is None else _theta_at_limit(fit, part, own)
-            terms = fit.data.unit_terms(fit.model, own.effect)
-            power = density_along_line(own.column * theta, terms, theta)
-            marks.append(Line(at, power, part.color, part.label, 1.2, part.dash))
-        elif part.frequency is not None:
-            marks.append(Rule(part.frequency, "x", part.color, "dash", part.label))
-    if fit.model.deterministic:
-        raw = point_density(bins.power(fit.data.ordinates))
-        changed = np.abs(np.log(raw / measured)) > MIN_LOG_CHANGE
-        if changed.any():
-            words = "before removing steps, lines and drifts"
-            marks.append(
-                Points(frequency[changed], raw[changed], "raw", words, size=4.5, hollow=True)
-            )
-    drawn = density_along_line(solution.spectrum, fit.data.terms(fit.model), 1.0)
-    marks.append(Line(at, drawn, "model", "model", 2.2))
-    marks.append(
-        Points(
-            frequency,
-            measured,
-            "measured",
-            "measured ± 95 %",
-            measured * low,
-            measured * high,
-            3.0,
-        )
+    before = _points_before_removal(grid, measured)
+    ends = measured * low, measured * high
+    marks: tuple[Mark, ...] = (
+        *spans,
+        *singles,
+        Band(frequency, model / high, model / low, "model", SCATTER, SCATTER_OPACITY),
+        *_effect_marks(grid),
+        *before,
+        Line(grid.at, drawn, "model", "model", 2.2),
+        Points(frequency, measured, "measured", "measured ± 95 %", *ends, 3.0),
     )
     x = log_axis("frequency f (Hz)", frequency)
     sure = count >= min(MIN_DOF, count.max())
@@ -424,24 +460,22 @@ def spectrum_panels(
         "",
         measured,
         drawn,
-        (measured * high)[sure],
-        (measured * low)[sure],
-        (model / low)[sure],
+        *(values[sure] for values in (*ends, model / low)),
         0.5 * measured,
-        *_densities_of_points(marks),
-        *(np.array([line.y.max()]) for line in singles),
+        *(points.y for points in before),
+        *(line.y.max() for line in singles),
     )
+    title = "Power spectral density, two-sided"
     y = density_axis(fit.recording.unit, y)
-    panel = Panel(
-        x, y, tuple(marks), 0, column, title="Power spectral density, two-sided", show_x=False
-    )
-    ratio = np.add.reduceat(solution.count * solution.power / solution.spectrum, first) / count
+    panel = Panel(x, y, marks, 0, column, title=title, show_x=False)
+    power = solution.count * solution.power / solution.spectrum
+    ratio = np.add.reduceat(power, grid.first) / count
     z = normal_scores(ratio, count, np.ones(count.size))
     return panel, _residual_panel(x, frequency, z, column, spans)
 
 
 def _theta_at_limit(fit: Fit, part: ComponentStyle, own: Process) -> float:
-    """Squared coefficient of an effect that was not detected, at its 95 % limit, in the fit's unit."""
+    """Square of the upper 95 % limit of the coefficient of an effect that was not detected, in the unit of the fit."""
     assert part.limit is not None
     if np.isfinite(part.limit):
         return own.theta * part.limit**2
@@ -452,11 +486,11 @@ def _theta_at_limit(fit: Fit, part: ComponentStyle, own: Process) -> float:
 def _line_frequencies(
     fit: Fit, frequency: Array, limits: tuple[Array, Array]
 ) -> tuple[Array, NDArray[np.intp], Ordinates]:
-    """Tuple (frequencies in Hz, order, ordinates) at which the lines of a model are drawn in the spectrum.
+    """Tuple (vertices in Hz, order, ordinates): frequencies at which the curves of a model in the spectrum are computed.
 
-    A line joins the plotted points at `frequency`, which are means over bins within `limits`. Near bands of the model that
-    are narrower than bins, it follows single ordinates instead. `order` are indices into the points followed by the
-    `ordinates` that sort them by frequency and omit replaced points.
+    Most vertices are the plotted points at `frequency` (Hz), which are means over bins within `limits` (low, high). Near
+    bands of the model that are narrower than bins, single `ordinates` (indices of the cosine transform) replace them.
+    `order` indexes the points followed by the ordinates; it sorts them by frequency and omits the replaced points.
     """
     step = fit.data.rate / (2.0 * fit.data.n)
     near, kept = [np.zeros(0, dtype=np.int64)], np.ones(frequency.size, dtype=bool)
@@ -471,16 +505,11 @@ def _line_frequencies(
     return joined[order], order, ordinates
 
 
-def _densities_of_points(marks: list[Mark]) -> list[Array]:
-    """List of the densities (U²/Hz) of the hollow points, from which known functions of time were not removed."""
-    return [m.y for m in marks if isinstance(m, Points) and m.color == "raw"]
-
-
 def _merged_bins(count: Array) -> tuple[NDArray[np.int64], Array]:
-    """Tuple (index of the first bin of each plotted point, degrees of freedom of each point, shapes (points,)).
+    """Tuple (index of the first bin of each plotted point, degrees of freedom of each point), both of shape (points,).
 
-    Each bin has `count` degrees of freedom. Neighboring bins become one point because a screen cannot resolve more. A
-    point has at least 4 degrees of freedom.
+    `count` has the degrees of freedom of each bin. Neighboring bins become one point because a screen cannot resolve more.
+    A point has at least 4 degrees of freedom, unless all bins together have fewer.
     """
     cells = cells_of(count.size)
     first, total = [0], 0.0

@@ -64,27 +64,28 @@ def plot_deviation(
         Another suffix, a folder that does not exist, matplotlib not installed.
     """
     deviation = in_figure_unit(deviation)
-    tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
-    low, high = np.asarray(deviation.low), np.asarray(deviation.high)
-    kept = np.isfinite(values) & (values > 0)
+    points = deviation_points(deviation, "measured", "estimate")
+    marks = (Line(points.x, points.y, "c1", width=1.4), points)
+    y = log_axis(_axis_label(deviation), deviation.deviation, deviation.low, deviation.high)
+    panel = Panel(log_axis(TAU, points.x), y, marks)
     words = estimator_named(deviation.kind).title
-    known = bool(np.isfinite(low[kept]).any())
-    label = f"estimate ± {deviation.percent}" if known else "estimate"
-    ends = (low[kept], high[kept]) if known else (None, None)
-    marks = (
-        Line(tau[kept], values[kept], "c1", width=1.4),
-        Points(tau[kept], values[kept], "measured", label, *ends),
-    )
-    y = log_axis(_axis_label(deviation), values, low, high)
-    panel = Panel(log_axis(TAU, tau[kept]), y, marks)
-    title = words[0].upper() + words[1:]
-    figure = Figure(
-        title,
-        f"{int(kept.sum())} averaging times" if recording is None else recording_text(recording),
-        (panel,),
-        kind="deviation",
-    )
+    text = f"{points.x.size} averaging times" if recording is None else recording_text(recording)
+    figure = Figure(words[0].upper() + words[1:], text, (panel,), kind="deviation")
     return figure.saved(path, theme)
+
+
+def deviation_points(deviation: Deviation, color: str, label: str) -> Points:
+    """`Points` of a deviation at the τ (s) where it is finite and positive, so that logarithmic axes can show it.
+
+    If the interval is known, the points have it, and the label becomes ``label ± 95 %``.
+    """
+    values, low = np.asarray(deviation.deviation), np.asarray(deviation.low)
+    kept = np.isfinite(values) & (values > 0)
+    tau = np.asarray(deviation.tau)[kept]
+    if not np.isfinite(low[kept]).any():
+        return Points(tau, values[kept], color, label)
+    label, high = f"{label} ± {deviation.percent}", np.asarray(deviation.high)
+    return Points(tau, values[kept], color, label, low[kept], high[kept])
 
 
 def _axis_label(deviation: Deviation) -> str:
@@ -123,17 +124,10 @@ def plot_stability(
     marks: list[Mark] = []
     shown: list[np.ndarray] = []
     for deviation, role in zip(deviations, LOGS, strict=False):
-        tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
-        kept = np.isfinite(values) & (values > 0)
-        low, high = np.asarray(deviation.low)[kept], np.asarray(deviation.high)[kept]
-        known = bool(np.isfinite(low).any())
-        ends = (low, high) if known else (None, None)
         name = SIGMA.get(deviation.kind, "") if deviation.unit == "1" else ""
-        label = f"{name} {deviation.kind.upper()}".strip()
-        label += f" ± {deviation.percent}" if known else ""
-        marks.append(Line(tau[kept], values[kept], role, width=1.2))
-        marks.append(Points(tau[kept], values[kept], role, label, *ends))
-        shown += [values[kept], low]
+        points = deviation_points(deviation, role, f"{name} {deviation.kind.upper()}".strip())
+        marks += [Line(points.x, points.y, role, width=1.2), points]
+        shown += [points.y] if points.low is None else [points.y, points.low]
     x = log_axis(TAU, *(np.asarray(d.tau) for d in deviations))
     kinds = {d.deviation_unit for d in deviations}
     words = (
@@ -157,14 +151,13 @@ def plot_stability(
 def _slope_guide(
     deviations: Sequence[Deviation], slope: float, name: str, x: Axis, y: Axis
 ) -> tuple[Line, Note]:
-    """Tuple (dotted `Line` with a given log-log slope through the middle of the first curve, `Note` with its label).
+    """Tuple (dotted `Line` with a given log-log slope through the middle of the first curve, `Note` with its label `name`).
 
     The line spans the finite positive values. The label is near the low end, apart from points and intervals.
     """
-    tau, values = np.asarray(deviations[0].tau), np.asarray(deviations[0].deviation)
-    kept = np.flatnonzero(np.isfinite(values) & (values > 0))
-    middle = kept[kept.size // 2]
-    ends = tau[kept[[0, -1]]]
+    points = deviation_points(deviations[0], "", "")
+    tau, values = points.x, points.y
+    middle, ends = tau.size // 2, tau[[0, -1]]
     heights = values[middle] * (ends / tau[middle]) ** slope
 
     def relative_position(value: NDArray[Any], axis: Axis) -> NDArray[np.float64]:

@@ -31,7 +31,7 @@ from allanite.plots.spec import (
     Rule,
     Span,
     label_of,
-    text_alignment,
+    text_anchor,
 )
 from allanite.plots.themes import Theme, theme_of
 
@@ -52,6 +52,8 @@ ROW, TABLE_SPACING = 0.185, 1.3
 LETTERS, KEY = 177, 9
 #: Width of a bold letter of the title and of a letter of a table, relative to their size (measured in DejaVu Sans).
 BOLD_LETTER, MONO_LETTER = 0.68, 0.602
+#: Share of the width of a grid column that the axes have, beside the texts of the y axis (measured: 0.81 to 0.9).
+AXES_SHARE = 0.85
 #: Fonts of tables and of all other texts.
 MONO = "DejaVu Sans Mono"
 FONT = "DejaVu Sans"  # included in matplotlib; contains all characters that are used
@@ -207,7 +209,9 @@ def draw(
     )
     for panel in figure.panels:
         place = grid[panel.row : panel.row + panel.rows, panel.column]
-        _draw_panel(canvas, canvas.add_subplot(place), panel, look)
+        share = AXES_SHARE * figure.widths[panel.column] / sum(figure.widths)
+        width = 72.0 * size[0] * share / (BOLD_LETTER * (form.points or TABLE_POINTS))
+        _draw_panel(canvas, canvas.add_subplot(place), panel, look, width)
     top, bottom = _draw_texts(canvas, figure, look, form)
     _apply_sizes(canvas, form)
     layout.set(rect=(0.0, bottom, 1.0, top - bottom))
@@ -216,7 +220,7 @@ def draw(
 
 @contextmanager
 def _working_folder_without_settings() -> Iterator[None]:
-    """Context in which matplotlib is imported without a ``matplotlibrc`` of the working folder.
+    """Context manager in which matplotlib is imported without reading a ``matplotlibrc`` of the working folder.
 
     Such a file may come with a log, and could start LaTeX on the texts of a figure.
     """
@@ -228,7 +232,10 @@ def _working_folder_without_settings() -> Iterator[None]:
 
 
 def _in_one_column(figure: Figure) -> Figure:
-    """Copy of a figure with all panels in one column, ordered by column, without title and subtitle."""
+    """Copy of a figure with all panels below each other, without title and subtitle.
+
+    The panels of the first column of the grid come first, then those of the second.
+    """
     ordered = sorted(figure.panels, key=lambda p: (p.column, p.row))
     heights = [sum(figure.heights[p.row : p.row + p.rows]) for p in ordered]
     most = max(heights)
@@ -250,7 +257,7 @@ def _in_one_column(figure: Figure) -> Figure:
 
 
 def _with_few_bars(figure: Figure, most: int) -> Figure:
-    """Copy of a figure with at most `most` panels of bars, and without the columns that become empty."""
+    """Copy of a figure with only the first `most` panels that have bars, and without the columns that become empty."""
     barred = [p for p in figure.panels if p.find(Bars)]
     panels = [p for p in figure.panels if p not in barred[most:]]
     columns = sorted({p.column for p in panels})
@@ -273,7 +280,7 @@ def _without_table(figure: Figure) -> Figure:
 
 
 def _letter_scale(form: Style) -> float:
-    """Size of the letters of a style, relative to the letters of a table or legend on the screen."""
+    """Size of the letters of a style, relative to `TABLE_POINTS`, the size of tables and legends on the screen."""
     return (form.points or TABLE_POINTS) / TABLE_POINTS
 
 
@@ -370,9 +377,11 @@ def _draw_texts(canvas: Any, figure: Figure, look: Theme, form: Style) -> tuple[
         loc="upper right" if corner else "outside lower center",
         ncols=1 if corner else _legend_columns(labels, LETTERS * width / WIDTH / grown),
         frameon=False,
-        prop={"family": FONT, "size": 9.5},
+        # The symbols of a legend have the size of these letters, also if the texts get another size later.
+        prop={"family": FONT, "size": form.points or TABLE_POINTS},
         labelcolor=look.text,
         handlelength=2.2,
+        labelspacing=0.5 / grown,
         columnspacing=1.8,
     )
     for text, label in zip(legend.get_texts(), labels, strict=True):
@@ -415,8 +424,7 @@ def _legend_symbol(mark: Mark, look: Theme) -> Any:
     if isinstance(mark, Points):
         return Line2D([], [], linestyle="none", **_marker(mark, look))
     if isinstance(mark, Line | Rule):
-        color = look.color(mark.color)
-        return Line2D([], [], color=color, linewidth=mark.width, linestyle=DASHES[mark.dash])
+        return Line2D([], [], **_stroke(mark, look))
     raise TypeError(type(mark).__name__)
 
 
@@ -435,8 +443,8 @@ def _marker(mark: Points, look: Theme) -> dict[str, Any]:
     }
 
 
-def _draw_panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
-    """Draw a panel, its axes and its marks into matplotlib `axes`.
+def _draw_panel(canvas: Any, axes: Any, panel: Panel, look: Theme, letters: float) -> None:
+    """Draw a panel, its axes and its marks into matplotlib `axes`, whose width is about `letters` bold letters.
 
     The texts of shaded ranges (`Span`) are written one below the other. A panel with bars has no ticks and no grid on the y
     axis.
@@ -463,7 +471,7 @@ def _draw_panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
         _draw_mark(canvas, axes, panel, mark, look)
         if isinstance(mark, Span) and mark.text:
             # Each text is below the previous one, because neighboring ranges are narrower than their texts.
-            _draw_span_text(axes, mark, texts, panel.x, look)
+            _draw_span_text(axes, mark, texts, panel.x, look, letters)
             texts += 1
 
 
@@ -495,83 +503,59 @@ def _set_axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None
 
 
 def _draw_mark(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None:
-    """Draw one mark of any kind into matplotlib `axes`; the text of a range is not drawn here."""
+    """Draw one mark of any kind into matplotlib `axes`; the text of a shaded range is drawn by `_draw_span_text`."""
     match mark:
         case Line():
-            axes.plot(
-                mark.x,
-                mark.y,
-                color=look.color(mark.color),
-                linewidth=mark.width,
-                linestyle=DASHES[mark.dash],
-                marker="none",
-                zorder=LINE,
-            )
+            axes.plot(mark.x, mark.y, marker="none", zorder=LINE, **_stroke(mark, look))
         case Points():
             _draw_points(axes, mark, look)
         case Band():
-            axes.fill_between(
-                mark.x,
-                mark.low,
-                mark.high,
-                color=look.color(mark.color),
-                alpha=mark.opacity,
-                linewidth=0,
-                zorder=AREA,
-            )
+            area = {"color": look.color(mark.color), "alpha": mark.opacity, "linewidth": 0}
+            axes.fill_between(mark.x, mark.low, mark.high, zorder=AREA, **area)
         case Span():
-            axes.axvspan(
-                mark.low,
-                mark.high,
-                color=look.color(mark.color),
-                alpha=0.25,
-                linewidth=0,
-                zorder=BELOW,
-            )
-            # Edges keep a range visible that is narrower than a pixel.
-            for edge in (mark.low, mark.high):
-                axes.axvline(edge, color=look.color(mark.color), linewidth=1.0, zorder=BELOW)
+            _draw_span(axes, mark, look)
         case Rule():
             draw = axes.axvline if mark.axis == "x" else axes.axhline
-            draw(
-                mark.value,
-                color=look.color(mark.color),
-                linewidth=mark.width,
-                linestyle=DASHES[mark.dash],
-                zorder=GUIDE,
-            )
+            draw(mark.value, zorder=GUIDE, **_stroke(mark, look))
         case Bars():
             _draw_bars(axes, mark, panel, look)
         case HeatMap():
             _draw_heat_map(canvas, axes, mark, look)
         case Note():
-            axes.text(
-                mark.x,
-                mark.y,
-                mark.text,
-                transform=axes.transAxes,
-                ha="center",
-                va="center",
-                fontsize=12,
-                color=look.color(mark.color),
-                zorder=WORDS,
-                **TEXT,
-            )
+            style = {"ha": "center", "va": "center", "fontsize": 12, **TEXT}
+            place = {"transform": axes.transAxes, "zorder": WORDS}
+            axes.text(mark.x, mark.y, mark.text, color=look.color(mark.color), **place, **style)
 
 
-def _draw_span_text(axes: Any, mark: Span, line: int, axis: Axis, look: Theme) -> None:
-    """Draw the text of a shaded range at its top, `line` lines lower, inside the axis."""
+def _stroke(mark: Line | Rule, look: Theme) -> dict[str, Any]:
+    """Dict of the color, width and dash style of a line or rule, as keyword arguments of matplotlib."""
+    color, dash = look.color(mark.color), DASHES[mark.dash]
+    return {"color": color, "linewidth": mark.width, "linestyle": dash}
+
+
+def _draw_span(axes: Any, mark: Span, look: Theme) -> None:
+    """Draw a shaded range without its text; its edges keep a range visible that is narrower than a pixel."""
+    color = look.color(mark.color)
+    axes.axvspan(mark.low, mark.high, color=color, alpha=0.25, linewidth=0, zorder=BELOW)
+    for edge in (mark.low, mark.high):
+        axes.axvline(edge, color=color, linewidth=1.0, zorder=BELOW)
+
+
+def _draw_span_text(
+    axes: Any, mark: Span, line: int, axis: Axis, look: Theme, letters: float
+) -> None:
+    """Draw the text of a shaded range at its top, `line` lines lower, inside the axis of about `letters` bold letters."""
     scale = np.log10 if axis.log else np.asarray
     first, last = scale(axis.low), scale(axis.high)
     middle = 0.5 * (max(scale(mark.low), first) + min(scale(mark.high), last))
-    place = float((middle - first) / (last - first))
+    place, side = text_anchor(float((middle - first) / (last - first)), len(mark.text) / letters)
     axes.annotate(
         mark.text,
         (place, 0.985),
-        (0.0, -14.0 * line),
+        (0.0, -1.5 * line),
         xycoords="axes fraction",
-        textcoords="offset points",
-        ha=text_alignment(place),
+        textcoords="offset fontsize",
+        ha=side,
         va="top",
         fontsize=9.5,
         weight="bold",

@@ -22,15 +22,15 @@ from allanite.plots.spec import (
     Points,
     Rule,
     Span,
-    text_alignment,
+    text_anchor,
 )
 from allanite.plots.themes import Theme, theme_of
 
 FONT = "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif"
-#: Dash style of a mark → dash style of plotly.
-DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
 #: Gaps between columns, and between rows, of the grid, as fractions of the figure.
 GAP_X, GAP_Y = 0.075, 0.03
+#: Assumed width of the text of a shaded range relative to its panel, whose size in pixels is not known.
+SPAN_TEXT_WIDTH = 0.3
 #: Gap below rows that have tick texts and an axis label.
 GAP_BELOW_LABEL = 0.17
 
@@ -61,8 +61,8 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
         "annotations": [],
     }
     data: list[dict[str, Any]] = []
-    named: set[str] = set()
-    bare = _columns_without_ticks(figure)
+    # The gap before a column without tick texts is smaller.
+    bare = frozenset(panel.column for panel in figure.panels if not panel.show_y)
     for count, panel in enumerate(figure.panels, 1):
         suffix = "" if count == 1 else str(count)
         across = _grid_domain(figure.widths, panel.column, 1, GAP_X, bare)
@@ -92,7 +92,7 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
             )
         for mark in panel.marks:
             _add_mark(mark, suffix, data, layout, look)
-    _show_labels_once(data, named)
+    _show_labels_once(data)
     return {"data": data, "layout": layout}
 
 
@@ -116,11 +116,6 @@ def _row_gap(figure: Figure) -> float:
     """Gap between rows as a fraction of the figure: 0.17 if panels above the last row have tick texts, else 0.03."""
     labeled = any(p.show_x and p.row + p.rows < len(figure.heights) for p in figure.panels)
     return GAP_BELOW_LABEL if labeled else GAP_Y
-
-
-def _columns_without_ticks(figure: Figure) -> frozenset[int]:
-    """Set of the indices of grid columns with a panel without y tick texts; the gap before these columns is smaller."""
-    return frozenset(p.column for p in figure.panels if not p.show_y)
 
 
 def _grid_domain(
@@ -207,7 +202,7 @@ def _add_mark(
     axes = {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"}
     match mark:
         case Line():
-            line = {"color": look.color(mark.color), "width": mark.width, "dash": DASHES[mark.dash]}
+            line = {"color": look.color(mark.color), "width": mark.width, "dash": mark.dash}
             data.append(
                 _scatter_trace(mark.x, mark.y, mark.label, axes) | {"mode": "lines", "line": line}
             )
@@ -275,18 +270,18 @@ def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> 
     first, last = sorted(axis["range"])
     ends = [math.log10(v) if axis["type"] == "log" else v for v in (mark.low, mark.high)]
     middle = 0.5 * (max(ends[0], first) + min(ends[1], last))
-    place = (middle - first) / (last - first)
+    place, side = text_anchor((middle - first) / (last - first), SPAN_TEXT_WIDTH)
     # Each text is below the previous one, because neighboring ranges are narrower than their texts.
     before = [
         a for a in layout["annotations"] if (a.get("name"), a["xref"]) == ("span", f"x{suffix}")
     ]
     return {
         "text": f"<b>{html_text(mark.text)}</b>",
-        "x": middle,
+        "x": first + place * (last - first),
         "y": 1.0,
         "xref": f"x{suffix}",
         "yref": f"y{suffix} domain",
-        "xanchor": text_alignment(place),
+        "xanchor": side,
         "yanchor": "top",
         "yshift": -18 * len(before),
         "showarrow": False,
@@ -334,12 +329,7 @@ def _points_trace(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, 
 
 def _band_outline(band: Band) -> tuple[Any, Any]:
     """Tuple (x, y): outline of a band, one closed polygon per gap-free range, separated by NaN; empty without any."""
-    there = np.isfinite(band.low) & np.isfinite(band.high)
-    pieces = [
-        p
-        for p in np.split(np.arange(there.size), np.flatnonzero(np.diff(there)) + 1)
-        if there[p].all()
-    ]
+    pieces = band.gap_free_ranges()
     x: list[Any] = []
     y: list[Any] = []
     for piece in pieces:
@@ -357,7 +347,7 @@ def _add_rule(
     look: Theme,
 ) -> None:
     """Add a straight line across a panel to `layout`, and its legend entry, if labeled, to `data`, in place."""
-    line = {"color": look.color(mark.color), "width": mark.width, "dash": DASHES[mark.dash]}
+    line = {"color": look.color(mark.color), "width": mark.width, "dash": mark.dash}
     if mark.axis == "x":
         ends = {"x0": mark.value, "x1": mark.value, "y0": 0, "y1": 1}
         refs = {"xref": f"x{suffix}", "yref": f"y{suffix} domain"}
@@ -417,12 +407,13 @@ def _add_heat_map(
 
 
 def _ratio_text(log2: float) -> str:
-    """Text of the ratio 2^`log2` with two digits; a dash if not finite."""
+    """Text of the ratio 2^`log2` with two significant digits; a dash if not finite."""
     return number(2.0**log2, 2) if math.isfinite(log2) else "–"
 
 
-def _show_labels_once(data: list[dict[str, Any]], named: set[str]) -> None:
-    """Hide the legend entry of each trace whose label occurred before, in place; adds all labels to `named`."""
+def _show_labels_once(data: list[dict[str, Any]]) -> None:
+    """Hide the legend entry of each trace whose label an earlier trace has, in place."""
+    named: set[str] = set()
     for trace in data:
         label = trace.get("name", "")
         if trace.get("showlegend") and label in named:

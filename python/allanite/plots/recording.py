@@ -158,16 +158,13 @@ def column_panel(
     """
     size, _ = time_scale(part.duration)
     n = min(values.size, COLUMN_SEGMENTS)
-    edges = np.arange(n + 1) * values.size // n
-    there = np.isfinite(values)
-    count = np.add.reduceat(there, edges[:-1], dtype=float)
-    total = np.add.reduceat(np.where(there, values, 0.0), edges[:-1])
-    mean = np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
-    middle = 0.5 * (edges[:-1] + edges[1:])
+    middle, mean = _segment_means(values, n)
     time = np.asarray(begin + middle / (part.rate * size), dtype=np.float64)
     unit = part.covariate_units.get(name, "1")
     label = name if unit == "1" else f"{name} ({unit.replace('degC', '°C')})"
-    low, high = (float(np.nanmin(mean)), float(np.nanmax(mean))) if there.any() else (0.0, 1.0)
+    low, high = (
+        (float(np.nanmin(mean)), float(np.nanmax(mean))) if np.isfinite(mean).any() else (0.0, 1.0)
+    )
     room = 0.08 * (high - low)
     y = linear_axis(label, low - room, high + room)
     if len(y.ticks) > MAX_STRIP_TICKS:
@@ -176,13 +173,24 @@ def column_panel(
 
 
 def _segment_statistics(samples: NDArray[Any], segments: int) -> tuple[Array, Array, Array, Array]:
-    """Tuple (relative time 0 to 1, minimum, maximum, mean) of each segment; NaN if all its samples are missing."""
+    """Tuple of arrays (time relative to the duration, minimum, maximum, mean) of at most `segments` equal segments.
+
+    The last three are NaN if all samples of a segment are missing.
+    """
     values = np.ascontiguousarray(samples, dtype=np.float64)
     low, high = _kernels.envelope(values, segments)
-    # The segments of `_kernels.envelope`.
-    edges = np.arange(low.size + 1) * values.size // low.size
-    here = ~np.isnan(values)
-    count = np.add.reduceat(here, edges[:-1], dtype=float)
-    total = np.add.reduceat(np.where(here, values, 0.0), edges[:-1])
+    middle, mean = _segment_means(values, low.size)
+    return middle / values.size, low, high, mean
+
+
+def _segment_means(values: NDArray[Any], segments: int) -> tuple[Array, Array]:
+    """Tuple (middle of each segment, as an index of samples; mean of its finite values, NaN without any).
+
+    The segments are those of `_kernels.envelope`.
+    """
+    edges = np.arange(segments + 1) * values.size // segments
+    there = np.isfinite(values)
+    count = np.add.reduceat(there, edges[:-1], dtype=float)
+    total = np.add.reduceat(np.where(there, values, 0.0), edges[:-1])
     mean = np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
-    return 0.5 * (edges[:-1] + edges[1:]) / values.size, low, high, mean
+    return np.asarray(0.5 * (edges[:-1] + edges[1:]), dtype=np.float64), mean

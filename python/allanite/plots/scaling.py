@@ -18,13 +18,16 @@ def deviation_axis(unit: str, axis: Axis, words: str = "Allan deviation") -> Axi
 
 
 def density_axis(unit: str, axis: Axis) -> Axis:
-    """Copy of a logarithmic axis for power spectral densities of samples in `unit`, with its label."""
+    """Copy of a logarithmic axis for power spectral densities of samples in `unit`, with its label and quantity."""
     label = with_bracketed_unit("density", density_unit(unit))
     return replace(axis, label=label, quantity=Quantity("density", unit, power=2))
 
 
 def sample_axis(unit: str, axis: Axis, words: str) -> Axis:
-    """Copy of a linear axis for samples in `unit`, with its label; unit ``1`` is labeled as a fractional frequency."""
+    """Copy of a linear axis for samples in `unit`, with a label of the noun `words` and its quantity.
+
+    Samples with the unit ``1`` are labeled as fractional frequencies.
+    """
     label = f"{words} as {FREQUENCY}" if unit == "1" else label_in_unit(words, unit)
     return replace(axis, label=label, quantity=Quantity(words, unit, samples=True))
 

@@ -16,19 +16,14 @@ from allanite.common.showing import brief
 Array = NDArray[np.float64]
 
 
-#: The text of a shaded range is aligned to one side if it is within this fraction of the axis from an end. Chosen by
-#: judgment.
-ALIGNED_TEXT_FRACTION = 0.15
+def text_anchor(middle: float, width: float) -> tuple[float, str]:
+    """Tuple (position, alignment) of a text with a `width` around a `middle`, all relative to the axis (0 to 1).
 
-
-def text_alignment(place: float) -> str:
-    """Alignment ``"left"``, ``"center"`` or ``"right"`` of a text whose anchor is at `place` (0 to 1) along the axis.
-
-    It is left below 0.15 and right above 0.85, so that the text stays inside of the panel.
+    The text is ``"center"`` at the middle. If it would leave the axis, it is ``"left"`` at 0 or ``"right"`` at 1.
     """
-    if place < ALIGNED_TEXT_FRACTION:
-        return "left"
-    return "right" if place > 1.0 - ALIGNED_TEXT_FRACTION else "center"
+    if middle < 0.5 * width:
+        return 0.0, "left"
+    return (1.0, "right") if middle > 1.0 - 0.5 * width else (middle, "center")
 
 
 def _freeze_arrays(thing: object, *names: str) -> None:
@@ -100,6 +95,12 @@ class Band:
 
     def __post_init__(self) -> None:
         _freeze_arrays(self, "x", "low", "high")
+
+    def gap_free_ranges(self) -> list[NDArray[np.intp]]:
+        """List of the index arrays of neighboring positions at which both `low` and `high` are finite."""
+        there = np.isfinite(self.low) & np.isfinite(self.high)
+        ranges = np.split(np.arange(there.size), np.flatnonzero(np.diff(there)) + 1)
+        return [piece for piece in ranges if there[piece].any()]
 
 
 @dataclass(frozen=True, slots=True)
@@ -322,6 +323,7 @@ class Figure:
         return self
 
     def _repr_svg_(self) -> str:
+        """Text of the figure as SVG, for notebooks."""
         from allanite.plots.matplotlib_painter import render
 
         return render(self, "svg").decode()

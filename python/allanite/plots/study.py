@@ -93,7 +93,7 @@ def _step_texts(ladder: Sequence[Rung]) -> tuple[str, ...]:
 def _step_text(step: Rung, numbers: bool) -> str:
     """Text of the changes of one step, one per line; "start" and the model for the first step.
 
-    With `numbers`, the values of each new effect are on the line below it, unless an effect was removed.
+    With `numbers`, a line below each new effect has its values, unless the step removed an effect.
     """
     if not step.changes:
         return f"start\n{step.fit.model.name}"
@@ -221,7 +221,7 @@ def _density_panel(study: Study, column: int) -> Panel:
 def _ending_text(study: Any) -> str:
     """Text: number of added effects, and why the model building ended; says whether a misfit remains.
 
-    The number is the net growth from the first to the last model.
+    The number counts effects of the last model that the first model does not have.
     """
     last, first = (Counter(e.kind for e in fit.model) for fit in (study.fit, study.ladder[0].fit))
     added = (last - first).total()

@@ -25,7 +25,7 @@ from allanite.plots.spec import (
     Rule,
     Span,
     label_of,
-    text_alignment,
+    text_anchor,
 )
 from allanite.plots.themes import theme_of
 
@@ -243,7 +243,7 @@ def _color_bar_elements(panel: Panel, width: float, height: float) -> str:
 
 
 def _drawing_order(mark: Mark) -> int:
-    """Integer sort key of a mark: marks with lower keys are drawn first."""
+    """Integer sort key of a mark: marks with lower keys are drawn first, so that points lie above lines and areas."""
     order = (HeatMap, Span, Band, Rule, Line, Bars, Points, Note)
     return next(i for i, kind in enumerate(order) if isinstance(mark, kind))
 
@@ -341,11 +341,8 @@ def _short_number(text: str) -> str:
 
 def _band_path_data(band: Band, x: _Scale, y: _Scale) -> str:
     """Text for the attribute d of an SVG path around a band, one closed polygon per gap-free range."""
-    there = np.isfinite(band.low) & np.isfinite(band.high)
     out = []
-    for piece in np.split(np.arange(there.size), np.flatnonzero(np.diff(there)) + 1):
-        if not piece.size or not there[piece[0]]:
-            continue
+    for piece in band.gap_free_ranges():
         across = x(band.x[piece])
         top, bottom = (_simplified_line(across, y(edge[piece])) for edge in (band.high, band.low))
         around = [np.concatenate([a, b[::-1]]) for a, b in zip(top, bottom, strict=True)]
@@ -380,8 +377,9 @@ def _span_elements(mark: Span, x: _Scale, width: float, height: float) -> str:
     if not mark.text:
         return out
     middle = 0.5 * (max(low, 0.0) + min(high, width))
-    anchor = ANCHORS[text_alignment(middle / width)]
-    return out + _text_element(middle, 13, mark.text, anchor, ' font-weight="600"')
+    place, side = text_anchor(middle / width, LETTER * len(mark.text) / width)
+    more = ' font-weight="600"'
+    return out + _text_element(place * width, 13, mark.text, ANCHORS[side], more)
 
 
 def _bar_elements(mark: Bars, x: _Scale, y: _Scale) -> str:
@@ -428,7 +426,7 @@ def _heat_map_elements(mark: HeatMap, x: _Scale, y: _Scale) -> str:
 
 
 def _boxes_path(boxes: Sequence[_Box]) -> str:
-    """Text for the attribute d of an SVG path around boxes; each begins relative to the one before, which is shorter."""
+    """Text for the attribute d of an SVG path around boxes; relative coordinates keep the text short."""
     out, x, y = ["M0 0"], 0, 0
     for left, top, width, height in boxes:
         out.append(f"m{left - x} {top - y}h{width}v{height}h{-width}z")

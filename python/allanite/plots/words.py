@@ -59,9 +59,9 @@ def density_unit(unit: str) -> str:
 
 
 def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int = 2) -> str:
-    """Text of the `most` most important values of an effect with units: ``T = 30.1 s, σ = 12 °/h``; empty without values.
+    """Text of up to `most` values of an effect with units, in the order of `Effect.shown`; empty without values.
 
-    A value that was not detected is ``< limit``, except times and frequencies.
+    Example: ``T = 30.1 s, σ = 12 °/h``. A value that was not detected is ``< limit``, except times and frequencies.
     """
     found: list[str] = []
     for name in effect.shown():

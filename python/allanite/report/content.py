@@ -62,10 +62,10 @@ def column_title(entry: Entry) -> str:
 def column_section(
     entry: Entry, document: dict[str, Any], place: str = "", *, with_curve: bool = True
 ) -> list[Block]:
-    """List of `Block`: all blocks of one column of a report.
+    """List of `Block`: all sections of one column of a report.
 
-    `place` is the path of its `document` in the document of the whole report. `with_curve` is False if the first page
-    shows the curve of this column.
+    `document` is the JSON document of the column, and `place` its path in that of the whole report. `with_curve` is False
+    if the first page of the report already shows the curve of this column.
     """
     at = f"{place}." if place else ""
     tone, words = tone_and_verdict(entry.study, entry.first)
@@ -213,56 +213,47 @@ def _goodness_of_fit_cell(fit: dict[str, Any], place: str) -> Cell:
     Parts that are None or empty are left out.
     """
     m, e = fit["misfit"], fit["error"]
-    words: list[str | Number] = [f"{fit['model']}: χ²/dof "]
-    words += _cell_values(number_cell(m["reduced"], f"{place}.misfit.reduced"))
-    words += [" (p "]
-    words += _cell_values(number_cell(m["p_value"], f"{place}.misfit.p_value", 2))
-    words += [")"]
+    words: list[str | Number] = [
+        f"{fit['model']}: χ²/dof ",
+        number_cell(m["reduced"], f"{place}.misfit.reduced"),
+        " (p ",
+        number_cell(m["p_value"], f"{place}.misfit.p_value", 2),
+        ")",
+    ]
     if e["adev_rms_percent"] is not None:
-        words += [", Allan deviation: residual "]
-        words += _cell_values(
-            number_cell(e["adev_rms_percent"], f"{place}.error.adev_rms_percent", 2)
-        )
-        words += [" % rms (expected scatter: "]
-        words += _cell_values(
-            number_cell(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2)
-        )
-        words += [" %)"]
-    if e["adev_worst"] is not None:
-        words += [", largest error "]
-        words += _worst_error(e["adev_worst"], f"{place}.error.adev_worst")
-    if fit["discrepancy"]["percent"]:
-        words += [". Model discrepancy: "]
-        words += _cell_values(
-            number_cell(fit["discrepancy"]["percent"], f"{place}.discrepancy.percent", 2)
-        )
-        words += [" % of the deviation"]
-    if fit["not_judged_hz"]:
-        words += [". Not judged:"]
+        words += [
+            ", Allan deviation: residual ",
+            number_cell(e["adev_rms_percent"], f"{place}.error.adev_rms_percent", 2),
+            " % rms (expected scatter: ",
+            number_cell(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2),
+            " %)",
+        ]
+    worst = e["adev_worst"]
+    if worst is not None:
+        words += [
+            ", largest error at τ = ",
+            number_cell(worst["tau_s"], f"{place}.error.adev_worst.tau_s", 3),
+            " s: model/measured = ",
+            number_cell(worst["factor"], f"{place}.error.adev_worst.factor", 3),
+        ]
+    percent = fit["discrepancy"]["percent"]
+    if percent:
+        words += [
+            ". Model discrepancy: ",
+            number_cell(percent, f"{place}.discrepancy.percent", 2),
+            " % of the deviation",
+        ]
     for k, (low, high) in enumerate(fit["not_judged_hz"]):
-        words += [" " if k == 0 else ", "]
-        words += _cell_values(number_cell(low, f"{place}.not_judged_hz.{k}.0", 3))
-        words += [" … "]
-        words += _cell_values(number_cell(high, f"{place}.not_judged_hz.{k}.1", 3))
-        words += [" Hz"]
+        words += [
+            ", " if k else ". Not judged: ",
+            number_cell(low, f"{place}.not_judged_hz.{k}.0", 3),
+            " … ",
+            number_cell(high, f"{place}.not_judged_hz.{k}.1", 3),
+            " Hz",
+        ]
     if fit["not_judged_hz"]:
         words += [", where a filter removed more than 99.99 % of the power"]
     return (*words, ".")
-
-
-def _worst_error(worst: dict[str, Any], place: str) -> list[str | Number]:
-    """List of texts and `Number`: ``at τ = 30 s: model/measured = 1.2``, for the τ with the largest error."""
-    return [
-        "at τ = ",
-        *_cell_values(number_cell(worst["tau_s"], f"{place}.tau_s", 3)),
-        " s: model/measured = ",
-        *_cell_values(number_cell(worst["factor"], f"{place}.factor", 3)),
-    ]
-
-
-def _cell_values(cell: Cell) -> list[str | Number]:
-    """List of the texts and numbers of a cell, also if it has only one."""
-    return list(cell) if isinstance(cell, tuple) else [cell]
 
 
 def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
@@ -294,9 +285,10 @@ def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> lis
 
 
 def _first_model_title(check: Any) -> str:
-    """Text of the heading on the first model: "Where … fails", "… fits the record", or "Effects missing from …".
+    """Text of the heading on the first model.
 
-    The first if a misfit is left, the second if the check is adequate.
+    It is "Where … fails" if the model fails at some τ, frequency or time. Otherwise it is "… fits the record" for an
+    adequate check, else "Effects missing from …".
     """
     name = check.fit.model.name
     if check.left:
@@ -305,15 +297,19 @@ def _first_model_title(check: Any) -> str:
 
 
 def _failure_blocks(check: Any) -> list[Block]:
-    """List with one `Block`: the τ, frequencies and times at which a model fails, or one sentence if it does not fail."""
+    """List of one `Block`: a list of the τ, frequencies and times at which a model fails, or the sentence that it does not.
+
+    A model can have no such place although an effect is missing from it.
+    """
     sentences = tuple(as_sentence(s) for s in check.left)
     return [Bullets(sentences)] if sentences else [Paragraph(as_sentence(check.nowhere))]
 
 
 def _card_blocks(check: Any, place: str) -> list[Block]:
-    """List of `Block`: cards of the first 3 suggestions, and a sentence naming the others.
+    """List of `Block`: cards of the first 3 suggestions of a check, and a sentence that names the others.
 
-    Each group of suggestions but the first begins with its title. Empty without suggestions.
+    Suggestions come in the groups of `Check.grouped`; the title of a group precedes its cards, except for the first group.
+    Empty without suggestions. `place` is the path of the suggestions in the JSON document.
     """
     cards: list[Block] = []
     rest = []
@@ -338,9 +334,9 @@ def _card_blocks(check: Any, place: str) -> list[Block]:
 def _suggestion_card(
     check: Any, suggestion: Any, described: dict[str, Any], place: str, rank: int
 ) -> Card:
-    """`Card` of a suggestion: values, evidence, size, alternatives, and how to confirm it. Its title begins with `rank`.
+    """`Card` of a suggestion: values, evidence, size, alternatives if any, and how to confirm it; titled "`rank`. name".
 
-    Without alternatives their row is left out.
+    `described` is the dict of the suggestion in the JSON document, `place` its path there.
     """
     evidence = described["evidence"]
     terms: list[tuple[str, Cell]] = []
@@ -350,11 +346,11 @@ def _suggestion_card(
         values += [
             ", " if values else "",
             f"{parameter_text(name)} ",
-            *_cell_values(shown),
+            shown,
             with_unit(unit),
         ]
     terms.append(("values", tuple(values)))
-    p: Cell = number_cell(evidence["p_value"], f"{place}.evidence.p_value", 2)
+    p = number_cell(evidence["p_value"], f"{place}.evidence.p_value", 2)
     if evidence["p_value"] < MIN_PRINTED_P:
         p = log10_probability_text(suggestion.log10_p)
     terms.append(
@@ -362,21 +358,19 @@ def _suggestion_card(
             "evidence",
             (
                 "ΔlogL ",
-                *_cell_values(
-                    number_cell(
-                        evidence["delta_log_likelihood"], f"{place}.evidence.delta_log_likelihood"
-                    )
+                number_cell(
+                    evidence["delta_log_likelihood"], f"{place}.evidence.delta_log_likelihood"
                 ),
                 ", ΔBIC ",
-                *_cell_values(number_cell(evidence["delta_bic"], f"{place}.evidence.delta_bic")),
+                number_cell(evidence["delta_bic"], f"{place}.evidence.delta_bic"),
                 ", p ",
-                *_cell_values(p),
+                p,
                 f" after {trials_text(evidence['trials'])}",
             ),
         )
     )
     removes = number_cell(described["removes_percent"], f"{place}.removes_percent", 2)
-    terms.append(("size", ("removes ", *_cell_values(removes), " % of the unexplained misfit")))
+    terms.append(("size", ("removes ", removes, " % of the unexplained misfit")))
     rivals = described.get("rivals")
     if rivals:
         names = ", ".join(map(title_of, rivals))

@@ -177,6 +177,7 @@ class Report:
         return target
 
     def _repr_html_(self) -> str:
+        """HTML text of the report, for notebooks."""
         from allanite.report.html import html_fragment
 
         return html_fragment(self)

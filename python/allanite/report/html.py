@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from html import escape
 from importlib.resources import files
 from typing import TYPE_CHECKING
@@ -96,7 +97,8 @@ def _content_html(report: Report, plots: PlotlyFigures | None) -> str:
     columns = column_blocks(report.entries, places)
     title, line = title_and_line(report)
     line += f" · allanite {_kernels.version()}"
-    out = [f"<header>\n<h1>{escape(title)}</h1>\n<p>Noise report · {escape(line)}</p>\n</header>"]
+    line = _with_unbroken_units(escape(line))
+    out = [f"<header>\n<h1>{escape(title)}</h1>\n<p>Noise report · {line}</p>\n</header>"]
     out += [_block_html(b, plots) for b in first_page_blocks(report)]
     if several:
         items = "".join(
@@ -120,23 +122,22 @@ def _block_html(block: Block, plots: PlotlyFigures | None) -> str:
     """HTML text of one block; with `plots`, a figure is interactive and is added to `plots`."""
     match block:
         case Heading():
-            return f"<h{block.level}>{escape(block.text)}</h{block.level}>"
+            text = f"<h{block.level}>{escape(block.text)}</h{block.level}>"
         case Paragraph():
             kind = {"good": "verdict good", "bad": "verdict bad"}.get(block.tone, block.tone)
             attribute = "" if kind == "plain" else f' class="{kind}"'
-            return f"<p{attribute}>{_cell_html(block.cell)}</p>"
+            text = f"<p{attribute}>{_cell_html(block.cell)}</p>"
         case Bullets():
             attribute = "" if block.tone == "plain" else f' class="{block.tone}"'
-            return (
-                f"<ul{attribute}>{''.join(f'<li>{_cell_html(c)}</li>' for c in block.cells)}</ul>"
-            )
+            items = "".join(f"<li>{_cell_html(c)}</li>" for c in block.cells)
+            text = f"<ul{attribute}>{items}</ul>"
         case Table():
-            return _table_html(block)
+            text = _table_html(block)
         case Card():
             terms = "".join(
                 f"<tr><th>{escape(n)}</th><td>{_cell_html(c)}</td></tr>" for n, c in block.terms
             )
-            return (
+            text = (
                 f'<section class="card"><h5>{escape(block.title)}</h5><p>{escape(block.text)}</p>'
                 f'<table class="terms"><tbody>{terms}</tbody></table></section>'
             )
@@ -146,7 +147,20 @@ def _block_html(block: Block, plots: PlotlyFigures | None) -> str:
             else:
                 size = (block.width, block.height)
                 drawing = inline_svg(block.figure, size, escape(block.caption, True))
-            return f"<figure>{drawing}<figcaption>{escape(block.caption)}</figcaption></figure>"
+            caption = _with_unbroken_units(escape(block.caption))
+            return f"<figure>{drawing}<figcaption>{caption}</figcaption></figure>"
+    return _with_unbroken_units(text)
+
+
+#: Regular expression of the begin of a unit. A line of text may not break between a number and such a unit; the page has
+#: the same expression in `page/static/core.js`.
+UNITS = r"[°µ%σ√]|\(°|(?:s|ms|ns|min|h|d|Hz|kHz|MHz|rad|mrad|g|mg|m|K|ppm|nats|dB|MB|GB)\b"
+_GAP = re.compile(f"([0-9⁰¹²³⁴⁵⁶⁷⁸⁹](?:</data>)?) (?={UNITS})", re.ASCII)
+
+
+def _with_unbroken_units(html: str) -> str:
+    """Copy of an HTML text with a no-break space between each number, also in a data element, and its unit."""
+    return _GAP.sub("\\1\N{NO-BREAK SPACE}", html)
 
 
 def _table_html(table: Table) -> str:

@@ -56,7 +56,10 @@ class PlotlyFigures:
 
 
 def _script_sources() -> tuple[str, str]:
-    """Tuple (source of plotly, source of the drawing program), with the line ends for which browsers compute digests."""
+    """Tuple (source of plotly, source of the drawing program); lines end in a newline, as browsers read them.
+
+    Digests of these texts therefore equal those that a browser computes.
+    """
     from plotly.offline import get_plotlyjs
 
     return str(get_plotlyjs()).replace("\r\n", "\n").replace("\r", "\n"), _DRAW

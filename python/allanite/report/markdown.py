@@ -65,7 +65,7 @@ def write_figures(report: Report, folder: Path) -> None:
 
 
 def _blocks_of_columns(report: Report) -> list[tuple[str, list[Block]]]:
-    """List of (column, blocks) of a report; the blocks on all axes together, if any, come first with the name ""."""
+    """List of (name of a column, its blocks); blocks on all axes together, if any, come first with the name ""."""
     axes = report.axes if len(report.entries) > 1 else None
     first: list[tuple[str, list[Block]]] = [] if axes is None else [("", overview_blocks(axes))]
     names = [entry.recording.columns[0] for entry in report.entries]

@@ -13,11 +13,10 @@ from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
 from allanite.effects import Stochastic, standard
 from allanite.effects.sheet_units import in_sheet_unit
-from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Bullets, Cell, Heading, Paragraph, Picture, Table
 from allanite.report.content import column_title, curve_picture
 from allanite.report.overview import axes_picture
-from allanite.report.words import as_sentence, count_text
+from allanite.report.words import as_sentence, count_text, with_unit
 
 if TYPE_CHECKING:
     from allanite.recording import Recording
@@ -118,7 +117,7 @@ def temperature_text(recording: Recording) -> str:
 def _axis_cells(entry: Entry) -> tuple[str, ...]:
     """Tuple of texts: name, verdict, N, B and K of an axis in data-sheet units.
 
-    The cell of an undetected coefficient is its limit (``< 0.12 °/h``), that of one the model lacks a dash.
+    The cell of an undetected coefficient is its limit (``< 0.12 °/h``). It is a dash if the model has no such effect.
     """
     fit, found = entry.study.fit, {}
     known = {effect.kind: name for name, effect in standard().items()}
@@ -127,12 +126,10 @@ def _axis_cells(entry: Entry) -> tuple[str, ...]:
         value = values.get(name)
         if name in COEFFICIENTS and isinstance(value, Estimate):
             shown = in_sheet_unit(value, effect.parameter(name))
-            unit = "" if shown.unit in ("", "1") else f" {unit_text(shown.unit)}"
-            limit = not shown.detected and shown.interval is not None
             text = number(shown.value)
-            if limit and shown.interval:
+            if not shown.detected and shown.interval is not None:
                 text = f"< {number(shown.interval[1], 2)}"
-            found[name] = f"{text}{unit}"
+            found[name] = text + with_unit(shown.unit)
     name = entry.recording.columns[0]
     return (name, entry.study.verdict, *(found.get(c, "–") for c in COEFFICIENTS))
 

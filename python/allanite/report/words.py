@@ -28,7 +28,7 @@ EFFECTS_PER_SENTENCE = 4
 SMALL = 1e-4
 
 
-def number_cell(value: float | None, place: str, figures: int = 3) -> Cell:
+def number_cell(value: float | None, place: str, figures: int = 3) -> str | Number:
     """`Number` with `figures` significant digits and its path `place` in the document; a dash for None."""
     return "–" if value is None else Number(number(value, figures), float(value), place)
 
@@ -65,7 +65,7 @@ def _rounded_text(value: float, last: int, power: bool) -> str:
 
 
 def parameter_text(name: str) -> str:
-    """Printed name of a parameter: blanks instead of underscores; names of up to three characters are unchanged."""
+    """Printed name of a parameter: blanks instead of underscores; names of up to three characters, as q_c, stay."""
     return name if len(name) < 4 else name.replace("_", " ")
 
 
@@ -75,15 +75,16 @@ def with_unit(unit: str | None) -> str:
 
 
 def as_sentence(text: str) -> str:
-    """Copy of a text as a sentence: with a capital letter, one full stop and readable numbers."""
+    """Copy of a text as a sentence: with a capital letter and one full stop; ``1.3e-05`` becomes ``1.3·10⁻⁵``."""
     return with_readable_numbers(f"{text[:1].upper()}{text[1:].rstrip('.')}.")
 
 
-def parameter_cells(value: dict[str, Any], place: str) -> tuple[Cell, Cell, str]:
-    """Tuple (cell of the value, cell of the 95 % interval, text of the unit) of a parameter in a fit's JSON document.
+def parameter_cells(value: dict[str, Any], place: str) -> tuple[str | Number, Cell, str]:
+    """Tuple (value, 95 % interval, text of the unit) of a parameter, as cells of a table.
 
-    For a parameter that was not detected, the value is "not detected" and the interval its upper limit; without a limit
-    "not present". The interval is empty for lists, texts, and without both ends. A missing value is a dash.
+    `value` is the dict of the parameter in the JSON document of a fit, `place` its path there. For a parameter that was
+    not detected, the value is "not detected" and the interval its upper limit; without a limit "not present". The
+    interval is empty for lists, texts, and without both ends. A missing value is a dash.
     """
     found, interval = value.get("value"), value.get("interval")
     unit = unit_text(str(value.get("unit") or ""))
@@ -170,7 +171,7 @@ def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:
 
 
 def _early_end_clause(study: Any) -> str:
-    """Clause that says why the search ended before all effects were examined; empty if it did not."""
+    """Clause that names the limit of steps, the time limit or the interruption that ended the search; empty without."""
     return study.ending if study.stopped_because in ("limit", "time", "interrupted") else ""
 
 
@@ -201,7 +202,7 @@ def _removed_sentence(study: Any) -> str:
 
 
 def _added_effect_texts(study: Any) -> list[str]:
-    """List of texts, one per kind of added effect: name and values, or ``2 × name`` for several of one kind."""
+    """List of texts, one per kind of added effect: name and values, or ``2 × name`` for several that remain of one kind."""
     together: dict[str, list[tuple[Any, Any]]] = {}
     for step in study.ladder[1:]:
         for effect in step.new:
@@ -217,7 +218,10 @@ def _added_effect_texts(study: Any) -> list[str]:
 
 
 def _effect_text(fit: Any, effect: Any) -> str:
-    """Name of an effect with the values of the last effect of its kind in a fit, as text; its title if the fit has none."""
+    """Text of the name of an effect, with the values of the last effect of this kind in a fit in brackets.
+
+    If the fit has no effect of this kind, the title of the effect.
+    """
     kinds = [e.kind for e in fit.model.effects]
     if effect.kind not in kinds:
         return str(effect.title)

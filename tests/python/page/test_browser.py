@@ -70,7 +70,7 @@ def test_the_loop(tab):
     # One bar with words, the whole text, the evidence among the details.
     bar = card.locator(".measure")
     assert bar.count() == 1
-    assert re.match(r"Removes \d+ % of the unexplained misfit at 1\.7 Hz", bar.inner_text())
+    assert re.match(r"Removes \d+\xa0% of the unexplained misfit at 1\.7\xa0Hz", bar.inner_text())
     assert card.inner_text().lower().count(card.locator("h3").inner_text().lower()) == 1
     assert card.locator(".why").evaluate("p => p.scrollHeight <= p.clientHeight + 1")
     assert "ΔlogL" in card.locator("details").text_content()
@@ -78,8 +78,8 @@ def test_the_loop(tab):
     first = chi2(tab)
     assert first[1] < first[0]
     add_first(tab)
-    assert tab.locator("#verdict").inner_text() == "✓ Adequate: 0 % unexplained"
-    assert "0 % unexplained ✓" in tab.locator("#ladder [aria-current]").inner_text()
+    assert tab.locator("#verdict").inner_text() == "✓ Adequate: 0\xa0% unexplained"
+    assert "0\xa0% unexplained ✓" in tab.locator("#ladder [aria-current]").inner_text()
     kinds = tab.locator(".chip").evaluate_all("chips => chips.map(c => c.dataset.kind)")
     assert {"gauss_markov", "sinusoid"} <= set(kinds)
     told = re.compile(
@@ -106,7 +106,7 @@ ZOOMED = """([low, high]) => {
 @pytest.mark.slow
 def test_a_sentence_leads_to_the_place_that_it_speaks_of(tab):
     link = tab.locator("#verdict .link", has_text="Over frequency")
-    low, high = map(float, re.search(r"at ([\d.]+)–([\d.]+) Hz", link.inner_text()).groups())
+    low, high = map(float, re.search(r"at ([\d.]+)–([\d.]+)\xa0Hz", link.inner_text()).groups())
     tab.locator("[data-tab=samples]").click()
     tab.wait_for_selector("body[data-drawn*=' samples ']")
     link.click()

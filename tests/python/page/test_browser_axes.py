@@ -303,7 +303,7 @@ def test_a_stretch_is_left_out_by_a_brush_and_the_model_is_fitted_again(tab):
     assert tab.locator(".chip").count() == 2
     assert tab.inner_text("#chips") != before
     # Each end of the brush is as exact as a pixel, 0.025 min.
-    assert re.search(r" (4\.9[5-9]|5|5\.0[1-5]) min excluded$", tab.inner_text("#recording"))
+    assert re.search(r" (4\.9[5-9]|5|5\.0[1-5])\xa0min excluded$", tab.inner_text("#recording"))
     shaded = "document.getElementById('plot').layout.shapes.filter(s => s.type === 'rect').length"
     assert tab.evaluate(shaded) == 1
     tab.keyboard.press("Control+z")

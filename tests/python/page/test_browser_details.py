@@ -154,4 +154,4 @@ def test_alternatives_are_beside_the_numbers_that_they_change(tab, monkeypatch):
     )
     assert low < value < high
     alternatives = tab.get_by_label("Alternative explanations").inner_text()
-    assert "cannot distinguish N+K (60 %) from N+B (40 %)" in alternatives
+    assert "cannot distinguish N+K (60\xa0%) from N+B (40\xa0%)" in alternatives

@@ -124,12 +124,12 @@ def test_the_bar_of_a_card_leads_to_its_place(first_figure):
 def test_what_is_not_detected_is_dashed_and_every_line_is_smooth(first_figure):
     tab = first_figure(Source("lined.npz", recording=lined()))
     chip = tab.locator(".chip[data-kind=rate_random_walk]")
-    assert "not detected (95 % limit)" in chip.inner_text()
+    assert "not detected (95\xa0% limit)" in chip.inner_text()
     for view in ("allan", "psd"):
         tab.locator(f"[data-tab={view}]").click()
         settled(tab, view)
         assert any(dash not in ("none", "") for dash in tab.evaluate(DASHES))
-        assert "Not detected: 95 % limit" in tab.inner_text("#key")
+        assert "Not detected: 95\xa0% limit" in tab.inner_text("#key")
     on_allan(tab)
     # 24 points in all looked jagged; whole numbers of samples are fewer at the left end.
     assert min(tab.evaluate(DENSITY)) > 15
@@ -166,13 +166,13 @@ def test_a_clock_starts_with_phase_noise_and_its_axes_say_what_is_drawn(first_fi
 @pytest.mark.parametrize(
     ("name", "column", "view", "label", "card"),
     [
-        ("mpu6050_raw_7min.npz", "gyro_y", "psd", r"[\d.]+ × the model at 38 Hz", "at 38 Hz"),
+        ("mpu6050_raw_7min.npz", "gyro_y", "psd", r"[\d.]+ × the model at 38 Hz", "at 38\xa0Hz"),
         (
             "adis16405_imu3.npz",
             "gyro_z",
             "psd",
             r"[\d.]+ × the model at 19\.\d Hz",
-            "between 18 and 21 Hz",
+            "between 18 and 21\xa0Hz",
         ),
         ("cats_thermal_b.npz", "gyro_y", "samples", None, "of the unexplained misfit"),
     ],

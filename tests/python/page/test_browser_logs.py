@@ -77,7 +77,7 @@ def test_what_is_good_enough_is_said_and_shown(tab):
     tab.locator("#enough").select_option("10", force=True)
     tab.wait_for_selector("[data-axis='1'].within")
     assert state(tab, "[data-axis='1']") == "Within tolerance"
-    assert "below 10 %" in tab.inner_text("#verdict .good")
+    assert "below 10\xa0%" in tab.inner_text("#verdict .good")
     # Suggestions are shown as before; there is nothing to improve.
     assert tab.locator(".card").count() > 0
     assert tab.locator("#improve").get_attribute("aria-disabled") == "true"

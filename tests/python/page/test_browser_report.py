@@ -51,7 +51,7 @@ def test_the_first_page_has_everything(tab):
           const of = text => bottom(all.filter(n => n.textContent.includes(text)).pop());
           const figure = document.querySelector("figure svg").getBoundingClientRect();
           const next = all.find(n => n.textContent === "Next step").nextElementSibling;
-          return { told: ["ACME-3", "0042", "2026-11-28", "not logged", "20 s at 100 Hz"].map(
+          return { told: ["ACME-3", "0042", "2026-11-28", "not logged", "20\u00a0s at 100\u00a0Hz"].map(
               text => Math.min(...all.filter(n => !n.children.length && n.textContent.includes(text)).map(bottom))),
             figure: [figure.top + scrollY, figure.bottom + scrollY, figure.width],
             next: bottom(next), words: next.textContent };

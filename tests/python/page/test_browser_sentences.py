@@ -56,8 +56,10 @@ def over(tab, selector):
 def test_error_growth(show):
     tab, sentence = show("error")
     number = r"[\d.]+(·10[⁻⁰-⁹]+)?"
-    assert re.match(rf"After \d+ (s|min) without a fix, the angle error is {number}°, ", sentence)
-    assert re.search(rf"velocity error by tilt {number} m/s, ", sentence)
+    assert re.match(
+        rf"After \d+\xa0(s|min) without a fix, the angle error is {number}°, ", sentence
+    )
+    assert re.search(rf"velocity error by tilt {number}\xa0m/s, ", sentence)
     assert sentence.endswith(": the measured errors agree.")
     titles = tab.locator("#plot .ytitle, #plot .y2title, #plot .y3title").all_text_contents()
     assert [t.rpartition("(")[2] for t in titles] == ["°)", "m/s)", "m)"]
@@ -77,7 +79,7 @@ def test_error_growth(show):
 
 def test_nis(show):
     tab, sentence = show("nis")
-    consistent = r"The filter is consistent with the record: \d of \d+ points lie outside the 95 % interval\."
+    consistent = r"The filter is consistent with the record: \d of \d+ points lie outside the 95\xa0% interval\."
     assert re.fullmatch(consistent, sentence)
     words = over(tab, "#plot .scatterlayer .points path.point >> nth=5")
     assert re.search(r"^Measured.*τ = [\d.]+ s", words)

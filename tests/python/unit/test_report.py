@@ -6,6 +6,7 @@ import json
 import re
 from functools import reduce
 from html.parser import HTMLParser
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from allanite.cli import main
 from allanite.common.numbers import percent_text, value_and_interval_text, with_readable_numbers
 from allanite.fit import engine
 from allanite.plots.svg_painter import inline_svg, path_data
+from allanite.report.html import UNITS
 from allanite.report.words import COMPLETED, data_sheet_value, texts_to_uncertainty
 from page_browser import BROWSERS, launched
 
@@ -186,6 +188,17 @@ def test_page_says_what_a_reader_asks(page):
                   "How this report was computed", "allanite 0.", "sinusoid", "°/√h", "to confirm"):  # fmt: skip
         assert words in page, words
     assert "e-0" not in re.sub(r"<[^>]*>", "", page.split("</style>")[1])
+
+
+def test_no_line_ends_between_a_number_and_its_unit(page):
+    inside = re.sub(r"<text.*?</text>|</?data[^>]*>", "", page[page.index("<main") :])
+    text = re.sub(r"<[^>]*>", "\n", inside)
+    assert re.search(r"[0-9]\xa0%", text)
+    assert re.search(r"[0-9]\xa0Hz", text)
+    assert not re.search(f"[0-9] (?={UNITS})", text, re.ASCII)
+    # The page has the same rule.
+    core = resources.files("allanite.page").joinpath("static", "core.js").read_text("utf-8")
+    assert f"String.raw`{UNITS}`" in core
 
 
 def test_same_bytes_on_every_run(report, page):

@@ -11,8 +11,9 @@ from allanite.common.errors import InputError
 from allanite.deviation import estimator_named
 from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
+from allanite.plots.deviation import deviation_points
 from allanite.plots.scaling import deviation_axis
-from allanite.plots.spec import Figure, Line, Mark, Panel, Points
+from allanite.plots.spec import Figure, Line, Mark, Panel
 from allanite.plots.words import label_in_unit
 from allanite.recording import Recording
 
@@ -64,20 +65,18 @@ def deviation_figure(
         marks.append(Line(fit.curve.tau, fit.curve.model, "model", "model", 2.2))
     elif fit is not None and log.n <= MAX_SIMULATED:
         simulated = _deviation_of(fit, kind, grid, kept)
-        at, model, _, _ = _drawable_points(simulated)
-        marks.append(Line(at, model, "model", "Simulated sensor", 1.6))
+        drawn = deviation_points(simulated, "model", "")
+        marks.append(Line(drawn.x, drawn.y, "model", "Simulated sensor", 1.6))
         shown.append(np.asarray(simulated.deviation))
-    tau, values, low, high = _drawable_points(found)
-    known = bool(np.isfinite(low).any())
-    label = "measured ± 95 %" if known else "measured"
-    marks.append(Points(tau, values, "measured", label, *((low, high) if known else (None, None))))
+    points = deviation_points(found, "measured", "measured")
+    marks.append(points)
     title = estimator_named(kind).title
     title = title[0].upper() + title[1:]
     y = log_axis(label_in_unit(title, found.deviation_unit), *shown)
     if found.deviation_unit == log.unit:
         y = deviation_axis(log.unit, y, title)
-    panel = Panel(log_axis(TAU, tau), y, tuple(marks), title=title)
-    return Figure(title, f"{tau.size} averaging times", (panel,), kind="deviation")
+    panel = Panel(log_axis(TAU, points.x), y, tuple(marks), title=title)
+    return Figure(title, f"{points.x.size} averaging times", (panel,), kind="deviation")
 
 
 def simulated_sensor(fit: Fit) -> Recording:
@@ -99,10 +98,3 @@ def _deviation_of(
         log = source if isinstance(source, Recording) else simulated_sensor(source)
         kept[key] = getattr(family, kind)(log, **({"taus": GRIDS[grid]} if grid else {}))
     return kept[key]
-
-
-def _drawable_points(found: Deviation) -> tuple[np.ndarray, ...]:
-    """Tuple (τ in s, deviation, low, high) of the finite and positive points, which logarithmic axes can show."""
-    kept = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
-    columns = found.tau, found.deviation, found.low, found.high
-    return tuple(np.asarray(values)[kept] for values in columns)

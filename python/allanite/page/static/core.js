@@ -9,9 +9,14 @@ export const el = (tag, attributes = {}, ...children) => {
     else if (value === true) node.setAttribute(key, "");
     else if (value !== false && value !== null && value !== undefined) node.setAttribute(key, value);
   }
-  node.append(...children.filter(c => c !== null && c !== undefined));
+  node.append(...children.filter(c => c !== null && c !== undefined).map(c => typeof c === "string" ? unbroken(c) : c));
   return node;
 };
+// Begin of a unit, as in report/html.py.
+const UNITS = String.raw`[°µ%σ√]|\(°|(?:s|ms|ns|min|h|d|Hz|kHz|MHz|rad|mrad|g|mg|m|K|ppm|nats|dB|MB|GB)\b`;
+const GAP = new RegExp(`([0-9⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=${UNITS})`, "g");
+// The text with a no-break space between each number and its unit.
+export const unbroken = text => text.replace(GAP, "$1\u00a0");
 const SVG = "http://www.w3.org/2000/svg";
 // New SVG element with one path per entry of `paths`.
 export function svg(box, paths, attributes = {}) {
@@ -66,7 +71,7 @@ export async function act(order) {
 }
 // Shows a message for some seconds; an empty text hides it.
 export function showMessage(text, seconds = 10) {
-  $("message").textContent = text;
+  $("message").textContent = unbroken(text);
   $("message").hidden = !text;
   clearTimeout(showMessage.timer);
   if (text) showMessage.timer = setTimeout(() => { $("message").hidden = true; }, 1000 * seconds);

@@ -1,5 +1,5 @@
 // The page: shows the state of the server and sends the actions of the user.
-import { $, S, act, busy, el, fillSelect, icon, hasUserJob, replaceContent, showMessage, request, theme } from "./core.js";
+import { $, S, act, busy, el, fillSelect, icon, hasUserJob, replaceContent, showMessage, request, theme, unbroken } from "./core.js";
 import { updateExportVerdict } from "./accept.js";
 import { allAxesDone, drawStrip, stepAxis, updateStrip } from "./axes.js";
 import * as Draw from "./draw.js";
@@ -79,7 +79,7 @@ function updateHeader() {
   const { logs, log_number, recording, log, fixed } = S.state;
   fillSelect($("logs"), logs.length ? logs.map((name, i) => [i, name]) : [[0, "No log"]], log_number ?? 0);
   $("logs").disabled = logs.length < 2;
-  $("recording").textContent = $("recording").title = recording ? recording.text : "";
+  $("recording").textContent = $("recording").title = recording ? unbroken(recording.text) : "";
   $("reading").disabled = !log || fixed;
   // Offers only the formats that suit the sensor, and keeps the choice of the user.
   const offered = recording ? recording.targets : [];

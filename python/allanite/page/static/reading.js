@@ -1,5 +1,5 @@
 // The form that shows how each column of a log is interpreted, with open questions and corrections.
-import { $, S, act, el, fillSelect, numberText, request, svg } from "./core.js";
+import { $, S, act, el, fillSelect, numberText, request, svg, unbroken } from "./core.js";
 
 const ROLES = { sensor: "Sensor", time: "Clock", temperature: "Temperature", other: "Other" };
 let found = null;
@@ -11,7 +11,7 @@ export async function openReadingForm() {
   const state = S.state;
   if (!state.log || state.fixed) return;
   $("form-log").textContent = state.log;
-  $("form-problem").textContent = state.problem || "";
+  $("form-problem").textContent = unbroken(state.problem || "");
   $("form-rate").value = state.reading.rate ? Number(state.reading.rate.toPrecision(8)) : "";
   $("form-quantity").value = state.reading.quantity || "";
   $("form-columns").replaceChildren(el("p", { class: "faint" }, "Reading the columns …"));

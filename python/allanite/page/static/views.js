@@ -1,5 +1,5 @@
 // The views: selection, controls, values, and files.
-import { $, S, act, busy, capitalized, el, fillSelect, replaceContent, showMessage, request, theme } from "./core.js";
+import { $, S, act, busy, capitalized, el, fillSelect, replaceContent, showMessage, request, theme, unbroken } from "./core.js";
 import { acceptancePanel } from "./accept.js";
 import { axesTable } from "./axes.js";
 import { removeCursors, moveCursor } from "./cursor.js";
@@ -65,8 +65,8 @@ function showWaiting() {
 // Name, count, time and progress bar of the job, in the side panel and instead of a figure.
 export function updateProgress() {
   const job = busy() ? S.state.job : null, count = job?.total > 1 ? ` ${job.done} of ${job.total}` : "";
-  const text = job ? `${job.name} …${count} · ${job.seconds.toFixed(job.seconds < 10 ? 1 : 0)}\u00a0s` : "Nothing is fitted yet";
-  for (const node of [$("work-name"), $("stage")]) if (node) node.textContent = node.title = text;
+  const text = job ? `${job.name} …${count} · ${job.seconds.toFixed(job.seconds < 10 ? 1 : 0)} s` : "Nothing is fitted yet";
+  for (const node of [$("work-name"), $("stage")]) if (node) node.textContent = node.title = unbroken(text);
   for (const bar of [$("bar"), $("stage-bar")]) if (bar) { bar.hidden = !job; if (job?.total) { bar.max = job.total; bar.value = job.done; } else bar.removeAttribute("value"); }
 }
 function showWelcome() {
@@ -78,7 +78,7 @@ function showWelcome() {
 // The main result of the figure, as a sentence.
 function headline(text) {
   $("headline").hidden = !text;
-  $("headline").textContent = text ? `${capitalized(text)}.` : "";
+  $("headline").textContent = text ? unbroken(`${capitalized(text)}.`) : "";
 }
 // Shows the legend and the text below the figure.
 function updateLegend(got) {
@@ -91,7 +91,7 @@ function updateLegend(got) {
   if (got && got.singles) psd.push(item("border-color:var(--raw)", "Single frequencies"));
   const samples = [item("border-color:var(--c1)", "Mean"), item("background:var(--c1)", "Minimum–maximum", "box"), ...(got && got.drift ? [item("border-color:var(--c-model)", capitalized(got.drift))] : [])];
   $("key").replaceChildren(...(other ? [] : { allan, psd: [...allan, ...psd], samples }[S.view] || []));
-  $("readout").textContent = other ? (state.ladder.length ? "The model is always fitted to the spectrum, whatever deviation is shown" : "") : got && !["allan", "psd"].includes(S.view) ? capitalized(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
+  $("readout").textContent = other ? (state.ladder.length ? "The model is always fitted to the spectrum, whatever deviation is shown" : "") : got && !["allan", "psd"].includes(S.view) ? unbroken(capitalized(got.subtitle)) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
 }
 // Opens a view at a range of its axis, in s, Hz, or s of the record.
 export async function showRange(name, place) {
