@@ -107,7 +107,7 @@ def test_one_page_with_everything(tmp_path, sheet, capsys):
         "2026-11-28",
         "25 degC",
         "not logged",
-        "0.3 °/√h",
+        "0.3\xa0°/√h",
         "meets",
         "<svg",
     ):

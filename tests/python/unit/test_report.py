@@ -342,7 +342,7 @@ def test_the_first_page_says_what_who_and_what_next(log, run, tmp_path):
     assert code == 0, err
     first = target.read_text(encoding="utf-8").split("<h3>Record</h3>")[0]
     shown = re.sub(r"<[^>]*>", " ", first.split("</style>")[-1])
-    for words in ("ACME-3", "0042", "2026-11-28", "not logged", "3.33 min", "Verdict and coefficients",
+    for words in ("ACME-3", "0042", "2026-11-28", "not logged", "3.33\xa0min", "Verdict and coefficients",
                   "gyro_x", "°/√h", "Next step", "allanite characterize"):  # fmt: skip
         assert words in shown, words
 
