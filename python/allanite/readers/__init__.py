@@ -415,9 +415,8 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
 def _covariates_with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]]:
     """Tuple (indices of the covariates with values, one warning for each covariate without values).
 
-    The end of a column is the row of its last value. A covariate that ends in the first 1 % of the rows has no values.
-    Raises `InputError` for a sample or covariate column that ends after this 1 %, but over 1 % of the rows before the end
-    of the longest column.
+    A covariate whose last value is in the first 1 % of the rows counts as one without values. Any other column that is
+    used must last to within 1 % of the rows of the longest column. Else `InputError` is raised.
     """
     ends = {
         i: _length_without_trailing_nan(table[i]) for i in (*layout.samples, *layout.covariates)

@@ -64,7 +64,7 @@ class Table:
     others: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Make names printable and distinct_names, and derive each unit from the given unit or from the name."""
+        """Make names printable and distinct, and derive each unit from the given unit or from the name."""
         # Names and units in a file may hold any characters.
         names = tuple(_collapse_long_blanks(plain(name)) for name in self.names)
         units = [u and _collapse_long_blanks(plain(u)) for u in self.units]
@@ -96,7 +96,7 @@ def _collapse_long_blanks(name: str) -> str:
 def _unit_of(name: str, unit: str | None) -> str | None:
     """Unit of a column: the given `unit`, or else the unit at the end of the name; None if neither states one.
 
-    For an accelerometer, a given mG or milli-g is read as ``mg``.
+    The given units mG, milli-g, milliG and mili-g of an accelerometer become ``mg``.
     """
     if unit in _GRAVITY and sensor_kind(name) == ACCELERATION:
         return _GRAVITY[unit]
@@ -209,8 +209,8 @@ _YEARS = re.compile(
 def time_unit_of(name: str, unit: str | None) -> str | None:
     """Unit of a time column if it states one, else None: first its unit, then its name.
 
-    The name may be a day or year (``MJD``), end in a unit (``timestamp_us``), or contain one. ``SampleTimeFine`` has
-    100 µs.
+    The name may be a day or year (``MJD`` gives ``d``), end in a unit (``timestamp_us``), or contain one. The name
+    ``SampleTimeFine`` gives ``100us``.
     """
     stated = time_unit(unit)
     if stated is not None:

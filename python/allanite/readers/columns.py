@@ -225,7 +225,7 @@ def layout_of(table: Table, request: Request) -> Layout:
 def roles_of(table: Table, request: Request) -> Roles:
     """`Roles` of all columns and the time columns, decided from names, units and numbers.
 
-    A requested time column comes first. A column that is requested as a covariate is neither sensor nor time. Raises
+    The requested time column is the time. A column that is requested as a covariate is neither sensor nor time. Raises
     `InputError` for an unknown time column.
     """
     found = Roles([], [], [])

@@ -286,10 +286,11 @@ def _motion_findings_of(recording: Recording) -> list[Finding]:
 
 
 def _table_of_numbers(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int, str]]:
-    """Tuple (table of all numeric columns, `Layout` or `Roles`, dict from damaged column to its error message).
+    """Tuple (table of all numeric columns, its `Layout`, dict from the index of a damaged column to its error message).
 
-    If the log cannot be read as a whole, each column is read alone. Damaged columns are then left out of the table.
-    Raises `InputError` if all columns are damaged, or if none is but the whole log cannot be read.
+    In place of the layout stand the `Roles` of the columns if no layout is possible, such as without a sensor. If the log
+    cannot be read as a whole, each column is read alone. Damaged columns are then left out of the table. Raises
+    `InputError` if all columns are damaged, or if none is but the whole log cannot be read.
     """
     from allanite.readers import read_table
 

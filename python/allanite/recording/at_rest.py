@@ -37,7 +37,10 @@ def quiet_span(recording: Recording) -> tuple[float, float]:
 
 
 def quiet_segment(recording: Recording) -> Recording:
-    """`Recording` of the longest quiet segment, with a finding of kind ``quiet_stretch``. Raises as `quiet_span`."""
+    """`Recording` of the longest quiet segment, with a finding of kind ``quiet_stretch``.
+
+    Raises `InputError` without a gyroscope or accelerometer with a unit, and `TooShortError` if no segment is quiet.
+    """
     start, end = quiet_span(recording)
     found = f"kept the longest quiet segment, {start:.6g}–{end:.6g} s of {recording.duration:.6g} s"
     finding = Finding("quiet_stretch", "info", found, values={"start_s": start, "end_s": end})

@@ -172,7 +172,8 @@ def _smallest_and_largest(x: NDArray[Any]) -> tuple[float, float]:
 def _missing_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over one `Finding` with the number of missing samples and their effect on the Allan deviation.
 
-    Empty without missing samples. The remedy is a decimation if at least 100 averages remain.
+    Empty without missing samples. If the deviation loses over half of its differences below an eighth of the record, this
+    is stated, and a decimation is advised that leaves at least 100 averages.
     """
     missing = c.missing
     if missing:
@@ -404,9 +405,9 @@ def _outlier_findings(c: _Column) -> Iterator[Finding]:
 def _smoothed_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` about values that were averaged or low-passed before they were logged.
 
-    Above 3/8 of the sampling rate, such values have less than a quarter of the power of every lower octave. They also
-    have less than a quarter of what a power law through two neighboring octaves predicts. Empty for fewer than 4
-    complete blocks.
+    Two things show this. The power above 3/8 of the sampling rate is at most a quarter of that in each lower octave. It
+    is also below a quarter of the power to which two neighboring octaves extrapolate. Empty for fewer than 4 complete
+    blocks of 512 samples.
     """
     blocks = c.spread[np.isfinite(c.spread).all(axis=1)]
     if blocks.shape[0] < 4 or blocks.shape[1] < 2**OCTAVES:
@@ -450,10 +451,10 @@ class _Changes:
     square: float = 0.0
 
     def add(self, averages: Array) -> None:
-        """Add the averages that follow those already added; updates count, sum and maximum of the squared changes.
+        """Add the averages that follow those already added, to the sums of squared changes between neighbors.
 
-        `largest` becomes the largest sum of two consecutive squared changes, and `end` the index of the average that
-        follows these changes.
+        `count` and `total` are number and sum of the squares. `largest` is the largest sum of two consecutive squares, and
+        `end` the number of changes before the second one.
         """
         changes = np.diff(np.concatenate([self.last, averages]))
         squares = np.where(np.isfinite(changes), changes, 0.0) ** 2

@@ -165,9 +165,10 @@ def longest_run(pieces: Iterable[tuple[int, Array]], n: int) -> tuple[int, int, 
 
 
 def share_of_repeats_followed(samples: Array, limit: int) -> float:
-    """Share of repeated samples that another repeat follows, in runs of one value shorter than `limit` samples.
+    """Fraction of the repeated samples whose next sample repeats them, too; 0 without repeats.
 
-    0 without such runs. It exceeds the share of repeats in the record if values are held again and again.
+    A sample is repeated if it equals the one before. Runs of `limit` or more equal samples are ignored. If each sample
+    repeats at random, the fraction is the share of repeats among all samples; it is larger if values are held.
     """
     repeats = runs = 0
     for first in range(0, samples.size - 1, PART_SAMPLES):

@@ -53,10 +53,10 @@ def is_fill(value: float, step: float) -> bool:
 
 
 def two_codes(spread: Array, single: bool) -> float:
-    """Distance of the two codes between which samples flip, or 0 if the samples do not flip between two codes.
+    """Distance of the two values between which samples flip; 0 for one value, or more than two.
 
-    A few wrong samples, and a status that keeps its value for long, are not codes. The rarer code must occur
-    `MIN_FLIPS` times, for 3 samples at most in the median.
+    Also 0 if the samples visit the rarer value fewer than 5 times, or for more than 3 samples each in the median: a few
+    wrong samples, or a status, are no noise. A rarer value that marks lost samples must make 5 % of the samples.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ def _require_valid(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
 
 
 def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[str, str]:
-    """Tuple (unit, why) of time stamps, guessed from the stated rate, the epoch or the magnitude.
+    """Tuple (unit, source) of time stamps: their unit, guessed from the stated rate, the epoch or the magnitude.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
     Returns
     -------
     unit : str
-    why : str
+    source : str
         ``"rate"``, ``"epoch"``, ``"usual"`` (fractions of a second) or ``"size"``, a guess.
 
     Raises

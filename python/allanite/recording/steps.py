@@ -180,9 +180,11 @@ class Steps:
                 return
 
     def _replace_disorder(self) -> None:
-        """Set `disorder`, `seams` and `lost`; steps of disorder and at seams become typical steps in `clean`.
+        """Replace steps that run back, and their neighbors, by usual steps in `clean`; set `disorder`, `seams` and `lost`.
 
-        `lost` is set if many steps run back. Raises `InputError` if far too many do.
+        `disorder` gets the rows out of order, `seams` the rows after which time runs back for good. `lost` becomes True if
+        over 1 % of the steps run back: then only those of over 100 usual steps are replaced. Raises `InputError` for more
+        than 20 000 of them.
         """
         back = np.flatnonzero(self.clean < 0)
         if back.size > max(0.01 * self.clean.size, 5):
@@ -211,9 +213,9 @@ class Steps:
                 done = end
 
     def _disorder_around(self, i: int) -> tuple[int, int] | None:
-        """Tuple (first, end) of the shortest run of steps around step i over which time advances as usual, or None.
+        """Tuple (first, end) of the shortest run of steps around step i over which time advances as usual; end exclusive.
 
-        The run has at most 16 steps; `end` is exclusive. None means a seam.
+        None if no run of up to 16 steps does: time runs back for good, as in joined logs.
         """
         low = max(i - MAX_DISORDER_ROWS, 0)
         sums = np.concatenate(([0.0], np.cumsum(self.clean[low : i + MAX_DISORDER_ROWS])))
@@ -233,7 +235,8 @@ class Steps:
     def _require_constant_interval(self) -> None:
         """Raise `InputError` if the interval of the stamps changes permanently by over 30 %, as in two joined recordings.
 
-        Nothing is tested below 1600 steps, and over three changes between 16 blocks are none.
+        The usual steps of 16 blocks are compared. Nothing is raised for fewer than 1600 steps, or if the interval changes
+        more than three times.
         """
         blocks = 16
         length = self.clean.size // blocks
@@ -262,8 +265,8 @@ class Steps:
     def _set_gaps_of_single_stamps(self) -> None:
         """Set `usual`, `lost`, `gaps`, `counts` and `times`, for stamps that each belong to one sample.
 
-        Steps over 1.5 intervals are gaps. If more than 5 % of the steps are that long, and not by whole samples, `lost` is
-        set, and only steps over 20 intervals are gaps.
+        Steps over 1.5 intervals are gaps. If more than 5 % of the steps are that long, and not by whole samples, gaps
+        cannot be told from jitter. Then `lost` becomes True, and only steps over 20 intervals are gaps.
         """
         steps = self.clean
         for _ in range(3):
@@ -291,13 +294,16 @@ class Steps:
         self._count_missing(late)
 
     def _is_delay_caught_up(self, late: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Mask of shape (late,): True if the stamps after a late row are in time again, so that no sample is missing."""
+        """Mask of shape (late,): True if later stamps make up for the long step after a row, so that no sample is missing.
+
+        The smallest delay behind evenly spaced stamps is compared, among 1024 stamps before the step and 1024 after it.
+        """
         steps = self.clean
         step = (float(steps.sum()) - float(steps[late].sum())) / max(steps.size - late.size, 1)
         delay = np.concatenate([[0.0], np.cumsum(steps - step)])
 
         def earliest(first: int, end: int) -> float:
-            """Smallest delay of the samples first … end − 1, in the unit of the stamps."""
+            """Smallest delay of the stamps first … end − 1 behind evenly spaced ones, in the unit of the stamps."""
             return float(delay[max(first, 0) : end].min())
 
         return np.array(
@@ -311,7 +317,10 @@ class Steps:
         )
 
     def _are_late_by_whole_samples(self, late: NDArray[np.int64]) -> bool:
-        """True if the steps after the rows `late` are multiples of the usual step and do not come from bursts."""
+        """True if the steps after the rows `late` are multiples of the usual step, and not the pauses between packets.
+
+        Pauses between packets of samples recur at even distances, and are longer than three usual steps.
+        """
         ratio = self.clean[late] / self.usual
         short = ratio[ratio < 20]
         if short.size and np.median(np.abs(short - np.rint(short))) > 0.1:

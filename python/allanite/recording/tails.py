@@ -82,11 +82,6 @@ def _exceeded_magnitude(inverse_freedom: float, probability: float) -> float:
     return float(-(ndtri(p) if inverse_freedom == 0.0 else stdtrit(1.0 / inverse_freedom, p)))
 
 
-def _sorted_magnitudes(magnitudes: Array) -> Array:
-    """Array of the magnitudes sorted in ascending order."""
-    return _kernels.in_order(np.ascontiguousarray(magnitudes))
-
-
 def tail_of(magnitudes: Array, censored: float, *, ordered: bool = False) -> Tail | None:
     """`Tail`: Student t law fitted to magnitudes. The largest (a share `censored`) enter only by their number.
 
@@ -109,7 +104,7 @@ def tail_of(magnitudes: Array, censored: float, *, ordered: bool = False) -> Tai
     keep = int(n * (1.0 - censored))
     if keep < MIN_MAGNITUDES:
         return None
-    rising = magnitudes if ordered else _sorted_magnitudes(magnitudes)
+    rising = magnitudes if ordered else _kernels.in_order(np.ascontiguousarray(magnitudes))
     median, top = rising[n // 2], rising[keep - 1]
     if not 0.0 < median < top:
         return None
@@ -162,7 +157,7 @@ def outlier_limit(magnitudes: Array, probability: float, step: float = 0.0) -> f
     if step > 0.0:
         spread = np.random.default_rng(0).uniform(-0.5 * step, 0.5 * step, magnitudes.size)
         magnitudes = np.abs(magnitudes + spread)
-    magnitudes = _sorted_magnitudes(magnitudes)
+    magnitudes = _kernels.in_order(np.ascontiguousarray(magnitudes))
     tails = [tail_of(magnitudes, share, ordered=True) for share in CENSORED_SHARES]
     limits = [t.reach(probability) for t in tails if t is not None]
     return min([*limits, *_power_law_limits(magnitudes, probability)], default=np.inf) + 0.5 * step

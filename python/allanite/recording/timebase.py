@@ -348,10 +348,9 @@ def uneven_times(time: ArrayLike, stamps: Stamps) -> Array | None:
 
 def epoch_of(time: ArrayLike, stamps: Stamps) -> float | None:
     """Time of the first row used, s since 1970, for date-times and decimal years (1900 to 2200); else None."""
-    kind = np.asarray(time).dtype.kind
-    t, _ = stamp_numbers(time, stamps.unit)
+    t, unit = stamp_numbers(time, None)
     first = float(t[stamps.rows[0]])
-    if kind in "OUSMT":
+    if unit == "ns" and np.asarray(time).dtype.kind != "m":
         return first * 1e-9
     if stamps.unit == "y" and 1900.0 <= first <= 2200.0:
         return (first - 1970.0) * TIME_UNITS["y"]

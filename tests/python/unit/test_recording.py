@@ -257,3 +257,11 @@ def test_to_another_unit():
     assert r.units == ("rad/s", "g")
     with pytest.raises(al.InputError, match="deg/s"):
         make().column("gyro").to("mg")
+
+
+def test_only_date_times_have_an_epoch():
+    texts = np.array([f"{k / 10}" for k in range(20)])
+    dates = np.datetime64("2026-05-04", "ms") + 100 * np.arange(20)
+    for time, epoch in ((texts, None), (dates, 1777852800.0), (dates.astype(str), 1777852800.0)):
+        assert al.Recording(np.arange(20), time=time).epoch == epoch
+    assert al.Recording(np.arange(20), time=dates - dates[0]).epoch is None

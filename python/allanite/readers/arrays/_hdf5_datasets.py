@@ -37,9 +37,8 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
     # `visit` examines links without following them. The library would swallow an error raised inside.
     external = file.id.links.visit(name_if_external, info=True)
     if external is not None:
-        raise InputError(
-            _external_data_message("link", external.decode("utf-8", "replace"), "is external")
-        )
+        name = plain(external.decode("utf-8", "replace"), 60)
+        raise _external_data_error(f"link {name} is external")
     found: list[tuple[str, Dataset]] = []
 
     def check_object(name: str, item: Any) -> None:
@@ -47,9 +46,9 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
         if isinstance(item, h5py.Dataset):
             layout = item.id.get_create_plist()
             if layout.get_layout() == h5py.h5d.VIRTUAL:
-                raise InputError(_external_data_message("dataset", name, "is virtual"))
+                raise _external_data_error(f"dataset {plain(name, 60)} is virtual")
             if layout.get_external_count() > 0:
-                raise InputError(_external_data_message("dataset", name, "has external storage"))
+                raise _external_data_error(f"dataset {plain(name, 60)} has external storage")
             if item.shape is not None and _numeric_fields(item.dtype) is not None:
                 found.append((name, item))
 
@@ -67,11 +66,10 @@ def numbers(item: Dataset) -> NDArray[Any]:
     return values
 
 
-def _external_data_message(what: str, name: str, kind: str) -> str:
-    """Text of an error about a `what` (link or dataset) that would read another file; `kind`: ``is virtual``."""
-    return (
-        f"{what} {plain(name, 60)} {kind} and would read another file:"
-        " copy the samples into one file without such links (with h5py)"
+def _external_data_error(found: str) -> InputError:
+    """`InputError` (not raised) that data are in another file; `found` is the problem (``dataset x is virtual``)."""
+    return InputError(
+        f"{found} and would read another file: copy the samples into one file without such links (with h5py)"
     )
 
 
