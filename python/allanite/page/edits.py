@@ -39,10 +39,11 @@ def deviation_unit(sample_unit: str, chosen: str | None) -> str:
 
 
 def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: str | None) -> str:
-    """Name of the unit in which a value is displayed: its own, one with the chosen sample unit, or that of data sheets.
+    """Name of the unit in which a value is displayed, for samples in `sample_unit` and the choice of the user.
 
-    It is its own unit if none is chosen, if samples are dimensionless, or if the value cannot be converted. `chosen` is
-    a unit of samples, `SHEET`, or None.
+    If `chosen` is a unit of samples, it replaces `sample_unit` in the unit of the value. If `chosen` is `SHEET`, the unit
+    is that of data sheets. The value keeps its unit if `chosen` is None, samples are dimensionless, or the value cannot be
+    converted.
     """
     if chosen is None or not value.unit.startswith(sample_unit) or sample_unit == "1":
         return value.unit

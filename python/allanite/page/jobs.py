@@ -145,29 +145,21 @@ class Job:
         }
 
     def _run(self, work: Callable[[Job], None]) -> None:
-        """Run `work` in the thread of the job, and end the permission of `take_turn`.
+        """Call `work` with this job, and end the permission of `take_turn`; runs in the thread of the job.
 
-        Cancellation ends it silently; other errors are stored by `_work`.
+        The message of an `Exception` is stored in `error`. `Ended`, which a canceled job raises, ends the work silently.
         """
         try:
             with while_wanted(lambda: not self._stop.is_set()):
-                self._work(work)
+                work(self)
         except Ended:
             pass
-        finally:
-            if self._has_turn:
-                TURNS.release()
-
-    def _work(self, work: Callable[[Job], None]) -> None:
-        """Call `work` with this job; the message of an `Exception` is stored in `error`.
-
-        `Ended`, which cancels the job, is not an `Exception` and passes.
-        """
-        try:
-            work(self)
         except AllaniteError as error:
             self.error = " ".join(error.worded(WORDS).split())
         except MemoryError:
             self.error = "Not enough memory for this log: average the samples first"
         except Exception as error:  # the page must report every failure
             self.error = f"Internal error ({type(error).__name__}: {error}): please report it"
+        finally:
+            if self._has_turn:
+                TURNS.release()

@@ -214,13 +214,9 @@ def _limit_parameter(tab: Tab, order: dict[str, Any]) -> None:
     """
     place, name = _integer_of(order, "place"), _text_of(order, "name") or ""
     factor = _factor_to_own_unit(tab, place, name)
-    low, high = (_number_of(order, end) for end in ("low", "high"))
-    tab.limit(
-        place,
-        name,
-        None if low is None else low * factor,
-        None if high is None else high * factor,
-    )
+    ends = (_number_of(order, end) for end in ("low", "high"))
+    low, high = (None if end is None else end * factor for end in ends)
+    tab.limit(place, name, low, high)
 
 
 def _try_value(tab: Tab, order: dict[str, Any]) -> None:

@@ -57,10 +57,7 @@ def _plotly_source() -> bytes:
 def _json_response(document: Any, status: int = 200) -> Response:
     """JSON response with this document and status; floats have seven digits, NaN and ±∞ become null."""
     text = json.dumps(
-        jsonable(document, figures=7),
-        ensure_ascii=False,
-        allow_nan=False,
-        separators=(",", ":"),
+        jsonable(document, figures=7), ensure_ascii=False, allow_nan=False, separators=(",", ":")
     )
     return Response(text, status, media_type="application/json")
 

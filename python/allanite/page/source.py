@@ -155,11 +155,7 @@ class Source:
             found = inspect_in_child(self.path, reading.options())
         text = str(self.path)
         problem = found["problem"]
-        return {
-            **found,
-            "path": self.name,
-            "problem": problem and problem.replace(text, self.name),
-        }
+        return {**found, "path": self.name, "problem": problem and problem.replace(text, self.name)}
 
     def with_reading(self, reading: Reading) -> Source:
         """Copy of the source with other settings for reading; its recording is not shared with earlier ones."""

@@ -83,10 +83,7 @@ class Work:
     """
 
     def __init__(
-        self,
-        recording: Recording,
-        whole: Recording | None = None,
-        part: Part = (None, ()),
+        self, recording: Recording, whole: Recording | None = None, part: Part = (None, ())
     ) -> None:
         self.recording = recording
         self.whole = recording if whole is None else whole

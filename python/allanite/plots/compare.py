@@ -70,7 +70,7 @@ def _sensor_panel(
     """`Panel` of the curves of one kind of sensor, in the unit of the first.
 
     `items` are tuples (index of the color, curve). Curves with intervals are points, others lines, dashed for models.
-    The y axis covers intervals up to four times a value.
+    The y axis covers all values and intervals, but no upper end beyond four times its value. `last` shows the x axis.
     """
     unit = items[0][1].unit
     kinds: dict[str, set[str]] = {}

@@ -189,11 +189,7 @@ def _rgba(color: str, alpha: float) -> str:
 
 
 def _add_mark(
-    mark: Mark,
-    suffix: str,
-    data: list[dict[str, Any]],
-    layout: dict[str, Any],
-    look: Theme,
+    mark: Mark, suffix: str, data: list[dict[str, Any]], layout: dict[str, Any], look: Theme
 ) -> None:
     """Add the traces of one mark to `data`, and its shapes and annotations to `layout`, in place.
 

@@ -75,11 +75,7 @@ def plot_recording(
 
 
 def samples_panel(
-    column: Recording,
-    row: int = 0,
-    last: bool = True,
-    named: bool = True,
-    segments: int = SEGMENTS,
+    column: Recording, row: int = 0, last: bool = True, named: bool = True, segments: int = SEGMENTS
 ) -> Panel:
     """`Panel` of one column over time: minimum, maximum and mean of each of `segments` short segments.
 
@@ -97,11 +93,7 @@ def samples_panel(
         marks.append(Line(time, mean, "c1", "samples", width=1.1))
     margin = 0.05 * float(np.nanmax(high) - np.nanmin(low))
     words = column.columns[0] if named else "samples"
-    y = linear_axis(
-        "",
-        float(np.nanmin(low)) - margin,
-        float(np.nanmax(high)) + margin,
-    )
+    y = linear_axis("", float(np.nanmin(low)) - margin, float(np.nanmax(high)) + margin)
     y = sample_axis(column.unit, y, words)
     x = linear_axis(f"time ({name})", 0.0, column.duration / size, 8)
     return Panel(x, y, tuple(marks), row, show_x=last)

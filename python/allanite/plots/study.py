@@ -118,11 +118,7 @@ def _bar_colors(steps: int) -> tuple[str, ...]:
 
 
 def _bar_panel(
-    label: str,
-    names: tuple[str, ...],
-    values: list[float | None],
-    guide: float | None,
-    column: int,
+    label: str, names: tuple[str, ...], values: list[float | None], guide: float | None, column: int
 ) -> Panel:
     """`Panel` of bars for one error measure, one bar per step; `guide` is the position of a dashed line, or None.
 
@@ -169,14 +165,7 @@ def _deviation_panel(study: Study, column: int) -> Panel:
         marks.append(Line(first.curve.tau, first.curve.model, "model", before, 2.0, "dash"))
     marks.append(Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high))
     sure = curve.edf >= 2.0
-    y = log_axis(
-        "",
-        curve.measured,
-        curve.model,
-        first.curve.model,
-        high[sure],
-        low[sure],
-    )
+    y = log_axis("", curve.measured, curve.model, first.curve.model, high[sure], low[sure])
     y = deviation_axis(study.recording.unit, y)
     return Panel(log_axis(TAU, curve.tau), y, tuple(marks), column=column, title="Allan deviation")
 

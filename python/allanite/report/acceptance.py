@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -84,8 +83,7 @@ def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "
         f"Allan deviation of {worst.recording.columns[0]} with the fitted model {worst.study.fit.model.name}"
         " and the limits of the data sheet."
     )
-    figure = replace(worst.plot(), title="", subtitle="")
-    blocks.append(Picture(figure, caption, "acceptance", PLOT_HEIGHT))
+    blocks.append(Picture(worst.plot(), caption, "acceptance", PLOT_HEIGHT))
     content = f"<header>\n<h1>{escape(title)}</h1>\n</header>\n" + blocks_html(blocks)
     return html_skeleton(title, content)
 

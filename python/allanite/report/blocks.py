@@ -68,7 +68,10 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """Figure with its caption, the `name` of its file, and its size in inches (100 pixels each)."""
+    """Figure with its caption, the `name` of its file, and its size in inches (100 pixels each).
+
+    Its title and subtitle are not drawn, because the caption takes their place.
+    """
 
     figure: Figure
     caption: str

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +42,6 @@ from allanite.report.words import (
 )
 
 if TYPE_CHECKING:
-    from allanite.plots import Figure
     from allanite.report.document import Entry
 
 #: Number of segments of the samples in their figure, which is 920 pixels wide: 4 pixels each.
@@ -78,11 +76,6 @@ def column_section(
         *_steps_section(entry, document, at),
         *_ending_sections(entry, at),
     ]
-
-
-def _without_title(figure: Figure) -> Figure:
-    """Copy of the figure without title and subtitle."""
-    return replace(figure, title="", subtitle="")
 
 
 def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
@@ -128,11 +121,7 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
     if not found:
         out.append(Paragraph("The data audit found no problem.", "quiet"))
     caption = "Samples over time: minimum, maximum and mean of short segments."
-    out.append(
-        Picture(
-            _without_title(plot_recording(recording, segments=SEGMENTS)), caption, "samples", 2.6
-        )
-    )
+    out.append(Picture(plot_recording(recording, segments=SEGMENTS), caption, "samples", 2.6))
     return out
 
 
@@ -151,7 +140,7 @@ def curve_picture(entry: Entry) -> Picture:
     )
     if fit.data.missing is not None:
         caption += f" {COMPLETED}"
-    return Picture(_without_title(plot_fit(fit)), caption, "curve", 6.0)
+    return Picture(plot_fit(fit), caption, "curve", 6.0)
 
 
 def _model_section(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
@@ -272,12 +261,12 @@ def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> lis
         caption = f"The first model, {fit.model.name}" + (
             "; shaded where it fails." if shaded else "."
         )
-        out.append(Picture(_without_title(plot_check(check)), caption, "first", 6.0))
+        out.append(Picture(plot_check(check), caption, "first", 6.0))
     if check.where.time:
         caption = (
             "Measured over expected power, by time and octave band. Frames mark significant cells."
         )
-        out.append(Picture(_without_title(plot_time(check)), caption, "time", 3.4))
+        out.append(Picture(plot_time(check), caption, "time", 3.4))
     if check.significant:
         out.append(Heading("Missing effects, strongest evidence first", 4))
         out += _card_blocks(check, f"{at}check.suggestions")
@@ -343,12 +332,7 @@ def _suggestion_card(
     values: list[str | Number] = []
     for name, value in described["parameters"].items():
         shown, _, unit = parameter_cells(value, f"{place}.parameters.{name}")
-        values += [
-            ", " if values else "",
-            f"{parameter_text(name)} ",
-            shown,
-            with_unit(unit),
-        ]
+        values += [", " if values else "", f"{parameter_text(name)} ", shown, with_unit(unit)]
     terms.append(("values", tuple(values)))
     p = number_cell(evidence["p_value"], f"{place}.evidence.p_value", 2)
     if evidence["p_value"] < MIN_PRINTED_P:
@@ -429,7 +413,7 @@ def _steps_section(entry: Entry, document: dict[str, Any], at: str) -> list[Bloc
     return [
         Heading("Stepwise model building"),
         Table(head, tuple(rows), (2, 3, 4, 5, 6, 7)),
-        Picture(_without_title(plot_study(entry.study)), caption, "ladder", 5.4, 12.8),
+        Picture(plot_study(entry.study), caption, "ladder", 5.4, 12.8),
     ]
 
 

@@ -72,10 +72,7 @@ class Entry:
             "check": self.first.fit.body(searched=False),
             "improve": _without_shared_fields(self.study.to_dict()),
             "fit": self.study.fit.body(searched=False),
-            "left": {
-                "adequate": last.verdict == "adequate",
-                "where": last.where.to_dict(),
-            },
+            "left": {"adequate": last.verdict == "adequate", "where": last.where.to_dict()},
         }
 
     def __repr__(self) -> str:
@@ -251,7 +248,7 @@ def make_report(
 
 
 def report_of(found: Characterization, options: Mapping[str, str] | None = None) -> Report:
-    """`Report` on a characterized sensor: all axes together, then each axis."""
+    """`Report` on a characterized sensor: all axes together, then each axis; `options` are printed in its last section."""
     from allanite.common.threads import results_or_raise, side_by_side
 
     tasks = [partial(_entry, study) for study in found.studies.values()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -55,7 +56,8 @@ def write_figures(report: Report, folder: Path) -> None:
         for name, blocks in [("", first_page_blocks(report)), *_blocks_of_columns(report)]:
             for block in blocks:
                 if isinstance(block, Picture):
-                    content = render(block.figure, "svg", "light", (block.width, block.height))
+                    figure = replace(block.figure, title="", subtitle="")
+                    content = render(figure, "svg", "light", (block.width, block.height))
                     with whole_file(folder / _figure_file_name(name, block)) as draft:
                         draft.write_bytes(content)
     except BaseException:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.axes.rows import convention, legend, rows
@@ -49,4 +48,4 @@ def axes_picture(found: Characterization) -> Picture:
     caption = "Measured Allan deviation of every axis with 95 % intervals, and the last model of each axis."
     if any(study.fit.data.missing is not None for study in found.studies.values()):
         caption += f" {COMPLETED}"
-    return Picture(replace(found.plot(), title="", subtitle=""), caption, "axes", 4.4)
+    return Picture(found.plot(), caption, "axes", 4.4)

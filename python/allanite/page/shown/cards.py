@@ -39,17 +39,14 @@ MIN_SHOWN_WIDTH = 0.005
 
 
 def chips(
-    fit: Fit,
-    unit: str | None = None,
-    colors: Sequence[str] = (),
-    found: Undecided | None = None,
+    fit: Fit, unit: str | None = None, colors: Sequence[str] = (), found: Undecided | None = None
 ) -> list[dict[str, Any]]:
     """List of one dict per effect of the model: place, kind, names, physics, color, label, and values with intervals.
 
-    The color role and the label are None for an effect that figures do not draw. `unit` is the sample unit of the
-    displayed values; `SHEET` stands for units of data sheets, None for the unit of the recording. `colors` are the
-    roles of the effects, in the order of the model. `found` holds the models that explain the record equally well;
-    intervals that are wider over all these models are added.
+    The color role and the label are None for an effect that figures do not draw. Values are displayed in units made of the
+    sample unit `unit`; `SHEET` stands for the units of data sheets, None for the unit of the recording. `colors` are the
+    color roles of the effects. `found` holds the models that explain the record equally well. If the interval of a value
+    over all these models is wider, it is added.
     """
     drawn = {part.place: part for part in component_styles(fit)}
     out = []
@@ -225,7 +222,7 @@ def _displayed_limits(effect: Effect, name: str, factor: float) -> list[float | 
 def cards(check: Check, unit: str | None = None) -> list[dict[str, Any]]:
     """List of one dict per suggested effect: the significant suggestions, at most 8; without any, the two best suggestions.
 
-    `unit` is the sample unit of the displayed values, `SHEET`, or None for that of the recording.
+    `unit` is as for `chips`.
     """
     shown = [(i, s) for i, s in enumerate(check.suggestions) if s.significant]
     shown = shown or list(enumerate(check.suggestions))[:2]
@@ -350,7 +347,7 @@ def _ranges_of_action(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
 
 
 def step_rows(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
-    """List of one dict per step, with the unexplained misfit in % of that of the first step; empty without steps."""
+    """List of one dict per step: that of `step_row`, and the unexplained misfit in % of that of the first step."""
     left = misfit_left([s.rung for s in steps]) if steps else ()
     return [
         {**step_row(s), "left": share, "left_text": _unexplained_text(s, share)}

@@ -42,7 +42,7 @@ from allanite.plots.words import effect_text, unit_text, values_text
 from allanite.report.words import count_text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -84,7 +84,12 @@ def _with_effect_colors(figure: Figure, work: Work, fit: Fit) -> Figure:
             return replace(mark, color=roles[mark.label])
         return mark
 
-    panels = tuple(replace(p, marks=tuple(map(with_effect_color, p.marks))) for p in figure.panels)
+    return _with_marks(figure, with_effect_color)
+
+
+def _with_marks(figure: Figure, change: Callable[[Mark], Mark]) -> Figure:
+    """Copy of a figure in which each mark is replaced by `change(mark)`."""
+    panels = tuple(replace(p, marks=tuple(map(change, p.marks))) for p in figure.panels)
     return replace(figure, panels=panels)
 
 
@@ -263,10 +268,7 @@ def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
         (name, other, None)
         for name, other in sorted(
             tab.others,
-            key=lambda one: (
-                parse_unit(one[1].unit).kind != kind,
-                one[1].columns != log.columns,
-            ),
+            key=lambda one: (parse_unit(one[1].unit).kind != kind, one[1].columns != log.columns),
         )
     ]
     missing = []
@@ -319,8 +321,7 @@ def _with_source_colors(figure: Figure) -> Figure:
             return replace(mark, color="guide", label=label.removesuffix(" (datasheet)"))
         return replace(mark, label=label)
 
-    panels = tuple(replace(p, marks=tuple(map(with_source_color, p.marks))) for p in figure.panels)
-    return replace(figure, panels=panels)
+    return _with_marks(figure, with_source_color)
 
 
 def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:

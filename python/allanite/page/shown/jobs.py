@@ -50,8 +50,7 @@ def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
     (axis,) = found.axes
     figure = found.plot()
     return replace(
-        figure,
-        subtitle=f"{axis.headline.removeprefix(f'{axis.name}: ')}\n{figure.subtitle}",
+        figure, subtitle=f"{axis.headline.removeprefix(f'{axis.name}: ')}\n{figure.subtitle}"
     )
 
 

@@ -18,6 +18,7 @@ from allanite.page.shown.catalogue import catalogue
 from allanite.page.shown.figures import VIEWS, displayed_fit, figure_of
 from allanite.page.shown.tables import tables_of
 from allanite.page.source import Reading
+from allanite.page.state import UNITS
 from allanite.page.studies import study_document
 from allanite.plots.words import unit_text
 from allanite.readers import sensor_kind
@@ -32,10 +33,8 @@ if TYPE_CHECKING:
     from allanite.page.work import Work
     from allanite.recording import Recording
 
-#: Kinds of sensors whose columns can get a common unit, and the offered units.
+#: Kinds of sensors whose columns can get a common unit.
 KINDS = ("angular rate", "acceleration")
-UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug")
-
 #: Number of points of a small curve.
 POINTS = 24
 

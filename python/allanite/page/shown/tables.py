@@ -61,9 +61,9 @@ def _curve_table(fit: Fit, unit: str) -> dict[str, Any]:
 
 
 def _tables_of_marks(figure: Figure) -> list[dict[str, Any]]:
-    """List of the tables (dicts) of all marks; tables with only the x values are left out.
+    """List of the tables of all points, lines, bands and heat maps of a figure, each a dict with title, head and rows.
 
-    Marks of a panel with equal x values share one, points first, then lines, bands. A heat map has its own table.
+    Marks of a panel with equal x values share a table: points first, then lines, then bands. Tables have at most 4000 rows.
     """
     tables: list[dict[str, Any]] = []
     for panel in figure.panels:
@@ -74,18 +74,19 @@ def _tables_of_marks(figure: Figure) -> list[dict[str, Any]]:
             elif isinstance(mark, Points | Line | Band):
                 table = known.get(mark.x.tobytes())
                 if table is None:
-                    table = _table_of_x(panel, mark)
-                    known[mark.x.tobytes()] = table
+                    title, head = panel.title or panel.y.label, [panel.x.label]
+                    rows = jsonable(np.asarray(mark.x[:MOST], dtype=float)[:, np.newaxis])
+                    table = known[mark.x.tobytes()] = {"title": title, "head": head, "rows": rows}
                     tables.append(table)
                 for name, values in _named_columns(panel, mark):
                     table["head"].append(name)
                     for row, value in zip(table["rows"], values, strict=False):
                         row.append(value)
-    return [t for t in tables if len(t["head"]) > 1]
+    return tables
 
 
 def _mark_rank(mark: Mark) -> int:
-    """Rank of a mark in a table: 0 for points, 1 for lines, 2 for bands."""
+    """Sort key of a mark in a table: 0 for points, 2 for bands, 1 for all others."""
     return 0 if isinstance(mark, Points) else 2 if isinstance(mark, Band) else 1
 
 
@@ -105,12 +106,6 @@ def csv_of(tables: list[dict[str, Any]]) -> str:
         writer.writerow(table["head"])
         writer.writerows(["" if v is None else repr(v) for v in row] for row in table["rows"])
     return out.getvalue()
-
-
-def _table_of_x(panel: Panel, mark: Line | Points | Band) -> dict[str, Any]:
-    """Table (dict with title, head and rows) of only the x values of a mark, at most 4000 rows."""
-    rows = jsonable(np.asarray(mark.x[:MOST], dtype=float)[:, np.newaxis])
-    return {"title": panel.title or panel.y.label, "head": [panel.x.label], "rows": rows}
 
 
 def _named_columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, list[Any]]]:

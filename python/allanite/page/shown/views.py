@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from allanite.fit import Fit
     from allanite.page.tab import Tab
-    from allanite.plots.spec import Figure
 
 #: Views with a legend; in the others the list of effects names the curves.
 LEGEND = ("compare", "error", "nis", "thermal", "average")
@@ -86,9 +85,11 @@ def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) ->
     layout.pop("title", None)
     # The page shows the title above the plot.
     if len([p for p in figure.panels if p.row == 0]) == 1:
-        layout["annotations"] = [a for a in layout["annotations"] if not _is_title(a, figure)]
+        titles = {f"<b>{html_text(panel.title)}</b>" for panel in figure.panels if panel.title}
+        layout["annotations"] = [a for a in layout["annotations"] if a["text"] not in titles]
     unit = deviation_unit(tab.log.unit, tab.unit)
-    overlays.set_hover_texts(data, shown, name, _value_unit(figure) or unit)
+    quantity = figure.panels[0].y.quantity
+    overlays.set_hover_texts(data, shown, name, unit if quantity is None else quantity.unit)
     fitted = figure.kind == "fit"
     if shown is not None and fitted:
         _label_traces(data, shown)
@@ -139,12 +140,6 @@ def _adapt_layout(layout: dict[str, Any], name: str, kind: str, look: Any) -> No
     }
 
 
-def _value_unit(figure: Figure) -> str:
-    """Unit of the values of the first panel; empty if its axis has none."""
-    quantity = figure.panels[0].y.quantity
-    return "" if quantity is None else quantity.unit
-
-
 def _cursor_units(unit: str) -> list[dict[str, Any]]:
     """List of the units of the cursor: dicts with the text and the factor from `unit`, which comes first.
 
@@ -187,11 +182,3 @@ def _label_traces(data: list[dict[str, Any]], fit: Fit) -> None:
             trace["meta"] = "model"
         elif str(trace.get("name", "")).startswith("measured"):
             trace["meta"] = "measured"
-
-
-def _is_title(annotation: dict[str, Any], figure: Figure) -> bool:
-    """True if an annotation is the title of a panel."""
-    return any(
-        panel.title and annotation["text"] == f"<b>{html_text(panel.title)}</b>"
-        for panel in figure.panels
-    )
