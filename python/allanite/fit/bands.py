@@ -114,16 +114,14 @@ def expected_variance(terms: Sequence[Term], factors: NDArray[np.int64]) -> Arra
     return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
 
-def degrees_of_freedom(
-    terms: Sequence[Term], n: int, factors: ArrayLike, kind: str = "oadev"
-) -> Array:
-    """Array of the exact equivalent degrees of freedom 2σ⁴/var(σ̂²) at each averaging factor, shape (k,).
+def degrees_of_freedom(terms: Sequence[Term], n: int, factors: ArrayLike) -> Array:
+    """Array of the exact equivalent degrees of freedom 2σ⁴/var(σ̂²) of an overlapping Allan variance, shape (k,).
 
-    `terms` are the noise, `n` is the number of samples, and `kind` an estimator as of `bands`.
+    `terms` are those of the noise, `n` is the number of samples, `factors`, shape (k,), are the averaging factors.
     """
     plain = [t.kernel for t in terms]
     m = np.atleast_1d(np.asarray(factors, dtype=np.int64))
-    expected, variance = _kernels.allan_variances(plain, n, m, kind)
+    expected, variance = _kernels.allan_variances(plain, n, m)
     return np.asarray(2.0 * expected**2 / variance)
 
 

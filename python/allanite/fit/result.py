@@ -300,7 +300,7 @@ class Fit:
 
     @cached_property
     def undecided(self) -> Undecided | None:
-        """`Undecided`: other models whose ln evidence is at most 3 nats lower, and intervals averaged over all models.
+        """`Undecided`: other models whose ln evidence is less than 3 nats lower, and intervals averaged over all models.
 
         None without such a model, or for a fit by another method than ``whittle``. Cached with the fit.
         """

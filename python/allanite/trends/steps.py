@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
 from allanite.common.threads import stop_if_unwanted
-from allanite.fit.stamped.likelihood import whitened
+from allanite.fit.stamped.likelihood import innovations
 
 if TYPE_CHECKING:
     from allanite.fit.stamped.likelihood import StampedSeries
@@ -29,7 +29,7 @@ def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
     """
     there = np.ones(series.n, dtype=bool)
     columns = np.vstack([series.values, series.design])
-    found, variances = whitened(noise, series.times, there, columns)
+    found, variances = innovations(noise, series.times, there, columns)
     root = 1.0 / np.sqrt(variances)
     basis, _ = np.linalg.qr((found[1:] * root).T)
     values = found[0] * root
@@ -45,7 +45,7 @@ def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
             stop_if_unwanted()
             some = rows[first : first + STEPS_PER_BLOCK]
             steps = (np.arange(series.n)[None, :] >= some[:, None]).astype(float)
-            white, _ = whitened(noise, series.times, there, steps)
+            white, _ = innovations(noise, series.times, there, steps)
             white = white * root
             known = white @ basis
             size = (white**2).sum(axis=1) - (known**2).sum(axis=1)

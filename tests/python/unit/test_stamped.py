@@ -8,7 +8,7 @@ from allanite import _kernels
 from allanite.effects.terms import Blue, Exponential, Flicker, Lags, PowerLaw, RandomWalk, White
 from allanite.fit.stamped.candidates import Candidate, fit_noise
 from allanite.fit.stamped.likelihood import StampedSeries
-from allanite.fit.stamped.noise import StampedNoise, added, integrated_noise, sampled_noise
+from allanite.fit.stamped.noise import StampedNoise, integrated_noise, sampled_noise, sum_of_noises
 
 
 def covariance(noise, t):
@@ -167,7 +167,7 @@ def test_integrals_have_the_allan_variance_of_the_term(term, close):
 
 def test_parts_of_one_rate_are_one_lag():
     one = StampedNoise(((1.0, 0.1, False),), 1.0, 2.0)
-    both = added([one, StampedNoise(((3.0, 0.1, False), (1.0, 0.1, True)))])
+    both = sum_of_noises([one, StampedNoise(((3.0, 0.1, False), (1.0, 0.1, True)))])
     assert both == StampedNoise(((4.0, 0.1, False), (1.0, 0.1, True)), 1.0, 2.0)
 
 
@@ -205,7 +205,7 @@ def test_slow_noise_is_found_far_below_the_frequency_offset(seed):
     candidate = Candidate((al.Quantization(), al.RateRandomWalk()))
     fit = fit_noise(series, candidate, rate, integrated_noise)
     terms = [term for effect in model.stochastic for term in effect.terms(rate)]
-    truth = series.regressed(added([integrated_noise(term, rate, n) for term in terms]))
+    truth = series.regressed(sum_of_noises([integrated_noise(term, rate, n) for term in terms]))
     assert fit.regressed.log_likelihood > truth.log_likelihood - 0.01
 
 

@@ -12,7 +12,7 @@ from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.threads import stop_if_unwanted
 from allanite.effects import Model
-from allanite.fit.stamped.noise import StampedNoise, added
+from allanite.fit.stamped.noise import StampedNoise, sum_of_noises
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -230,7 +230,7 @@ class _NormalizedNoise:
 
         def normalized(effect: Stochastic) -> tuple[StampedNoise, float]:
             """Pair: noise of an effect at coefficient 1, and 1 over its variance at the end of the record."""
-            noise = added([form(term, rate, n) for term in effect.unit_terms(rate)])
+            noise = sum_of_noises([form(term, rate, n) for term in effect.unit_terms(rate)])
             return noise, 1.0 / _variance_after(noise, length)
 
         fixed = candidate.effects[: len(candidate.effects) - (candidate.exponents is not None)]
@@ -253,7 +253,7 @@ class _NormalizedNoise:
         if self.candidate.exponents is not None:
             part, weight = self.normalized(self._last(parameters[-1]))
             parts.append(part.scaled(weight).scaled(sizes[-2]))
-        return added(parts)
+        return sum_of_noises(parts)
 
     def model(self, parameters: Array) -> Model:
         """`Model` of the effects with the coefficients, in their units, that belong to these parameters.

@@ -29,12 +29,12 @@ MIN_PIVOT = 1e-5
 CONSTANT_DECAY = 1e-9
 
 
-def whitened(
-    noise: StampedNoise, times: Array, there: NDArray[np.bool_], columns: Array
+def innovations(
+    noise: StampedNoise, times: Array, observed: NDArray[np.bool_], columns: Array
 ) -> tuple[Array, Array]:
     """Pair of arrays: innovations of columns, shape (k, n), and their variances, shape (n,).
 
-    An innovation is the value minus its prediction from the earlier values. Where `there` is False, a value is only
+    An innovation is the value minus its prediction from the earlier values. Where `observed` is False, a value is only
     predicted and does not change later predictions.
 
     Noise that starts at 0 gives the first sample no variance. A random constant is therefore added to such noise. The
@@ -45,7 +45,7 @@ def whitened(
         step = (times[-1] - times[0]) / max(times.size - 1, 1)
         variance = noise.walk * step + sum(v * step**2 for v, _, _ in gauss_markov)
         gauss_markov = (*gauss_markov, (variance, CONSTANT_DECAY / (times[-1] - times[0]), False))
-    return _kernels.stamped_filter(times, there, columns, gauss_markov, noise.walk, noise.white)
+    return _kernels.stamped_filter(times, observed, columns, gauss_markov, noise.walk, noise.white)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,7 @@ class StampedSeries:
     def regressed(self, noise: StampedNoise) -> Regressed:
         """`Regressed`: amplitudes, covariance and restricted likelihood under a noise model."""
         columns = np.vstack([self.values, self.design])
-        found, variances = whitened(noise, self.times, np.ones(self.n, dtype=bool), columns)
+        found, variances = innovations(noise, self.times, np.ones(self.n, dtype=bool), columns)
         return self._regressed(found, variances)
 
     def _regressed(self, found: Array, variances: Array) -> Regressed:
@@ -154,8 +154,10 @@ class StampedSeries:
         columns = np.zeros((1 + len(self.design), n + m))
         columns[0, :n] = self.values
         columns[1:, :n], columns[1:, n:] = self.design, design
-        there = np.arange(n + m) < n
-        found, variances = whitened(noise, np.concatenate([self.times, times]), there, columns)
+        observed = np.arange(n + m) < n
+        found, variances = innovations(
+            noise, np.concatenate([self.times, times]), observed, columns
+        )
         regressed = self._regressed(found[:, :n], variances[:n])
         amplitudes, covariance = regressed.amplitudes, regressed.covariance
         unexplained = found[1:, n:]
@@ -192,7 +194,7 @@ class StampedSeries:
             grown = -np.expm1(-rate * (self.times - first)) / rate
             common += variance * np.exp(-rate * (last - self.times)) * grown
         columns = np.vstack([self.values, self.design, common])
-        found, variances = whitened(noise, self.times, np.ones(self.n, dtype=bool), columns)
+        found, variances = innovations(noise, self.times, np.ones(self.n, dtype=bool), columns)
         regressed = self._regressed(found[:-1], variances)
         found = found / np.sqrt(variances)
         white, functions, common = found[0], found[1:-1], found[-1]

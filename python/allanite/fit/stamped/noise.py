@@ -48,8 +48,8 @@ class StampedNoise:
         return StampedNoise(gauss_markov, factor * self.walk, factor * self.white)
 
 
-def added(parts: list[StampedNoise]) -> StampedNoise:
-    """`StampedNoise`: sum of independent noises; Gauss–Markov processes of the same rate are merged."""
+def sum_of_noises(parts: list[StampedNoise]) -> StampedNoise:
+    """`StampedNoise`: sum of independent noises; Gauss–Markov processes with the same decay rate are merged."""
     gauss_markov: dict[tuple[float, bool], float] = {}
     for part in parts:
         for variance, rate, summed in part.gauss_markov:
