@@ -442,9 +442,9 @@ def _is_replaced(path: Path, descriptor: int) -> bool:
 
 
 def _blocks_of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]:
-    """Yield the bytes that `read` returns in a thread of its own as blocks, until `read` returns none or fails.
+    """Yield blocks with the bytes that `read` returns, until `read` returns none or fails; `read` is called in a thread.
 
-    Yields empty blocks while nothing arrives. After a signal, reading ends within 0.1 s.
+    Yields an empty block every 0.05 s while nothing arrives. After a signal, reading ends within about 0.1 s.
     """
     blocks: queue.Queue[bytes] = queue.Queue(MAX_QUEUED_BLOCKS)
 

@@ -31,7 +31,7 @@ class NamedModel:
     log_unit: str | None = None
 
     def in_unit(self, unit: str) -> Model:
-        """Model with its coefficients converted to samples in `unit`; unchanged if its own unit is unknown.
+        """`Model` with its coefficients converted to samples in `unit`; unchanged if the unit of the model is unknown.
 
         Raises
         ------
@@ -45,7 +45,7 @@ class NamedModel:
 
 
 def _scaled_effect(effect: Effect, factor: float) -> Effect:
-    """Copy of an effect; parameters and limits that have the unit of the samples are multiplied by `factor`."""
+    """Copy of an effect for another unit of the samples: values and limits that depend on this unit times `factor`."""
     names = {p.name for p in effect.parameters if not isinstance(p.unit, str)}
     values = {k: v for k, v in effect.values.items() if k in names and v is not None}
     scaled = {

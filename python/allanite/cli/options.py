@@ -68,6 +68,19 @@ _EXPORT_OPTIONS = (
         help="Parameter file: multiply all noise deviations; the file records the factor.",
     ),
 )
+
+
+def noise_model_option(use: str) -> Callable[[Any], Any]:
+    """Decorator that adds --model with the default N+B+K; `use` is the first sentence of its help."""
+    return click.option(
+        "--model",
+        default=DEFAULT_MODEL,
+        show_default=True,
+        metavar="MODEL",
+        help=f"{use} GM(T=30): T starts at 30 s; T=30! holds T; T=[10,100] limits T.",
+    )
+
+
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON on standard output instead of a table."
 )
@@ -96,7 +109,7 @@ class LogCommand(click.Command):
 
 
 def plot_option(command: Any) -> Any:
-    """Decorator that adds the options --plot and --style to a command; `output.save_plots` uses the style."""
+    """Decorator that adds the options --plot and --style to a command; `output.save_figure` uses the style."""
 
     def keep(ctx: click.Context, _param: click.Parameter, value: str) -> None:
         """Store the value of --style in the context, for `output.save_figure`."""
@@ -150,6 +163,36 @@ time_option = click.option(
     metavar="TIME",
     help="Limit of the elapsed time for all axes together, e.g. 60s or 10min; no further step starts after it. Every axis"
     " gets at least a first model. Without --time, each axis may use 1 min of processor time and 10 s per million samples.",
+)
+
+
+class Percent(click.types.FloatParamType):
+    """Option type of a positive percentage, or with `zero` of zero or more; the percent sign may be missing."""
+
+    name = "percent"
+
+    def __init__(self, *, zero: bool = False) -> None:
+        self.zero = zero
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Percentage as a float: 5.0 for ``5%`` or ``5``. Other texts end the command with a usage error."""
+        text = str(value).strip().removesuffix("%").strip()
+        try:
+            number = float(text)
+        except ValueError:
+            number = -1.0
+        if not (0.0 < number < float("inf") or (self.zero and number == 0.0)):
+            self.fail(f"{value!r} is not a positive percentage: write 5%", param, ctx)
+        return number
+
+
+tolerance_option = click.option(
+    "--tolerance",
+    type=Percent(),
+    help="Stop once the model discrepancy δ is below this, e.g. 5%. δ is the typical difference between model and"
+    " spectrum, in % of the square root of the spectrum.",
 )
 
 
@@ -380,9 +423,9 @@ def read_columns(
 
 
 def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
-    """List of the columns that are not locked: below 95 % of their samples have the same quantization code.
+    """List of the columns that are not locked: less than 95 % of their samples have the same quantization code.
 
-    Prints a line for each other column. Raises an error if every column is locked.
+    Prints a line for each other column. Raises its error if every column is locked.
     """
     from allanite.fit.locked import locked_error
 
@@ -411,10 +454,10 @@ def read_recording(
     for_fit: bool = True,
     copy: Path | None = None,
 ) -> Recording:
-    """`Recording` of a log with all columns that the options select, trimmed, checked, decimated and converted.
+    """`Recording` of a log with all columns that the options select, read and then prepared by `_prepared_recording`.
 
-    With `for_fit`, a log that is mostly motion is refused. Findings about motion are printed. `copy` is that of
-    `read_columns`.
+    With `for_fit`, a log that is mostly motion is refused. Findings about motion are printed. `copy` is a file with the
+    content of standard input, if it was already read.
 
     Raises
     ------
@@ -451,10 +494,10 @@ def read_recordings(
 def _prepared_recording(
     recording: Recording, path: str, options: LogOptions, *, for_fit: bool = True
 ) -> Recording:
-    """Recording trimmed, checked, decimated and converted as the options say; prints findings about motion.
+    """Recording after --trim, the test for motion and gravity, --decimate and --output-unit; prints findings about motion.
 
-    Also sets the units in which results are printed (--output-unit). Raises `TooShortError` below 16 samples, and
-    `InputError` if no column varies or the recording is implausible.
+    Also sets the units in which results are printed (--output-unit). With `for_fit`, motion is refused. Raises
+    `TooShortError` below 16 samples, and `InputError` if no column varies or the recording is implausible.
     """
     from allanite.readers.plausibility import checked
 
@@ -494,14 +537,18 @@ def _prepared_recording(
 def is_shown_early(finding: Finding) -> bool:
     """True if a finding is printed before the computation: unused columns, other rate, raw counts, motion, missing unit.
 
-    A missing unit counts only as a warning. For a column that may belong to a clock it is a remark, printed later.
+    A missing unit counts only if it is a warning. For a column that may belong to a clock it is a remark, printed
+    later.
     """
     kinds = ("not_used", "other_rate", "raw_counts", "quiet_stretch", "motion")
     return finding.kind in kinds or (finding.kind, finding.severity) == ("no_unit", "warning")
 
 
 def _show_early_findings(recording: Recording, options: LogOptions) -> None:
-    """Print findings about excluded columns and motion on standard error; nothing with --quiet or --json."""
+    """Print findings that may change how a user calls the command, on standard error; nothing with --quiet or --json.
+
+    These are the findings of `is_shown_early`, and motion.
+    """
     from allanite.recording.at_rest import motion_findings
 
     if not (options.quiet or options.as_json):
@@ -512,7 +559,7 @@ def _show_early_findings(recording: Recording, options: LogOptions) -> None:
 
 
 def rate_varies(column: Recording) -> bool:
-    """True if at least two samples of the rate differ. The rate of a phase with a constant slope is constant."""
+    """True if at least two samples differ; for the phase of a clock or an angle, if its rate of change differs."""
     import numpy as np
 
     x = column.rate_samples()

@@ -23,7 +23,7 @@ from allanite.common.numbers import duration_text
 from allanite.common.plain import file_name, plain
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from allanite.cli.options import LogOptions
     from allanite.fit import Fit
@@ -124,18 +124,18 @@ def save_fits(fits: Sequence[Fit], path: str) -> None:
     write_text(path, json_text(document_of(fits)) + "\n")
 
 
-def save_plots(results: Sequence[Any], names: Sequence[str], path: str | None) -> None:
-    """Write the figure of each result; does nothing if `path` is None.
+def save_figures(figures: Iterable[Figure], names: Sequence[str], path: str | None) -> None:
+    """Write figures to files; does nothing, and draws nothing, if `path` is None.
 
-    With several results, each file name gets the column's name.
+    With several `names`, one per figure, each file name gets the name: ``plot-gyro_x.svg`` for ``plot.svg``.
     """
     if path is None:
         return
-    for result, name in zip(results, names, strict=True):
+    for figure, name in zip(figures, names, strict=True):
         target = Path(path)
-        if len(results) > 1:
+        if len(names) > 1:
             target = target.with_name(f"{target.stem}-{file_name(name)}{target.suffix}")
-        save_figure(result.plot(), target)
+        save_figure(figure, target)
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:

@@ -72,9 +72,9 @@ class RunFolder:
             ) from None
 
     def start_model(self, column: Recording, model: Model) -> Model:
-        """Model that an earlier run saved for the same samples and options; otherwise the given model.
+        """Model that an earlier run saved for the same samples and options; otherwise `model`.
 
-        Prints a line if a saved model is found. Stores the digest of the samples for `write`.
+        Prints a line if a saved model is found. Stores the digest of the samples and options, which `write` saves.
         """
         from allanite.effects.files import model_from_dict
         from allanite.sources import documents_of
@@ -95,7 +95,7 @@ class RunFolder:
     def write(self, study: Study) -> None:
         """Write the model, table, parameter files and input digest of one axis to its folder; add the axis to `finished`.
 
-        A target that needs several axes gets no file.
+        A format that needs several axes gets no file.
         """
         from allanite.axes.twin import sample_statistics
         from allanite.axes.working import working_states
@@ -138,7 +138,7 @@ class RunFolder:
             raise
 
     def finish(self, found: Characterization) -> list[str]:
-        """List of the paths written: models, figure, report and parameter files of all axes.
+        """Write the models, figure, report and parameter files of all axes; returns the list of their paths.
 
         Prints a warning for each file that could not be made, and goes on.
         """

@@ -10,7 +10,7 @@ C = TypeVar("C", bound=type[Any])
 
 
 def with_aligned_arrays(value: Any) -> Any:
-    """Value in which each misaligned array is replaced by an aligned copy, also inside of plain lists, tuples and dicts.
+    """The value with an aligned copy of each misaligned array, also inside of plain lists, tuples and dicts.
 
     An aligned array, and any value of another type, is returned itself. Lists, tuples and dicts are copied.
     """

@@ -95,7 +95,7 @@ def invalid_as_input_error(otherwise: str) -> Iterator[None]:
 
 
 def fields_dict(record: Any, **keys: str) -> dict[str, Any]:
-    """Dict for JSON of the fields of a dataclass, as `plain_value` converts them.
+    """Dict for JSON of the fields of a dataclass, as `plain_value` converts them: arrays and tuples become lists.
 
     Parameters
     ----------

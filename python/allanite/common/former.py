@@ -35,7 +35,7 @@ class Former:
         return lambda *args, **kwargs: self._warned(self._call, owner, 4)(owner, *args, **kwargs)
 
     def _warned(self, value: Any, owner: type, stacklevel: int = 4) -> Any:
-        """Warn that this name of an attribute of the class `owner` is a former one, and return `value`."""
+        """The given `value`, after a `DeprecationWarning` that the attribute of the class `owner` has a new name."""
         kind = owner.__name__
         warn_of_former_name(f"{kind}.{self._name}", f"{kind}.{self._present}", stacklevel)
         return value

@@ -145,7 +145,7 @@ def call_isolated(
 
 
 def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], None] | None) -> int:
-    """Exit code of a new process that executes an order and writes the result to `results`.
+    """Exit code of a new process that calls the function named in `order` and writes the result to `results`.
 
     The process is killed if it exceeds its wall time by 5 s; then the code is −SIGALRM (1 on Windows). `watch` is
     called every 20 ms; its exception kills the process. Raises `InputError` if no process can be started.
@@ -236,12 +236,16 @@ def _error_of_child(described: dict[str, Any], worker: str) -> Exception:
 
 
 def main() -> None:
-    """Execute the order that the parent sends, and end this process.
+    """Call the function that the parent names, and end this process.
 
-    The order is read from standard input, and the result is written to standard output.
+    The order, a line of JSON, is read from standard input, and the result is written to standard output.
     """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    order = json.loads(_read_line(0))
+    with open(0, "rb", buffering=0, closefd=False) as orders:
+        line = orders.readline()
+    if not line.endswith(b"\n"):
+        os._exit(1)  # the parent has ended
+    order = json.loads(line)
     results = os.fdopen(os.dup(1), "wb")
     # Output of libraries must not get into the result.
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
@@ -252,9 +256,9 @@ def main() -> None:
 
 
 def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
-    """Call the function of an order within its limits, and write its result or its error to `results`; nothing is raised.
+    """Call the function that `order` names, within its limits, and write its result or its error to `results`.
 
-    A result that cannot be written is replaced by its error.
+    Nothing is raised. A result that cannot be written is replaced by an error.
     """
     global _is_child
     _is_child = True
@@ -307,20 +311,6 @@ def _error_text(error: Exception) -> str:
     return f"{type(error).__name__}: {plain(error, 200)} ({place})"
 
 
-def _read_line(descriptor: int) -> bytes:
-    """Bytes from a file descriptor up to and including a line end.
-
-    If the input ends before the line is complete, this process exits with code 1.
-    """
-    line = b""
-    while not line.endswith(b"\n"):
-        piece = os.read(descriptor, 1 << 16)
-        if not piece:
-            os._exit(1)
-        line += piece
-    return line
-
-
 def _end_with_parent() -> None:
     """Start a thread that ends this process with exit code 1 when standard input is closed.
 
@@ -329,7 +319,7 @@ def _end_with_parent() -> None:
     import _thread
 
     def wait() -> None:
-        """End this process with exit code 1 when standard input is closed."""
+        """Wait until standard input is closed, then end this process with exit code 1."""
         # os.read instead of sys.stdin: the interpreter aborts if a thread holds the buffer of sys.stdin at its end.
         while os.read(0, 1 << 16):
             pass
@@ -341,7 +331,7 @@ def _end_with_parent() -> None:
 
 
 def _set_limits(order: dict[str, Any]) -> None:
-    """Limit wall time, processor time, memory and the size of the result file of this process, as an order states them."""
+    """Limit wall time, processor time, memory and the size of the result file of this process to the numbers in `order`."""
     if order["wall"] is not None and hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_REAL, order["wall"])
@@ -374,7 +364,7 @@ def limit_memory(most: float | None) -> None:
 
 
 def _lower_limit(which: int, most: int) -> None:
-    """Lower the soft limit of the resource `which` to `most`, unless the limit is lower already."""
+    """Lower the soft limit of the resource `which`, such as ``RLIMIT_CPU``, to `most`, unless it is lower already."""
     import resource
 
     soft, hard = resource.getrlimit(which)

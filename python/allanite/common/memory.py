@@ -39,9 +39,9 @@ def address_space() -> float:
 
 
 def cleared_by_free_buffers(kept: Kept) -> Kept:
-    """Decorator above `lru_cache`: registers the cache, so that `allanite.free_buffers` empties it.
+    """Decorator above `lru_cache`: registers the cached function for `clear_caches`, and returns it unchanged.
 
-    The same function is returned.
+    `allanite.free_buffers` then empties its cache.
     """
     _CACHES.append(kept)
     return kept

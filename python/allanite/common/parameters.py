@@ -158,7 +158,7 @@ def scaled_estimate(given: Estimate, factor: float, unit: str) -> Estimate:
 
 
 def _finite_or_none(value: float | None) -> float | None:
-    """The same number; None if it is None, NaN or infinite."""
+    """The same number; None for None, NaN and infinities."""
     return value if value is not None and math.isfinite(value) else None
 
 

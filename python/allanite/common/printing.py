@@ -35,7 +35,8 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
     Returns
     -------
     str
-        The unit of data sheets. If a unit was requested: that unit if it fits this coefficient, else U·s^power.
+        The unit of data sheets. If `REQUESTED_UNITS` has a unit for this kind of sensor: that unit if it fits this
+        coefficient, else U·s^power.
     """
     parsed = parse_unit(sample)
     requested = REQUESTED_UNITS.get().get(parsed.kind)

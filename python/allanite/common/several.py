@@ -71,6 +71,7 @@ class Several(Mapping[str, T], Generic[T]):
         return f"{type(self).__name__}({', '.join(self)})"
 
     def _repr_html_(self) -> str:
+        """HTML text for notebooks: for each column, its name and the HTML (or else the text) of its result."""
         from html import escape
 
         parts = ((name, getattr(self[name], "_repr_html_", None)) for name in self)
@@ -81,10 +82,10 @@ class Several(Mapping[str, T], Generic[T]):
 
 
 def results_with_warning(columns: Sized, instead: str, compute: Callable[[], Several[T]]) -> T:
-    """Results of several `columns` from a function for one column, after a `DeprecationWarning`.
+    """The mapping `compute()` of results by column, after a `DeprecationWarning` that tells to call `instead`.
 
-    `instead` is the call to use. The results are the mapping `compute()`. Their type is that of one result, which is all
-    that the signature of the function promises. The caller has tested that there are several columns.
+    For a function of one column that was called with several `columns`. Type checkers see the type of one result,
+    because the signature of that function promises one.
     """
     warnings.warn(
         f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",

@@ -47,7 +47,7 @@ def max_parallel_columns() -> int:
 
 
 def columns_at_work() -> int:
-    """Number of columns that the current `side_by_side` computes, including the caller's; 1 outside of it."""
+    """Number of columns that the current `side_by_side` computes now, including the caller's; 1 outside of it."""
     return max(1, len(_at_work.get(())))
 
 
@@ -57,7 +57,7 @@ class Ended(BaseException):
 
 @contextmanager
 def while_wanted(wanted: Callable[[], bool]) -> Iterator[None]:
-    """Context in which `stop_if_unwanted` raises `Ended` once `wanted` returns False, also in the threads of a `Pool`.
+    """Context in which `stop_if_unwanted` raises `Ended` once ``wanted()`` returns False, also in the threads of a `Pool`.
 
     Afterwards the function of an outer context holds again.
     """
@@ -92,7 +92,7 @@ def with_deadline(
     outer, in_time, due = _wanted.get(), True, float("-inf")
 
     def is_wanted() -> bool:
-        """True before the deadline, while the surrounding computation is wanted. It reads the clock every 0.1 s."""
+        """True before the deadline, unless an outer `while_wanted` ends the work. Reads `clock` every 0.1 s."""
         nonlocal in_time, due
         now = time.monotonic()
         if now >= due:

@@ -51,14 +51,15 @@ _ALIASES = {
     "foot": "ft", "feet": "ft", "tesla": "T", "microtesla": "uT", "nanotesla": "nT",
 }  # fmt: skip
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⋅", "0123456789-·")
-_KINDS = {
+# Powers of the dimensions; a Fraction equals an int of the same value, also as a key.
+_KINDS: dict[tuple[float | Fraction, ...], str] = {
     (1, 0, -1, 0): ANGULAR_RATE,
     (0, 1, -2, 0): ACCELERATION,
     (0, 0, 0, 0): FREQUENCY,
     (0, 0, 0, 1): MAGNETIC_FIELD,
 }
 # Powers of the integrals of these quantities over time → noun for messages.
-_INTEGRALS: dict[tuple[float, ...], str] = {
+_INTEGRALS: dict[tuple[float | Fraction, ...], str] = {
     (1, 0, 0, 0): "an angle",
     (0, 1, -1, 0): "a velocity",
     (0, 0, 1, 0): "a time",
@@ -112,7 +113,7 @@ class _Quantity:
         return _Quantity(self.scale * other.scale**power, tuple(powers))
 
     def to_power(self, power: Fraction) -> _Quantity:
-        """Power of this quantity."""
+        """Copy raised to a power."""
         return _Quantity(self.scale ** float(power), tuple(one * power for one in self.powers))
 
 
@@ -278,7 +279,10 @@ def _quantity_of_symbol(name: str) -> _Quantity:
 
 @lru_cache(maxsize=512)
 def _quantity(text: str) -> _Quantity:
-    """`_Quantity` of a unit expression, cached. Raises `InputError` with the part that is not understood."""
+    """Scale to SI and powers of the dimensions of a unit expression, as a `_Quantity`; cached.
+
+    Raises `InputError` with the part that is not understood.
+    """
     try:
         result = _Parser(text).parse_all()
     except (ValueError, ZeroDivisionError, OverflowError) as error:
@@ -309,9 +313,9 @@ def parse_unit(text: str) -> Unit:
         field.
     """
     quantity = _quantity(text)
-    kind = _KINDS.get(tuple(int(p) if p.denominator == 1 else p for p in quantity.powers))  # type: ignore[arg-type]
+    kind = _KINDS.get(quantity.powers)
     if kind is None:
-        integral = _INTEGRALS.get(tuple(map(float, quantity.powers)))
+        integral = _INTEGRALS.get(quantity.powers)
         if integral is not None:
             raise InputError(
                 f"unit {text!r} is the unit of {integral}, not of a rate",
@@ -352,7 +356,7 @@ def rate_unit(text: str, quantity: str) -> Unit:
     """
     if quantity == "rate":
         return parse_unit(text)
-    if tuple(map(float, _quantity(text).powers)) in _INTEGRALS:
+    if _quantity(text).powers in _INTEGRALS:
         return parse_unit("1" if normalized(text) == "s" else f"({text})/s")
     return parse_unit(text)
 
@@ -404,7 +408,8 @@ def conversion(from_unit: str, to_unit: str) -> float:
     Raises
     ------
     InputError
-        The dimensions differ, for example by a power of seconds. Or a side is stated of a unit that is no noise density.
+        The dimensions differ, for example by a power of seconds. Or a unit that is no noise density is called one-sided or
+        two-sided.
     """
     source, source_side = _without_sides(from_unit)
     target, target_side = _without_sides(to_unit)
@@ -436,7 +441,7 @@ def _without_sides(text: str) -> tuple[str, float]:
 
 
 def _dimension_text(quantity: _Quantity) -> str:
-    """Text of a dimension for messages: ``angular rate × s^1/2``; ``angle^2 length^0 time^0`` for no sensor."""
+    """Text of a dimension for messages: ``angular rate × s^1/2``, or ``angle^2 length^0 time^0`` if no sensor fits."""
     angle, length, time, field = quantity.powers
     for (a, l, t, b), kind in _KINDS.items():
         if angle == a and length == l and field == b:

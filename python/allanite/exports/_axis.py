@@ -481,8 +481,12 @@ def _effects_on_joint_border(
     own_upper = known[0].upper if len(known) == len(names) else 0.0
     if not own_upper or getattr(upper, effect.coefficient) > (1.0 + 1e-9) * own_upper:
         return []
+    from scipy.stats import chi2
+
+    # Radius of the joint 95 % region over the half width of one parameter's interval.
+    radius = np.sqrt(chi2.ppf(0.95, len(names)) / chi2.ppf(0.95, 1))
     values, vectors = np.linalg.eigh(np.array([[correlations[a, b] for b in keys] for a in keys]))
-    root = _joint_radius(len(names)) * vectors * np.sqrt(np.maximum(values, 0.0))
+    root = radius * vectors * np.sqrt(np.maximum(values, 0.0))
     forms: list[Effect] = []
     for direction in _unit_directions(len(names)):
         moved = {}
@@ -526,13 +530,6 @@ def _half_widths(effect: Effect, name: str, given: Mapping[str, Any]) -> _HalfWi
         return _HalfWidths(value, value - low, high - value, high, positive)
     middle = float(np.log(value))
     return _HalfWidths(middle, middle - np.log(low), np.log(high) - middle, high, positive)
-
-
-def _joint_radius(size: int) -> float:
-    """Radius of the joint 95 % region of `size` parameters, divided by the half width of one parameter's 95 % interval."""
-    from scipy.stats import chi2
-
-    return float(np.sqrt(chi2.ppf(0.95, size) / chi2.ppf(0.95, 1)))
 
 
 def _unit_directions(size: int) -> Array:

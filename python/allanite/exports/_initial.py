@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -27,6 +27,16 @@ def initial_bias(axis: Axis, *, overbound: bool = False) -> float | None:
     if axis.unit == "rad/s":
         square += float(found["mean"]) ** 2
     return axis.scale * math.sqrt(square)
+
+
+def largest_initial_bias(axes: Iterable[Axis], *, overbound: bool) -> tuple[float, Axis] | None:
+    """Pair (`initial_bias` in SI, axis) of the axis with the largest one; None if no axis has several logs."""
+    known = [
+        (value, axis)
+        for axis in axes
+        if (value := initial_bias(axis, overbound=overbound)) is not None
+    ]
+    return max(known, key=lambda pair: pair[0], default=None)
 
 
 def unknown_bias_text(axis: Axis) -> str:
@@ -63,13 +73,9 @@ def initial_lines(
     """
     lines = []
     for sensor, own in zip(("gyro", "accel"), gyro_and_accel_axes(axes), strict=True):
-        known = [
-            (value, axis)
-            for axis in own
-            if (value := initial_bias(axis, overbound=overbound)) is not None
-        ]
-        if known:
-            value, axis = max(known, key=lambda one: one[0])
+        largest = largest_initial_bias(own, overbound=overbound)
+        if largest is not None:
+            value, axis = largest
             assert axis.turn_on is not None
             note = (
                 f"{mark} {axis.unit}, standard deviation at switch-on from {axis.turn_on['logs']} logs; largest axis:"

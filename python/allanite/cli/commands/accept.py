@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from allanite.cli.commands.improve import Percent
-from allanite.cli.options import LogCommand, LogOptions, log_options
+from allanite.cli.options import LogCommand, LogOptions, Percent, log_options
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -108,7 +108,8 @@ def command(
     elif plot is not None and len(results) > 1:
         _plot_all_columns(results, plot)
     else:
-        output.save_plots(results, [r.recording.columns[0] for r in results], plot)
+        names = [r.recording.columns[0] for r in results]
+        output.save_figures((r.plot() for r in results), names, plot)
     output.print_findings([r.recording for r in results], options)
     output.print_results(results, options)
 
@@ -120,7 +121,7 @@ def _points_per_decade(taus: str) -> int | None:
 
 
 def _plot_all_columns(results: list[_Measured], path: str) -> None:
-    """Write one figure with the deviations of all columns."""
+    """Write one figure with the deviation curves of all columns to `path`."""
     from allanite.cli import output
     from allanite.comparison.curves import curves_of_deviations
     from allanite.plots import plot_compare
@@ -130,30 +131,18 @@ def _plot_all_columns(results: list[_Measured], path: str) -> None:
 
 
 def _plot_kinds(results: list[_Measured], kinds: int, path: str) -> None:
-    """Write one figure per column with all kinds of deviation.
+    """Write one figure per column with all its deviations: each `kinds` consecutive results are of one column.
 
-    With several columns, each file name gets the column's name.
+    With several columns, the file name `path` gets the column's name.
     """
     from allanite.cli import output
     from allanite.plots import plot_stability
 
     columns = [results[i : i + kinds] for i in range(0, len(results), kinds)]
-    figures = [
-        _Drawing(plot_stability([r.deviation for r in own], recording=own[0].recording))
-        for own in columns
-    ]
-    output.save_plots(figures, [own[0].recording.columns[0] for own in columns], path)
-
-
-@dataclass(frozen=True, slots=True)
-class _Drawing:
-    """A finished figure with the `plot` method that `output.save_plots` calls."""
-
-    figure: Figure
-
-    def plot(self) -> Figure:
-        """The stored figure."""
-        return self.figure
+    figures = (
+        plot_stability([r.deviation for r in own], recording=own[0].recording) for own in columns
+    )
+    output.save_figures(figures, [own[0].recording.columns[0] for own in columns], path)
 
 
 def _measured_columns(

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from allanite.cli.commands.improve import Percent
 from allanite.cli.options import (
     LogCommand,
     LogOptions,
@@ -18,6 +17,7 @@ from allanite.cli.options import (
     model_option,
     plot_option,
     time_option,
+    tolerance_option,
 )
 from allanite.cli.words import words_of
 from allanite.common.errors import InputError, about
@@ -40,12 +40,7 @@ if TYPE_CHECKING:
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @model_option
-@click.option(
-    "--tolerance",
-    type=Percent(),
-    help="Stop once the model discrepancy δ is below this, e.g. 5%. δ is the typical difference between model and"
-    " spectrum, in % of the square root of the spectrum.",
-)
+@tolerance_option
 @click.option(
     "--steps",
     type=click.IntRange(1),

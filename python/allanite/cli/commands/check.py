@@ -45,7 +45,7 @@ def command(
     for column, own in zip(columns, starts, strict=True):
         with output.progress(column.columns[0], options) as on_progress:
             checks.append(own.fit(column).check(on_progress=on_progress))
-    output.save_plots(checks, [c.columns[0] for c in columns], plot)
+    output.save_figures((check.plot() for check in checks), [c.columns[0] for c in columns], plot)
     output.print_findings(columns, options)
     output.print_results(checks, options)
     if strict and any(check.verdict != "adequate" for check in checks):

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import click
 
-from allanite.cli.options import DEFAULT_MODEL, LogCommand, LogOptions, log_options, plot_option
+from allanite.cli.options import (
+    LogCommand,
+    LogOptions,
+    log_options,
+    noise_model_option,
+    plot_option,
+)
 
 
 @click.command(
@@ -13,14 +19,7 @@ from allanite.cli.options import DEFAULT_MODEL, LogCommand, LogOptions, log_opti
     epilog="Example: allanite combine four-imus.csv --column gyro0_x --column gyro1_x --save gyro_x.json",
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
-@click.option(
-    "--model",
-    default=DEFAULT_MODEL,
-    show_default=True,
-    metavar="MODEL",
-    help="Noise model of each sensor: a sum of random effects. GM(T=30): T starts at 30 s; T=30! holds T; T=[10,100]"
-    " limits T.",
-)
+@noise_model_option("Noise model of each sensor: a sum of random effects.")
 @click.option(
     "--tau",
     type=click.FloatRange(0.0, min_open=True),
@@ -65,7 +64,7 @@ def command(
     for name, units in groups.items():
         with out.progress(name, options) as on_progress:
             found.append(combine(units, model, tau=tau, on_progress=on_progress))
-    out.save_plots(found, list(groups), plot)
+    out.save_figures((one.plot() for one in found), list(groups), plot)
     if save is not None:
         found[0].save(save)
     out.print_results(found, options)

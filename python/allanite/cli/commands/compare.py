@@ -94,7 +94,7 @@ def command(
     if plot is not None:
         if sheet is not None:
             named += [(m.name, m.model, m.unit) for m in _models_of_sheet(sheet, columns)]
-        output.save_plots([compare(named, rate=options.rate_hz, unit=unit_of_models)], [""], plot)
+        output.save_figure(compare(named, rate=options.rate_hz, unit=unit_of_models).plot(), plot)
     output.print_findings(columns, options)
     output.print_results(results, options)
 
@@ -109,7 +109,7 @@ def _item_labels(items: Sequence[str]) -> list[str]:
 
 
 def _is_table(item: str) -> bool:
-    """True if the item is an existing .csv, .txt, .dat or .tsv file with a table of Allan deviations."""
+    """True if the item is an existing .csv, .txt, .dat or .tsv file whose content is a table of Allan deviations."""
     from allanite.sources.deviation_table import is_deviation_table
 
     path = Path(item)

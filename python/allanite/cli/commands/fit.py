@@ -66,7 +66,7 @@ def command(
     names = [c.columns[0] for c in columns]
     if len(logs) > 1:
         names = [f"{number}-{name}" for number, name in enumerate(names, start=1)]
-    output.save_plots(fits, names, plot)
+    output.save_figures((fit.plot() for fit in fits), names, plot)
     output.print_findings(columns, options)
     results = [fit.compare_methods() for fit in fits] if compare_methods else fits
     if len(fits) == 1:

@@ -13,34 +13,13 @@ from allanite.cli.options import (
     model_option,
     plot_option,
     time_option,
+    tolerance_option,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.study import Study
-
-
-class Percent(click.types.FloatParamType):
-    """Option type of a positive percentage, or with `zero` of zero or more; the percent sign may be missing."""
-
-    name = "percent"
-
-    def __init__(self, *, zero: bool = False) -> None:
-        self.zero = zero
-
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """Percentage as a float: 5.0 for ``5%`` or ``5``. Other texts end the command with a usage error."""
-        text = str(value).strip().removesuffix("%").strip()
-        try:
-            number = float(text)
-        except ValueError:
-            number = -1.0
-        if not (0.0 < number < float("inf") or (self.zero and number == 0.0)):
-            self.fail(f"{value!r} is not a positive percentage: write 5%", param, ctx)
-        return number
 
 
 @click.command(
@@ -51,12 +30,7 @@ class Percent(click.types.FloatParamType):
 @click.argument("log")
 @model_option
 @click.option("--save", metavar="FILE", help="Write the final models as JSON.")
-@click.option(
-    "--tolerance",
-    type=Percent(),
-    help="Stop once the model discrepancy δ is below this, e.g. 5%. δ is the typical difference between model and"
-    " spectrum, in % of the square root of the spectrum.",
-)
+@tolerance_option
 @time_option
 @plot_option
 @log_options
@@ -96,7 +70,7 @@ def command(
         """Write the fits to the file of --save and the plots, if given, and print findings and results."""
         if save is not None:
             output.save_fits([study.fit for study in studies], save)
-        output.save_plots(studies, names, plot)
+        output.save_figures((study.plot() for study in studies), names, plot)
         output.print_findings(columns, options)
         output.print_results(studies, options)
 

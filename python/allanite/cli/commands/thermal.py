@@ -5,7 +5,13 @@ from __future__ import annotations
 import click
 
 from allanite.calibration.targets import TARGETS
-from allanite.cli.options import DEFAULT_MODEL, LogCommand, LogOptions, log_options, plot_option
+from allanite.cli.options import (
+    LogCommand,
+    LogOptions,
+    log_options,
+    noise_model_option,
+    plot_option,
+)
 
 
 @click.command(
@@ -14,13 +20,8 @@ from allanite.cli.options import DEFAULT_MODEL, LogCommand, LogOptions, log_opti
     epilog="Example: allanite thermal warmup1.csv warmup2.csv --export px4 --output thermal.params",
 )
 @click.argument("logs", nargs=-1, required=True, metavar="LOG...")
-@click.option(
-    "--model",
-    default=DEFAULT_MODEL,
-    show_default=True,
-    metavar="MODEL",
-    help="Noise model of the axes: a sum of random effects. The temperature law is added to it. GM(T=30): T starts at 30 s;"
-    " T=30! holds T; T=[10,100] limits T.",
+@noise_model_option(
+    "Noise model of the axes: a sum of random effects. The temperature law is added to it."
 )
 @plot_option
 @click.option(

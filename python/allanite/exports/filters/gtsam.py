@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from allanite.exports._axis import Axis, gyro_and_accel_axes
 from allanite.exports._head import head_comments
-from allanite.exports._initial import initial_bias, unknown_bias_text
+from allanite.exports._initial import largest_initial_bias, unknown_bias_text
 from allanite.exports._lines import choose_all, largest_number, with_shared_numbers
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
@@ -55,25 +55,23 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "# Error of the integration itself: negligible. GTSAM's default would be 1 m^2/s.\n"
         "parameters.setIntegrationCovariance(1e-8**2 * np.eye(3))\n"
     )
-    known = [
-        max(
-            (v for axis, _ in own if (v := initial_bias(axis, overbound=overbound)) is not None),
-            default=0.0,
-        )
+    largest = [
+        largest_initial_bias((axis for axis, _ in own), overbound=overbound)
         for own in (accel, gyro)
     ]
-    if all(known):
+    if all(largest):
+        bias_a, bias_g = (one[0] for one in largest if one is not None)
         lines.append(
             "# Prior on the first bias, accelerometer first: standard deviations at switch-on from several logs.\n"
-            f"bias_prior = gtsam.noiseModel.Diagonal.Sigmas(np.array([{known[0]:.6e}] * 3 + [{known[1]:.6e}] * 3))\n"
+            f"bias_prior = gtsam.noiseModel.Diagonal.Sigmas(np.array([{bias_a:.6e}] * 3 + [{bias_g:.6e}] * 3))\n"
         )
     else:
         sentences = [
-            f"{own[0][0].kind}, largest axis: standard deviation at switch-on from several logs {value:.3g}"
+            f"{own[0][0].kind}, largest axis: standard deviation at switch-on from several logs {one[0]:.3g}"
             f" {own[0][0].unit}"
-            if value
+            if one is not None
             else unknown_bias_text(own[0][0])
-            for own, value in zip((accel, gyro), known, strict=True)
+            for own, one in zip((accel, gyro), largest, strict=True)
             if own
         ]
         lines.append(as_comments([f"Prior on the first bias: {one}" for one in sentences]))

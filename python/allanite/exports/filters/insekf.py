@@ -9,7 +9,7 @@ from functools import partial
 from allanite.exports._axis import Axis, rate_of
 from allanite.exports._choice import choose
 from allanite.exports._head import head_comments
-from allanite.exports._initial import initial_bias, unknown_bias_text
+from allanite.exports._initial import largest_initial_bias, unknown_bias_text
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
 from allanite.exports._triad import sensors_in_xyz
@@ -44,10 +44,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             f"Q({bias}, {bias}) = diag([{walk}].^2);\n",
             f"{member}Noise = diag([{white}].^2);  % fuse(filter, {member}, reading, {member}Noise)\n",
         ]
-        known = [v for axis, _ in own if (v := initial_bias(axis, overbound=overbound)) is not None]
-        if known:
+        largest = largest_initial_bias((axis for axis, _ in own), overbound=overbound)
+        if largest is not None:
             body.append(
-                f"statecovparts(filter, '{name}_Bias', {max(known):.6e}^2);"
+                f"statecovparts(filter, '{name}_Bias', {largest[0]:.6e}^2);"
                 "  % standard deviation at switch-on, largest of the axes\n"
             )
         else:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from allanite.exports._axis import Axis, gyro_and_accel_axes
 from allanite.exports._head import head_comments
-from allanite.exports._initial import initial_bias, unknown_bias_text
+from allanite.exports._initial import largest_initial_bias, unknown_bias_text
 from allanite.exports._process_noise import CONVENTION, STATES, process_noise
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
@@ -48,11 +48,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     initial = dict.fromkeys(STATES, INITIAL)
     known: list[str] = []
     for (sensor, states), own in zip(RATES.items(), gyro_and_accel_axes(axes), strict=True):
-        found = [
-            value for axis in own if (value := initial_bias(axis, overbound=overbound)) is not None
-        ]
-        if found:
-            initial |= dict.fromkeys(states, max(found) ** 2)
+        largest = largest_initial_bias(own, overbound=overbound)
+        if largest is not None:
+            initial |= dict.fromkeys(states, largest[0] ** 2)
             known.append(sensor)
         elif own:
             lines.append(as_comments([unknown_bias_text(own[0])], "    #"))

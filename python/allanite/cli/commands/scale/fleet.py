@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from allanite.cli.options import DEFAULT_MODEL, RateType, json_option
+from allanite.cli.options import RateType, json_option, noise_model_option
 from allanite.common.plain import plain
 
 
@@ -19,14 +19,7 @@ from allanite.common.plain import plain
     metavar="FILE",
     help="Table to write (.parquet or .csv): one row per axis.",
 )
-@click.option(
-    "--model",
-    default=DEFAULT_MODEL,
-    show_default=True,
-    metavar="MODEL",
-    help="Model with which the search starts on every axis. GM(T=30): T starts at 30 s; T=30! holds T;"
-    " T=[10,100] limits T.",
-)
+@noise_model_option("Model with which the search starts on every axis.")
 @click.option(
     "--rate",
     type=RateType(),

@@ -169,7 +169,7 @@ class _MotionWarning:
                 self.finish()
 
     def finish(self) -> None:
-        """Test the samples of the first minute so far for motion, print a warning if there is any, and drop them."""
+        """Test the samples collected so far for motion, print a warning if there is any, and collect no more."""
         import numpy as np
 
         from allanite.common.plain import plain
@@ -196,7 +196,7 @@ class _WatchOutput:
         self.shown = watch.taken
 
     def advance(self, *, raised: bool) -> None:
-        """Print a line if an alarm was raised, or enough samples have arrived since the last line."""
+        """Print a line if an alarm was `raised`, or --every seconds of samples have arrived since the last line."""
         if raised or self.watch.taken - self.shown >= self.samples:
             self._print()
 
