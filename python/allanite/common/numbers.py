@@ -56,6 +56,11 @@ def time_scale(span: float) -> tuple[float, str]:
     return next(((s, n) for above, s, n in TIME_UNITS if span >= above), (1.0, "s"))
 
 
+def count_text(value: float) -> str:
+    """Text of a count with thousands separated by narrow no-break spaces: ``180 000``; decimals are rounded off."""
+    return f"{value:,.0f}".replace(",", "\u202f")
+
+
 def duration_text(seconds: float) -> str:
     """Text of a duration with three digits: ``40 s``, ``90 min``, ``2 h``, ``3 d``, ``2 years``.
 

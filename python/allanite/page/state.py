@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import duration_text
+from allanite.common.numbers import count_text, duration_text
 from allanite.common.units import parse_unit
 from allanite.effects import standard
 from allanite.page.edits import SHEET
@@ -25,7 +25,6 @@ from allanite.page.source import Reading
 from allanite.page.words import WORDS
 from allanite.plots.words import effect_text, unit_text
 from allanite.readers import sensor_kind
-from allanite.report.words import count_text
 
 if TYPE_CHECKING:
     from allanite.fit import Fit

@@ -210,51 +210,56 @@ def _add_mark(
             fill = {"fillcolor": _rgba(look.color(mark.color), mark.opacity)}
             data.append(_scatter_trace(x, y, mark.label, axes) | shape | fill)
         case Span():
-            box = {"x0": mark.low, "x1": mark.high, "y0": 0, "y1": 1, "layer": "below"}
-            # Edges keep a range visible that is narrower than a pixel.
-            edge = {"width": 1, "color": _rgba(look.color(mark.color), 1.0)}
-            color = {"fillcolor": _rgba(look.color(mark.color), 0.25), "line": edge}
-            refs = {"xref": f"x{suffix}", "yref": f"y{suffix} domain"}
-            layout["shapes"].append({"type": "rect", **box, **color, **refs})
-            if mark.text:
-                layout["annotations"].append(_span_text(mark, suffix, layout, look))
-            square = {"symbol": "square", "size": 12, "color": color["fillcolor"]}
-            data.append(
-                _scatter_trace([None], [None], mark.label, axes)
-                | {"mode": "markers", "marker": square}
-            )
+            _add_span(mark, axes, suffix, data, layout, look)
         case Rule():
             _add_rule(mark, axes, suffix, data, layout, look)
         case Bars():
-            data.append(
-                {
-                    "type": "bar",
-                    "orientation": "h",
-                    "x": _finite_or_none(mark.values),
-                    "y": list(range(mark.values.size)),
-                    "text": [html_text(text) for text in mark.texts],
-                    "textposition": "outside",
-                    "cliponaxis": False,
-                    "width": 0.5,
-                    "marker": {"color": [look.color(c) for c in mark.colors]},
-                    "showlegend": False,
-                    "hoverinfo": "x",
-                    **axes,
-                }
-            )
+            data.append(_bars_trace(mark, look) | axes)
         case HeatMap():
             _add_heat_map(mark, axes, suffix, data, layout, look)
         case Note():
-            place = {
-                "x": mark.x,
-                "y": mark.y,
-                "xref": f"x{suffix} domain",
-                "yref": f"y{suffix} domain",
-            }
-            font = {"color": look.color(mark.color), "size": 14}
-            layout["annotations"].append(
-                {"text": html_text(mark.text), "showarrow": False, "font": font, **place}
-            )
+            refs = {"xref": f"x{suffix} domain", "yref": f"y{suffix} domain"}
+            style = {"showarrow": False, "font": {"color": look.color(mark.color), "size": 14}}
+            text = {"text": html_text(mark.text), "x": mark.x, "y": mark.y}
+            layout["annotations"].append(text | refs | style)
+
+
+def _add_span(
+    mark: Span,
+    axes: dict[str, str],
+    suffix: str,
+    data: list[dict[str, Any]],
+    layout: dict[str, Any],
+    look: Theme,
+) -> None:
+    """Add a shaded range and its text to `layout`, and its legend entry to `data`, in place."""
+    box = {"x0": mark.low, "x1": mark.high, "y0": 0, "y1": 1, "layer": "below"}
+    # Edges keep a range visible that is narrower than a pixel.
+    edge = {"width": 1, "color": _rgba(look.color(mark.color), 1.0)}
+    fill = _rgba(look.color(mark.color), 0.25)
+    refs = {"xref": f"x{suffix}", "yref": f"y{suffix} domain"}
+    layout["shapes"].append({"type": "rect", "fillcolor": fill, "line": edge, **box, **refs})
+    if mark.text:
+        layout["annotations"].append(_span_text(mark, suffix, layout, look))
+    entry = {"mode": "markers", "marker": {"symbol": "square", "size": 12, "color": fill}}
+    data.append(_scatter_trace([None], [None], mark.label, axes) | entry)
+
+
+def _bars_trace(mark: Bars, look: Theme) -> dict[str, Any]:
+    """Dict: plotly trace of horizontal bars with their texts, without its axes."""
+    return {
+        "type": "bar",
+        "orientation": "h",
+        "x": _finite_or_none(mark.values),
+        "y": list(range(mark.values.size)),
+        "text": [html_text(text) for text in mark.texts],
+        "textposition": "outside",
+        "cliponaxis": False,
+        "width": 0.5,
+        "marker": {"color": [look.color(c) for c in mark.colors]},
+        "showlegend": False,
+        "hoverinfo": "x",
+    }
 
 
 def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> dict[str, Any]:

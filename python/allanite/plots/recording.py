@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.common.numbers import time_scale
+from allanite.common.numbers import count_text, time_scale
 from allanite.plots.axes import linear_axis
 from allanite.plots.scaling import in_figure_units, sample_axis
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel
@@ -66,7 +66,7 @@ def plot_recording(
     )
     figure = Figure(
         recording_text(columns[0] if len(columns) == 1 else recording),
-        f"{recording.n} samples",
+        f"{count_text(recording.n)} samples",
         panels,
         heights=(1.0,) * len(panels),
         kind="recording",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import (
     MIN_PRINTED_P,
+    count_text,
     duration_text,
     harmonics_text,
     log10_probability_text,
@@ -32,7 +33,6 @@ from allanite.report.blocks import (
 from allanite.report.words import (
     COMPLETED,
     as_sentence,
-    count_text,
     data_sheet_value,
     number_cell,
     parameter_cells,

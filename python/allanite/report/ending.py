@@ -7,12 +7,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
-from allanite.common.numbers import with_readable_numbers
+from allanite.common.numbers import count_text, with_readable_numbers
 from allanite.common.threads import results_or_raise, side_by_side
 from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Cell, Heading, Number, Paragraph, Table
 from allanite.report.content import column_section
-from allanite.report.words import count_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

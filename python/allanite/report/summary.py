@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.numbers import duration_text, number, with_readable_numbers
+from allanite.common.numbers import count_text, duration_text, number, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
 from allanite.effects import Stochastic, standard
@@ -16,7 +16,7 @@ from allanite.effects.sheet_units import in_sheet_unit
 from allanite.report.blocks import Block, Bullets, Cell, Heading, Paragraph, Picture, Table
 from allanite.report.content import column_title, curve_picture
 from allanite.report.overview import axes_picture
-from allanite.report.words import as_sentence, count_text, with_unit
+from allanite.report.words import as_sentence, with_unit
 
 if TYPE_CHECKING:
     from allanite.recording import Recording

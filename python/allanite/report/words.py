@@ -33,11 +33,6 @@ def number_cell(value: float | None, place: str, figures: int = 3) -> str | Numb
     return "–" if value is None else Number(number(value, figures), float(value), place)
 
 
-def count_text(value: float) -> str:
-    """Text of a count with thousands separated by narrow spaces."""
-    return f"{value:,.0f}".replace(",", "\u202f")
-
-
 def texts_to_uncertainty(values: tuple[float, ...], spread: float) -> tuple[str, ...]:
     """Tuple of texts of several numbers, each rounded to two digits of the uncertainty `spread`: 3.0999, 3.1002.
 

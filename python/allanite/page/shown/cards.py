@@ -291,9 +291,10 @@ def _line_range(fit: Fit, effect: Effect) -> tuple[float, float] | None:
 
 
 def _frequency_range_text(ends: Sequence[float] | None, duration: float) -> str:
-    """Text of a frequency range: `` at 38 Hz`` or `` between 1 and 2 Hz``; below 0.01 Hz `` at periods of 5 min to 2 h``.
+    """Text of a frequency range: `` at 38 Hz`` or `` between 1 and 2 Hz``; empty for None.
 
-    Periods that exceed the `duration` (s) of the record have no upper end. Empty for None.
+    A range below 0.01 Hz is written as periods: `` at periods of 5 min to 2 h``. Periods that exceed the `duration` (s) of
+    the record have no upper end.
     """
     if ends is None:
         return ""

@@ -152,8 +152,8 @@ def _example_effect(cls: type[Effect]) -> Effect:
 def _variance_and_power_of_signal(signal: Array) -> tuple[Array, Array]:
     """Pair (Allan variance at the averaging times `TAU`, spectral density) of `N` samples of a signal at 1 Hz.
 
-    The density is the largest value of the periodogram (Hann window) in each of `FREQUENCY.size` bins of frequency, or 0
-    if a bin contains no frequency of the periodogram.
+    The density is the largest value of the periodogram (Hann window) in each of `FREQUENCY.size` bins of frequency. It is
+    0 in a bin that contains no frequency of the periodogram.
     """
     phase = np.concatenate([[0.0], np.cumsum(signal)])
     variance = []

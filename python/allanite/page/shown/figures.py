@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
-from allanite.common.numbers import duration_text, number, p_text
+from allanite.common.numbers import count_text, duration_text, number, p_text
 from allanite.common.units import parse_unit
 from allanite.comparison import limit_line
 from allanite.effects import Deterministic
@@ -39,7 +39,6 @@ from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, R
 from allanite.plots.themes import COMPONENTS, LOGS
 from allanite.plots.time import failing_range_panel, plot_time
 from allanite.plots.words import effect_text, unit_text, values_text
-from allanite.report.words import count_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -189,9 +188,10 @@ def _zoomed_panels(
 
 
 def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of measured over expected power by time and frequency, with a close-up of the range that fails most.
+    """`Figure` of measured over expected power by time and frequency.
 
-    The close-up is left out if no range fails. Raises `InputError` before the check is finished.
+    A close-up of the frequency range that fails most is below, if `failing_range_panel` gives one. Raises `InputError`
+    before the check is finished.
     """
     check = tab.step.check
     if check is None:
@@ -215,7 +215,8 @@ def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
     """`Figure` of the samples over time, with events, excluded segments, and the sum of the known functions of time.
 
-    The first missing effect is drawn, too, and named in the subtitle if it follows a column and no preview is shown.
+    If the first missing effect follows a logged column, its function is included in the sum, and the subtitle names the
+    effect. This does not happen while trial values are displayed.
     """
     step = tab.column_steps.step
     worst = None if step is None or step.check is None else step.check.where.worst_time
@@ -327,9 +328,9 @@ def _with_source_colors(figure: Figure) -> Figure:
 def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     """`Figure` of the error growth since the last fix, by effect and in total, with a panel for each quantity.
 
-    Options: ``aided``, time in s over which the bias was averaged before the fix (default 60 s, or 1/40 of a shorter
-    record), and ``until``, the last time in s (default 600 s, or 1/10 of a shorter record). Measured errors are drawn with
-    95 % intervals unless the record is too short, and compared in the headline.
+    The option ``aided`` is the time in s over which the bias was averaged before the fix (default 60 s, at most 1/40 of
+    the record). ``until`` is the last time in s (default 600 s, at most 1/10 of the record). Measured errors are drawn with
+    95 % intervals unless the record is too short. The headline compares them with the model.
     """
     from allanite.statespace.growth import error_growth, measured_growth
 

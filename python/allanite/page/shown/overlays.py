@@ -90,25 +90,21 @@ def coefficient_readings(
     ):
         line = effect.standard
         value = None if line is None else values.get(line.name)
-        if (
-            line is None
-            or not isinstance(value, Estimate)
-            or not (value.value > 0 and value.detected)
-        ):
+        if line is None or not isinstance(value, Estimate):
+            continue
+        if value.value <= 0 or not value.detected:
             continue
         sure = curve.edf >= min(10.0, float(curve.edf.max()))
         tau = line.read_at or float(curve.tau[sure][np.argmin(curve.measured[sure])])
         height = factor * line.level * value.value
-        x, y = np.log10(tau), np.log10(height)
-        shown = value.to(shown_unit(effect.parameter(line.name), value, fit.recording.unit, unit))
-        text = f"{line.name} {number(shown.value, 3)} {unit_text(shown.unit)}"
+        x, y = float(np.log10(tau)), float(np.log10(height))
         if not left <= x <= right:
             continue
-        inside = bottom <= y <= top
-        # Near the upper edge there is no space above the point, and a label below it would cover a falling curve.
-        high = inside and y > top - 0.08 * (top - bottom)
-        color = look.color(role)
-        if inside:
+        shown = value.to(shown_unit(effect.parameter(line.name), value, fit.recording.unit, unit))
+        text = f"{line.name} {number(shown.value, 3)} {unit_text(shown.unit)}"
+        time, color = f"{number(tau, 3)} s", look.color(role)
+        if bottom <= y <= top:
+            hover = f"<b>{text}</b><br>read at τ = {time}<extra></extra>"
             traces.append(
                 {
                     "type": "scatter",
@@ -121,33 +117,28 @@ def coefficient_readings(
                     "xaxis": "x",
                     "yaxis": "y",
                     "marker": {"symbol": "diamond-open", "size": 10, "color": color},
-                    "hovertemplate": f"<b>{text}</b><br>read at τ = {number(tau, 3)} s<extra></extra>",
+                    "hovertemplate": hover,
                 }
             )
-        labels.append(
-            {
-                "text": text if inside else f"{text} ↓ at {number(tau, 3)} s",
-                "x": float(x),
-                "y": float(y) if inside else 0.0,
-                "xref": "x",
-                "yref": "y" if inside else "y domain",
-                "xanchor": "right" if x > left + 0.7 * (right - left) else "left",
-                "yanchor": "middle" if high else "bottom",
-                "xshift": -10 if x > left + 0.7 * (right - left) else 10,
-                "yshift": 0 if high else 3,
-                "showarrow": False,
-                "font": {"size": 12, "color": color},
-                "bgcolor": look.panel,
-                "opacity": 0.92,
-            }
-        )
+            # Near the upper edge there is no space above the point, and a label below it would cover a falling curve.
+            high = y > top - 0.08 * (top - bottom)
+            label = {"text": text, "y": y, "yref": "y"}
+            label |= {"yanchor": "middle" if high else "bottom", "yshift": 0 if high else 3}
+        else:
+            label = {"text": f"{text} ↓ at {time}", "y": 0.0, "yref": "y domain"}
+            label |= {"yanchor": "bottom", "yshift": 3}
+        far = x > left + 0.7 * (right - left)
+        label |= {"x": x, "xref": "x", "xanchor": "right" if far else "left"}
+        label |= {"xshift": -10 if far else 10, "showarrow": False}
+        label |= {"font": {"size": 12, "color": color}, "bgcolor": look.panel, "opacity": 0.92}
+        labels.append(label)
     return traces, labels
 
 
 def drag_data(fit: Fit, unit: str) -> dict[str, Any]:
     """Dict of arrays from which the browser computes χ²/dof and curve while the user drags an effect's line.
 
-    ``count`` (degrees of freedom), ``power`` (measured) and ``spectrum`` (model) have one entry per frequency bin;
+    ``count`` (degrees of freedom), ``power`` (measured) and ``spectrum`` (model) have one entry per frequency bin.
     ``own`` maps the index of each process to its part of the spectrum. ``groups`` are the bins of each term of χ².
     The measured curve (``tau``, ``measured`` in `unit`, ``edf``) has one entry per τ.
     """

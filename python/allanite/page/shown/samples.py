@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.numbers import time_scale
+from allanite.common.numbers import count_text, time_scale
 from allanite.plots.axes import linear_axis
 from allanite.plots.recording import column_panel, samples_panel, signal_line
 from allanite.plots.spec import Band, Figure, Line, Mark, Points, Rule, Span
-from allanite.report.words import count_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -37,7 +36,7 @@ def samples_figure(
 ) -> Figure:
     """`Figure` of the samples from ``options["from"]`` to ``options["to"]`` in s, with up to two logged columns below.
 
-    Over 3000 samples are drawn as mean and range of 1600 segments; few samples also as dots.
+    Over 3000 samples are drawn as mean and range of 1600 segments. Up to 300 samples are also marked by dots.
 
     Parameters
     ----------
