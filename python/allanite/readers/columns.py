@@ -695,60 +695,60 @@ def _default_samples(
     loud.update(i for i in foreign if found.roles[i] == "other")
     for i in foreign:
         reasons[i] = f"the unit {units[i]} is not understood"
+    named = {i: sensor_kind(names[i]) for i in sensors}
     kinds = {i: kind_of_unit(units[i]) for i in sensors}
-    given = request.kinds
-    chosen = [i for i in sensors if sensor_kind(names[i]) in given]
+    chosen = [i for i in sensors if named[i] in request.kinds]
     if chosen:
         # A unit for one kind of sensor selects this kind in a file with gyroscopes and accelerometers.
-        for i in sensors:
-            kind = sensor_kind(names[i])
-            if i not in chosen and kind is not None:
-                reasons[i] = f"{ARTICLES[kind]}, but {request.unit} is no unit of {ARTICLES[kind]}"
-                loud.add(i)
-            elif i not in chosen:
-                reasons[i] = f"its name does not show that its unit is {request.unit}"
-                loud.add(i)
+        for i in (i for i in sensors if i not in chosen):
+            article = ARTICLES.get(named[i] or "")
+            reasons[i] = (
+                f"{article}, but {request.unit} is no unit of {article}"
+                if article
+                else f"its name does not show that its unit is {request.unit}"
+            )
+            loud.add(i)
         return tuple(chosen)
-    if table.named and any(sensor_kind(names[i]) is not None for i in sensors):
+    if table.named and any(named.values()):
         # Autopilots also log motors, set points and errors without a unit.
-        for i in sensors:
-            if sensor_kind(names[i]) is None and kinds[i] is None:
-                reasons[i] = "no unit, and not named like a sensor"
-        sensors = [i for i in sensors if sensor_kind(names[i]) is not None or kinds[i] is not None]
-    inertial = any(
-        sensor_kind(names[i]) is not None or unit_kind(units[i]) in (ANGULAR_RATE, ACCELERATION)
-        for i in sensors
-    )
-    phases = [i for i in sensors if kinds[i] == PHASE]
-    integrals = [i for i in sensors if kinds[i] == INTEGRAL]
-    if request.quantity is None and request.unit is None and phases and not inertial:
-        for i in sensors:
-            if i not in phases:
+        for i in (i for i in sensors if not named[i] and kinds[i] is None):
+            reasons[i] = "no unit, and not named like a sensor"
+        sensors = [i for i in sensors if named[i] or kinds[i] is not None]
+    inertial = any(named[i] or unit_kind(units[i]) in (ANGULAR_RATE, ACCELERATION) for i in sensors)
+    if request.quantity is None:
+        phases = [i for i in sensors if kinds[i] == PHASE]
+        rates = [i for i in sensors if kinds[i] not in (PHASE, INTEGRAL)]
+        if request.unit is None and phases and not inertial:
+            for i in (i for i in sensors if i not in phases):
                 reasons[i] = "the phase of a clock is read instead"
-        return tuple(phases)
-    if request.quantity is None and len(phases) + len(integrals) < len(sensors):
-        for i in (*phases, *integrals):
-            reasons[i] = f"its unit {units[i]} is not that of a rate"
-        sensors = [i for i in sensors if i not in phases and i not in integrals]
+            return tuple(phases)
+        if rates:
+            for i in (i for i in sensors if i not in rates):
+                reasons[i] = f"its unit {units[i]} is not that of a rate"
+            return tuple(rates)
     if sensors:
         return tuple(sensors)
     if foreign and request.unit == "1":
         # The caller takes any unit: a series of heights in mm.
         return tuple(foreign)
-    if foreign:
-        shown = ", ".join(f"{names[i]} ({units[i]})" for i in foreign)
-        counter = (
-            ", for a counter Hz/10MHz" if any("Hz" in (units[i] or "") for i in foreign) else ""
-        )
-        raise InputError(
-            f"no sensor column found: {shown} has no unit of a sensor",
+    raise _no_sensor_error(table, foreign)
+
+
+def _no_sensor_error(table: Table, foreign: Sequence[int]) -> InputError:
+    """`InputError` (not raised) that no column is a sensor; it names those with a `foreign` unit (indices), or all."""
+    if not foreign:
+        return InputError(
+            f"no sensor column found among {', '.join(table.names) or 'no columns'}",
             missing="column",
-            remedy=": select it with {column} and add {unit}" + counter,
+            remedy=": select it with {column}",
         )
-    raise InputError(
-        f"no sensor column found among {', '.join(names) or 'no columns'}",
+    units = [table.units[i] or "" for i in foreign]
+    shown = ", ".join(f"{table.names[i]} ({table.units[i]})" for i in foreign)
+    counter = ", for a counter Hz/10MHz" if any("Hz" in unit for unit in units) else ""
+    return InputError(
+        f"no sensor column found: {shown} has no unit of a sensor",
         missing="column",
-        remedy=": select it with {column}",
+        remedy=": select it with {column} and add {unit}" + counter,
     )
 
 
@@ -836,8 +836,8 @@ def _unit_contradiction(name: str, own: str, given: str) -> InputError:
 def _given_unit(name: str, own: str | None, request: Request) -> str | None:
     """Unit that the caller gave for the column `name`, or None without one.
 
-    `own` is the unit that the log states. If the caller gave one unit per kind of sensor, `own` or else `name` tells the
-    kind. The result is None if `own` is not the unit of a sensor. Raises `InputError` if the kind has no given unit.
+    `own` is the unit that the log states. If the caller gave units for several kinds of sensors, `own` or else `name`
+    states the kind. Then the result is None if `own` is no unit of a sensor. Raises `InputError` for another kind.
     """
     if len(request.kinds) < 2:
         return request.unit

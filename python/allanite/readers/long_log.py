@@ -64,9 +64,7 @@ def is_too_large(path: Path) -> bool:
     return head.startswith(NPY) or b"\0" not in head
 
 
-def summary_of_log(
-    path: Path, request: Request, unit: str | None = None, taus_per_octave: int = 2
-) -> Summary:
+def summary_of_log(path: Path, request: Request, unit: str | None, taus_per_octave: int) -> Summary:
     """`Summary` of the sensor columns of a text log or NPY file of any size, read in chunks.
 
     Its audit includes the findings about columns and time stamps.
@@ -77,8 +75,8 @@ def summary_of_log(
         The log.
     request : Request
         Options of the caller. Covariates are not read.
-    unit : str, optional
-        Unit to which the samples are converted, as in `Recording.to`.
+    unit : str or None
+        Unit to which the samples are converted, as in `Recording.to`; None converts none.
     taus_per_octave : int
         Number of averaging times of the Allan curve.
 

@@ -22,6 +22,15 @@ def is_packed(path: Path) -> bool:
 
 
 @contextmanager
+def temporary_file(path: Path, name: str) -> Iterator[Path]:
+    """Context with the path of a file `name`, yet to be written, in a temporary folder; errors name the log `path`."""
+    with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
+        target = Path(folder) / name
+        with about(path, instead=target):
+            yield target
+
+
+@contextmanager
 def unpacked(path: Path) -> Iterator[Path]:
     """Context with the path of the temporary unpacked file; errors name the compressed file.
 
@@ -33,8 +42,7 @@ def unpacked(path: Path) -> Iterator[Path]:
         The file is damaged or truncated, holds another compressed file, or exceeds the memory budget unpacked.
     """
     inner = path.stem if path.suffix.lower() == ".gz" else path.name
-    with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
-        target = Path(folder) / (inner if Path(inner).suffix else f"{inner}.csv")
+    with temporary_file(path, inner if Path(inner).suffix else f"{inner}.csv") as target:
         try:
             with gzip.open(path, "rb") as source, target.open("wb") as sink:
                 _copy_stream(source, sink)
@@ -43,8 +51,7 @@ def unpacked(path: Path) -> Iterator[Path]:
         if is_packed(target):
             # Each file of a chain may be as large as the budget, and all of them are on the disk together.
             raise InputError("a gzip file within a gzip file: unpack it with gunzip")
-        with about(path, instead=target):
-            yield target
+        yield target
 
 
 @contextmanager
@@ -59,7 +66,7 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
     InputError
         The archive is damaged or exceeds the memory budget. It has no text log, or several and no topic selects one.
     """
-    with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
+    with temporary_file(path, "log.csv") as target:
         try:
             with zipfile.ZipFile(path) as archive:
                 # phyphox describes the phone in meta/; macOS adds files in __MACOSX/.
@@ -71,13 +78,11 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
                     and Path(name).stem.lower() not in ("metadata", "annotation")
                 }
                 chosen = _log_to_read(logs, topics)
-                target = Path(folder) / f"{chosen}.csv"
                 with archive.open(logs[chosen]) as source, target.open("wb") as sink:
                     _copy_stream(source, sink)
         except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError) as error:
             raise InputError(f"damaged or truncated ZIP archive ({error})") from None
-        with about(path, instead=target):
-            yield target
+        yield target
 
 
 def _log_to_read(logs: dict[str, str], topics: Sequence[str]) -> str:

@@ -104,10 +104,11 @@ def role_of(name: str, unit: str | None) -> Role:
 
 
 def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
-    """Tuple (role, reason) of a column. The role is that of `role_of`; the reason is empty unless it is ``"other"``.
+    """Tuple (role, reason) of a column: ``"sensor"``, ``"time"``, ``"temperature"`` or ``"other"``, and why it is other.
 
-    The unit is examined before the name: rates and phases are sensors, unless the name is that of no axis. Without a
-    unit, a column is a sensor unless its name is that of something else.
+    The reason is empty for the first three roles. The unit decides before the name, except for names such as
+    ``gyro_norm`` or ``acc_std``, which are no axis of a sensor. Without a unit, a column is a sensor unless its name is
+    that of something else.
     """
     key, words = _lower_name(name).replace("-", "_"), words_in(name)
     kind = kind_of_unit(unit)

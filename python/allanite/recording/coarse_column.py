@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -71,7 +73,7 @@ def _curve_on_grid(values: Array, grid: Array, code: Array, step: float) -> Arra
     The relaxation is used if it rounds to the codes, else the smoothest curve that does, else the last curve tried, the
     least smooth. `step` is the distance of two codes.
     """
-    from scipy.sparse import csc_array, diags_array
+    from scipy.sparse import diags_array
     from scipy.sparse.linalg import spsolve
 
     count = grid.size
@@ -105,18 +107,8 @@ def _curve_on_grid(values: Array, grid: Array, code: Array, step: float) -> Arra
         return curve
     for smoothness in SMOOTHNESS:
         for _ in range(ROUNDS):
-            at = np.concatenate([place, edge_place])
             wanted = np.concatenate([thresholds, edge_value])
-            low = np.minimum(np.floor(at).astype(np.int64), count - 2)
-            part = at - low
-            rows = np.arange(at.size)
-            seen = csc_array(
-                (
-                    np.concatenate([1.0 - part, part]),
-                    (np.concatenate([rows, rows]), np.concatenate([low, low + 1])),
-                ),
-                shape=(at.size, count),
-            )
+            seen = _interpolation_matrix(np.concatenate([place, edge_place]), count)
             normal = seen.T @ seen / THRESHOLD**2 + smoothness * rough
             curve = spsolve(normal.tocsc(), seen.T @ wanted / THRESHOLD**2)
             beyond = beyond_codes(curve)
@@ -128,6 +120,20 @@ def _curve_on_grid(values: Array, grid: Array, code: Array, step: float) -> Arra
             edge_value = np.concatenate([edge_value, inside])
         edge_place, edge_value = np.empty(0), np.empty(0)
     return curve
+
+
+def _interpolation_matrix(at: Array, count: int) -> Any:
+    """Sparse matrix (`csc_array`), shape (positions, count), that interpolates linearly between positions 0 … count − 1.
+
+    Its product with values at these positions has the values at the positions `at`.
+    """
+    from scipy.sparse import csc_array
+
+    low = np.minimum(np.floor(at).astype(np.int64), count - 2)
+    rows, part = np.arange(at.size), at - low
+    entries = np.concatenate([1.0 - part, part])
+    places = np.concatenate([rows, rows]), np.concatenate([low, low + 1])
+    return csc_array((entries, places), shape=(at.size, count))
 
 
 def _relaxation_curve(place: Array, values: Array, count: int) -> Array:

@@ -254,10 +254,10 @@ class _Averages:
     def activity(
         self, limit: float, length: int, windows: int, *, without_white: bool = False
     ) -> _Activity:
-        """`_Activity` in each of `windows`, from the changes within `length` samples.
+        """`_Activity`: standard deviation of the averages in each of `windows`, compared with limits.
 
-        `limit` is the activity that no sensor at rest exceeds, SI units. With `without_white` it is halved, if shorter
-        averages measure the white noise.
+        It is measured by the changes within `length` samples. `limit` is the value that no sensor at rest exceeds, SI
+        units. With `without_white` the limit is halved, if shorter averages measure the white noise.
         """
         found = _activity_per_window(self.changes, self.m, length, windows)
         white = _white_noise_activity(self.bends, self.m, self.short, length, windows)
@@ -304,11 +304,12 @@ class _ColumnMotion:
 
 
 def _column_motion(x: Array, rate: float, kind: str, length: int, windows: int) -> _ColumnMotion:
-    """`_ColumnMotion` of samples `x` in SI units at `rate` in Hz, for `windows` of `length` samples each.
+    """`_ColumnMotion`: windows with motion and loud windows of the samples `x` of one column, with its activities.
 
-    A window moves if the changes within it are significant. It also moves if those of a longer window around it are, and
-    its own changes exceed white noise by a fifth of the limit. A window is loud if its changes are above a fifth of the
-    limit, and above six times those of the quietest quarter of the windows.
+    `x` are in SI units, `rate` in Hz; each of `windows` has `length` samples. A window moves if the changes within it are
+    significant. It also moves if those of a longer window around it are, and its own changes exceed white noise by a
+    fifth of the limit. A window is loud if its changes are above a fifth of the limit, and above six times those of the
+    quietest quarter of the windows.
     """
     fast = _Averages.of(x, rate, AVERAGING_TIME)
     slow = _Averages.of(x, rate, SLOW_AVERAGING_TIME)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
-from allanite.common.errors import InputError, about
+from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._lines import head_of
+from allanite.readers.packed import temporary_file
 
 #: Modified Julian Date of 1970-01-01, days.
 MJD_OF_1970 = 40587
@@ -131,9 +131,7 @@ def rewritten(path: Path, lines: Iterable[str]) -> Iterator[Path]:
 
     Row numbers in errors are right if each line stands for one line of the original.
     """
-    with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
-        target = Path(folder) / "log.csv"
+    with temporary_file(path, "log.csv") as target:
         with target.open("w", encoding="utf-8", newline="\n") as sink:
             sink.writelines(f"{line}\n" for line in lines)
-        with about(path, instead=target):
-            yield target
+        yield target
