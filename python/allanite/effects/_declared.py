@@ -165,7 +165,7 @@ def lag_parameter(name: str, description: str) -> Parameter:
 
 
 def log_grid(low: float, high: float, per_decade: int = 8, at_least: int = 4) -> Array:
-    """Array of logarithmically spaced values from `low` to `high`, `per_decade` in each decade and `at_least` this many."""
+    """Array of logarithmically spaced values from `low` to `high`: `per_decade` in a decade, and at least `at_least`."""
     return np.geomspace(low, high, max(at_least, int(per_decade * np.log10(high / low))))
 
 

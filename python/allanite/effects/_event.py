@@ -53,7 +53,7 @@ class Event(Deterministic):
         return times if times.size > 1 else np.array([0.0, n / rate])
 
     def _edge_error(self, density: float) -> float:
-        """Standard error of the time of an edge of the event, s, in noise of two-sided `density` S, U²/Hz."""
+        """Standard error 5.6 S/height² of the time of an edge of the event, s, in noise of two-sided `density` S, U²/Hz."""
         return edge_error(density, (self.values["height"] or 0.0) ** 2)
 
 
@@ -80,6 +80,21 @@ class Away(Event):
 
     family = "event"
     returns = True
+
+
+def step_ordinates(times: Array, j: NDArray[np.int64], n: int, rate: float, start: float) -> Array:
+    """Array of cosine-transform coefficients j of steps from 0 to 1 at `times`, s, shape (times.size, j.size).
+
+    A step at sample k has −√(2/n) sin(πjk/n)/(2 sin(πj/2n)). `start` is the time of the first of n samples at `rate` Hz, s.
+    """
+    found = sines(first_samples(times, n, rate, start), j, n)
+    found *= -np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n))
+    return found
+
+
+def first_samples(times: Array, n: int, rate: float, start: float) -> Array:
+    """Array of the index (0 to n, as float) of the first sample at or after each time, s; sample 0 is at `start`."""
+    return np.clip(np.ceil((times - start) * rate - 1e-9), 0, n)
 
 
 def cosines(k: Array, j: NDArray[np.int64], n: int) -> Array:

@@ -86,6 +86,15 @@ class Deterministic(Effect):
         """Frequency of the first line, Hz; by default None: the effect is not `periodic`."""
         return None
 
+    @property
+    def occupies(self) -> tuple[float, float] | None:
+        """Pair with the frequency of a line (at the first sample), Hz, as both ends; None for slow functions (`low`).
+
+        None also without a frequency.
+        """
+        f: float | None = None if self.low else getattr(self, "frequency", None)
+        return None if f is None else (f, f)
+
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self | None:
         """New effect with lines at `multiples` of `frequency`, Hz; by default None: the kind is not `periodic`."""
@@ -250,11 +259,6 @@ class Periodic(Deterministic):
     def base_frequency(self) -> float | None:
         """Frequency of the first line, Hz; None without a frequency."""
         return self.frequency
-
-    @property
-    def occupies(self) -> tuple[float, float] | None:
-        """Pair with the frequency of the first line, Hz, as both ends; None without a frequency."""
-        return None if self.frequency is None else (self.frequency, self.frequency)
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:

@@ -27,7 +27,7 @@ Switches = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def interval_switches(when: tuple[float, float] | None, factor: float | None) -> Switches:
-    """Pair (times, factors) of the level changes at both ends of the interval `when`, s: `factor`, then 1.
+    """Pair: tuple of the start and the end in `when`, s, and tuple of the factors on the noise after each: `factor` and 1.
 
     Both are empty if `when` is None. An end before the start counts as the start.
     """
@@ -35,7 +35,10 @@ def interval_switches(when: tuple[float, float] | None, factor: float | None) ->
 
 
 def mean_power(switches: Switches, start: ArrayLike, end: ArrayLike) -> Array:
-    """Array of the mean squared factor from each `start` to each `end`, s; the last factor holds to the end."""
+    """Array of the mean squared factor on the noise from each `start` to each `end`, s.
+
+    `switches` are the times of the level changes, s, and the factor after each; before the first time the factor is 1.
+    """
     low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     times, factors = switches
     total = np.ones(low.shape)
@@ -93,12 +96,12 @@ class Level(Modifier):
         return (White(white if span is None else white * _mean_power_of_record(self, span)),)
 
     def gain(self, time: Array, columns: Columns | None = None) -> Array:
-        """Array of the factor at each `time` (s), shape (n,); 1 before the first of the `switches`."""
+        """Array of the factor on the noise at each `time` (s), shape (n,); 1 before the first level change."""
         times, factors = self.switches
         return np.array([1.0, *factors])[np.searchsorted(np.array(times), time, side="right")]
 
     def mean_power(self, start: ArrayLike, end: ArrayLike, columns: Columns | None = None) -> Array:
-        """Array of the mean squared factor from each `start` to each `end`, s."""
+        """Array of the mean squared factor on the noise from each `start` to each `end`, s; NaN if both are equal."""
         return mean_power(self.switches, start, end)
 
 

@@ -27,12 +27,6 @@ class Tone(Deterministic):
     low = False
     memoryless = True
 
-    @property
-    def occupies(self) -> tuple[float, float] | None:
-        """Pair with the frequency at the first sample, Hz, as both ends; None without a frequency."""
-        f = self.values["frequency"]
-        return None if f is None else (f, f)
-
     def _angle(self, time: Array) -> Array:
         """Array of the phase angle 2πft of the line at each `time` (s), without φ, rad."""
         return np.asarray(2.0 * np.pi * (self.values["frequency"] or 0.0) * time)

@@ -59,14 +59,8 @@ class AngleRandomWalk(Stochastic):
     looks_like = "a slope of −½; a flat density"
     check_by = "compare with the data sheet's noise density (one-sided: √2·N); it should not depend on the sampling rate"
     texts = texts_for_clocks(
-        physics=(
-            "white frequency noise: shot and thermal noise of the resonator, or of the loop that locks to an "
-            "atomic line"
-        ),
-        check_by=(
-            "compare with the Allan deviation of the data sheet at 1 s; it should not depend on the sampling "
-            "rate"
-        ),
+        physics="white frequency noise: shot and thermal noise of the resonator or of the loop locked to an atomic line",
+        check_by="compare with the Allan deviation of the data sheet at 1 s; it should not depend on the sampling rate",
     )
     rivals = ("bias_instability", "power_law")
 

@@ -50,14 +50,8 @@ class BandLevelChange(Modifier):
         *INTERVAL,
     )
     physics = "a machine or a fan ran for a while, or faster; a mount worked loose; a filter or a range was switched"
-    looks_like = (
-        "nothing on the Allan curve; one octave of the map over time is louder or quieter for a while, "
-        "the others are not"
-    )
-    check_by = (
-        "look at the laboratory's log for that interval; exclude it and fit again: the band changes, "
-        "everything else stays"
-    )
+    looks_like = "nothing on the Allan curve; only one octave of the map over time is louder or quieter for a while"
+    check_by = "look at the laboratory's log for that interval; exclude it and fit again: only the band must change"
     texts = texts_for_clocks(
         physics="a machine or a fan ran for a while, or faster; a loop or a filter changed its bandwidth"
     )

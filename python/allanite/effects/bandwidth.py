@@ -189,7 +189,8 @@ class Bandwidth(Modifier):
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
         """Pair (lowest, highest) value of a fit: half the lowest and twice the highest value of `searched`.
 
-        The lowest cutoff of a moving average is that of a mean over a tenth of the record or over 4000 samples.
+        For a moving average, the lowest cutoff reaches down to that of a mean over a tenth of the record, but not below
+        0.0001 of the rate.
         """
         low, high = super().search_ends(name, n, rate)
         if name == "cutoff" and self.design == "moving_average":

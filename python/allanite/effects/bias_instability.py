@@ -57,10 +57,7 @@ class BiasInstability(Stochastic):
     )
     texts = texts_for_clocks(
         physics="1/f noise of the electronics and of the resonator, which shifts the frequency",
-        check_by=(
-            "record longer: a true flicker floor stays flat over decades; compare the clock with another "
-            "reference"
-        ),
+        check_by="record longer: a true flicker floor stays flat over decades; compare the clock with another reference",
     )
     rivals = ("gauss_markov", "power_law", "rate_random_walk")
 

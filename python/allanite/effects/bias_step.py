@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.effects._declared import Array, Columns, texts_for_clocks
-from allanite.effects._event import HEIGHT, TIME, Event, sines
+from allanite.effects._event import HEIGHT, TIME, Event, step_ordinates
 
 #: Minimum squared norm of the difference of two steps, relative to that of the largest step. Smaller differences are
 #: rounding errors.
@@ -98,12 +98,8 @@ class BiasStep(Event):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of −√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k, shape (points, ordinates)."""
-        times = np.array([p.time or 0.0 for p in points])
-        k = np.clip(np.ceil((times - start) * rate - 1e-9), 0, n)
-        found = sines(k, j, n)
-        found *= -np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n))
-        return found
+        """Array of cosine-transform coefficients j of the step of each of the `points`, shape (points, ordinates)."""
+        return step_ordinates(np.array([p.time or 0.0 for p in points]), j, n, rate, start)
 
 
 def best_excursion(

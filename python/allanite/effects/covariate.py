@@ -61,10 +61,7 @@ class Covariate(Follower):
     looks_like = "the low-passed samples trace the column; a rise of the Allan deviation at long τ"
     check_by = "drive the column on purpose (a temperature ramp up and down: a lag shows as hysteresis) and regress again"
     texts = texts_for_clocks(
-        physics=(
-            "the frequency follows another quantity: a temperature, a supply voltage, the pressure or "
-            "humidity of the air"
-        )
+        physics="the frequency follows another quantity: a temperature, a supply voltage, air pressure or humidity"
     )
     rivals = (
         "rate_random_walk",

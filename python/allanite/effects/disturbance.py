@@ -46,10 +46,7 @@ class Disturbance(Modifier):
     looks_like = "a segment of the samples unlike the rest; a band of the spectrum that is louder for a while"
     check_by = "look at the samples and at the laboratory's log for that time; record again where nothing moves"
     texts = texts_for_clocks(
-        physics=(
-            "for a while the clock or its link was disturbed: a cable was moved, packets were late, or the "
-            "reference changed"
-        ),
+        physics="the clock or its link was disturbed for a while: a cable moved, packets were late, the reference changed",
         check_by="look at the phase and at the laboratory's log for that time; record again without the disturbance",
     )
     rivals = ("noise_level_change", "outliers", "resonance")

@@ -40,14 +40,8 @@ class DriftingLine(Tone):
     )
     legend = ("frequency", "drift", "amplitude")
     unplanned = "it is detected like a line: plan SIN at its middle frequency"
-    physics = (
-        "something rotates at a changing speed: a motor or a fan that warms up, a supply that sags, a "
-        "beat of two clocks"
-    )
-    looks_like = (
-        "a flat-topped band of the spectrum, as wide as the frequency drifts; lobes of the Allan "
-        "deviation that smear out"
-    )
+    physics = "something turns at a changing speed: a motor or a fan that warms up, a supply that sags, a beat of clocks"
+    looks_like = "a flat-topped band of the spectrum, as wide as the frequency drifts; smeared lobes of the Allan deviation"
     check_by = "log the speed or the temperature of the machine; repeat when it is warm: the band must shrink to a line"
     rivals = ("sinusoid", "resonance")
 

@@ -60,18 +60,13 @@ class DriftingResonance(Moving):
         "a machine whose speed changes slowly, such as a fan or a pump that warms up, or a mode of the structure whose"
         " stiffness follows the temperature"
     )
-    looks_like = (
-        "a band with one steep side, wider than at any single time; a track in a spectrogram"
-    )
+    looks_like = "a band with one steep side, wider than at any one time; a track in a spectrogram"
     check_by = (
         "look at the spectrogram; multiples of a machine's speed drift in proportion, on all axes; record again when"
         " everything is warm: the band must stay"
     )
     texts = texts_for_clocks(
-        physics=(
-            "a modulation whose frequency changes slowly, such as a fan or a regulator that follows the "
-            "temperature"
-        ),
+        physics="a modulation whose frequency changes slowly, such as a fan or a regulator that follows the temperature",
         check_by=(
             "look at the spectrogram; compare the track with the temperature; record again when everything is "
             "warm: the band must stay"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._declared import Array, Columns, texts_for_clocks
-from allanite.effects._event import HEIGHT, START_AND_END, Away, Event, sines
+from allanite.effects._event import HEIGHT, START_AND_END, Away, Event, step_ordinates
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,8 @@ class Excursion(Away):
     interval = ("start", "end")
     parameters = (*START_AND_END, HEIGHT)
     legend = ("height", "start", "end")
-    physics = (
-        "something acted for a while: someone leaned on the mount, a fan or a machine ran, the supply "
-        "sagged, the sun shone"
-    )
-    looks_like = (
-        "the low-passed samples stay at another level for minutes, with two edges; a hump at long τ"
-    )
+    physics = "something acted for a while: someone leaned on the mount, a machine ran, the supply sagged, the sun shone"
+    looks_like = "low-passed samples stay at another level between two edges; a hump at long τ"
     check_by = "look at the samples and at the laboratory's log at those times; exclude the segment; repeat the record"
     texts = texts_for_clocks(
         physics="something acted for a while: a heater or the sun, a supply that sagged, or another reference"
@@ -75,16 +70,15 @@ class Excursion(Away):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of √(2/n) (sin(πjl/n) − sin(πjk/n))/(2 sin(πj/2n)) for samples k … l − 1, shape (points, ordinates)."""
+        """Array of cosine-transform coefficients j of each excursion: a step at its start minus one at its end.
+
+        The shape is (points, ordinates).
+        """
         edges = np.array([(p.start or 0.0, p.end or 0.0) for p in points])
-        k = np.clip(np.ceil((edges - start) * rate - 1e-9), 0, n)
-        # Many points share an edge.
-        known, place = np.unique(k, return_inverse=True)
-        wave = sines(known, j, n)
-        place = place.reshape(k.shape)
-        scale = np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n))
-        found = wave[place[:, 1]]
-        for at, before in enumerate(place[:, 0]):
-            found[at] -= wave[before]
-        found *= scale
+        known, place = np.unique(edges, return_inverse=True)  # many points share an edge
+        steps = step_ordinates(known, j, n, rate, start)
+        place = place.reshape(edges.shape)
+        found = steps[place[:, 0]]
+        for at, after in enumerate(place[:, 1]):
+            found[at] -= steps[after]
         return found

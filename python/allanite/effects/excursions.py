@@ -63,12 +63,8 @@ class Excursions(Away):
         "something acts from time to time: people at the bench, a door, a machine, a heater, a supply that sags, "
         "charge that is trapped and released"
     )
-    looks_like = (
-        "the low-passed samples stay at another level for a while, several times; a hump at long τ"
-    )
-    check_by = (
-        "compare the times with the laboratory's log and with the other axes; exclude the segments"
-    )
+    looks_like = "low-passed samples stay at another level several times; a hump at long τ"
+    check_by = "compare the times with the laboratory's log and other axes; exclude the segments"
     rivals = ("burst_noise", "bias_step", "transient", "gauss_markov")
 
     __repr__ = brief
@@ -159,9 +155,9 @@ class Excursions(Away):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of the cosine transforms of all excursions of the first point, then of the second, and so on.
+        """Array of cosine-transform coefficients j of each excursion of the first of the `points`, then of the next.
 
-        Its shape is (excursions of all points, ordinates).
+        The shape is (excursions of all points, ordinates).
         """
         alone = [one for point in points for one in point.singly]
         return Excursion.regressor_ordinates(alone, j, n, rate, start)

@@ -37,9 +37,7 @@ class FlickerPhase(Stochastic):
     coefficient = "F"
     parameters = (Parameter("F", 1.0, "root of the density of the phase at 2πf = 1/s"),)
     single = True
-    physics = (
-        "1/f noise of amplifiers, dividers and cables behind an oscillator, which shifts its phase"
-    )
+    physics = "1/f phase noise of amplifiers, dividers and cables behind an oscillator"
     looks_like = "a slope of −1 of the Allan deviation as of white PM, and of −1 of the modified one (white PM: −3/2)"
     check_by = "measure the same clock through another amplifier, or two outputs of one distribution against each other"
     rivals = ("quantization", "power_law")

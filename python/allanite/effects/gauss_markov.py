@@ -53,10 +53,7 @@ class GaussMarkov(Stochastic):
         "log its temperature"
     )
     texts = texts_for_clocks(
-        physics=(
-            "a lag with one time constant driven by white noise: a thermal mass, an oven, or the loop that "
-            "steers the clock"
-        )
+        physics="a lag with one time constant driven by white noise: a thermal mass, an oven, or the steering loop"
     )
     rivals = ("bias_instability", "rate_random_walk", "power_law", "burst_noise")
 

@@ -54,18 +54,9 @@ class HighPass(Filter):
     )
     single = True
     blocks: ClassVar[bool] = True
-    physics = (
-        "the signal is coupled by a capacitor, or a filter removes the drift: offset removal, washout, a "
-        "leaky baseline"
-    )
-    looks_like = (
-        "a density that falls towards low frequencies; an Allan deviation that falls as 1/τ and faster, "
-        "and never turns up"
-    )
-    check_by = (
-        "turn the sensor at a constant rate, or tilt it: a step must decay with 1/(2πf); look for an "
-        "offset-removal setting"
-    )
+    physics = "a capacitor couples the signal, or a filter removes the drift: offset removal, washout, a leaky baseline"
+    looks_like = "a density that falls towards low frequencies; an Allan deviation that falls as 1/τ or faster to its end"
+    check_by = "turn the sensor steadily, or tilt it: a step must decay with 1/(2πf); look for an offset-removal setting"
     texts = texts_for_clocks(
         physics="a loop steers the clock to its reference and removes slow changes of the frequency",
         check_by="let the clock run free, or change the time constant of the loop: the cutoff must move",

@@ -51,10 +51,7 @@ class Hysteresis(Follower):
         "stress that a package, a glue or a mounting relieves only by slipping: when the temperature falls again, the bias "
         "stays until the temperature has fallen by the play"
     )
-    looks_like = (
-        "the low-passed samples over the column form a loop with parallel sides, equally wide in slow "
-        "and fast cycles"
-    )
+    looks_like = "low-passed samples over the column form a loop with parallel sides, equally wide in slow and fast cycles"
     check_by = "cycle the column at two speeds: the loop of a play keeps its width, the loop of a lag widens with the speed"
     texts = texts_for_clocks(
         physics=(

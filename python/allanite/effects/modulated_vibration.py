@@ -60,22 +60,14 @@ class ModulatedVibration(Resonance):
         ),
     )
     legend = ("frequency", "modulation", "rms")
-    physics = (
-        "a machine whose load or speed changes periodically: a pump, a fan or a gear, or two machines of nearly equal"
-        " speed"
-    )
-    looks_like = (
-        "a narrow band of the spectrum with a weaker band at the same distance on both sides"
-    )
+    physics = "a machine of periodic load or speed: a pump, a fan or a gear, or two machines of nearly equal speed"
+    looks_like = "a narrow band of the spectrum with weaker bands at equal distances on both sides"
     check_by = (
         "look for something that changes with the rate f_m; multiples of the band have sidebands at the same distance;"
         " switch it off"
     )
     texts = texts_for_clocks(
-        physics=(
-            "a periodic disturbance whose strength changes periodically, such as two regulators of nearly "
-            "equal speed"
-        )
+        physics="a periodic disturbance whose strength changes periodically, such as two regulators of nearly equal speed"
     )
     rivals = ("resonance",)
 

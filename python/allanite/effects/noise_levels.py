@@ -92,12 +92,12 @@ class NoiseLevels(Level):
 
     @property
     def quietest(self) -> float:
-        """Smallest of `factors` and 1, the standard deviation at the start; 1.0 without `factors`."""
+        """Smallest standard deviation relative to that before the first change: the minimum of `factors` and 1."""
         return min(1.0, *(self.factors or (1.0,)))
 
     @property
     def loudest(self) -> float:
-        """Largest of `factors` and 1, the standard deviation at the start; 1.0 without `factors`."""
+        """Largest standard deviation relative to that before the first change: the maximum of `factors` and 1."""
         return max(1.0, *(self.factors or (1.0,)))
 
     @property

@@ -39,10 +39,7 @@ class NoiseOfColumn(Level):
     short = "NCOL"
     title = "noise that follows"
     one_of = ("noise_of_column",)
-    unplanned = (
-        "its evidence is the power over time compared with the column: plan a noise level change between "
-        "its extremes"
-    )
+    unplanned = "its evidence is the power over time against the column: plan a noise level change between its extremes"
     legend = ("coefficient",)
     parameters = (
         COLUMN,
@@ -63,14 +60,9 @@ class NoiseOfColumn(Level):
         "voltage, or on the motion of something nearby"
     )
     looks_like = "nothing on the Allan curve; the power of the samples over time traces the column"
-    check_by = (
-        "hold the column at two values and compare N; record again with changes at other times"
-    )
+    check_by = "hold the column at two values and compare N; repeat with changes at other times"
     texts = texts_for_clocks(
-        physics=(
-            "the noise depends on another quantity, such as the temperature, a supply voltage or the load of "
-            "a network"
-        )
+        physics="the noise depends on another quantity, such as the temperature, a supply voltage or the network load"
     )
     rivals = ("noise_level_change", "noise_levels")
 

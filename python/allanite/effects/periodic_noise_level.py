@@ -31,10 +31,7 @@ class PeriodicNoiseLevel(Level):
     short = "CYCLE"
     title = "periodic noise level"
     single = True
-    unplanned = (
-        "its evidence is the power over the phase of its period: plan a noise level change as long as "
-        "all its intervals"
-    )
+    unplanned = "its evidence is the power over its phase: plan a noise level change as long as all its intervals"
     legend = ("period", "factor")
     parameters = (
         Parameter("period", "s", "period of the level changes", "time", low=1e-12),
@@ -47,9 +44,7 @@ class PeriodicNoiseLevel(Level):
         "transmitter, a duty cycle of the supply"
     )
     looks_like = "nothing on the Allan curve; the power of the samples over the phase of the period is a gate"
-    check_by = (
-        "find what runs with this period; stop it, or change its duty cycle, and record again"
-    )
+    check_by = "find what runs with this period; stop it or change its duty cycle; record again"
     rivals = ("noise_levels", "noise_level_change")
 
     def gain(self, time: Array, columns: Columns | None = None) -> Array:

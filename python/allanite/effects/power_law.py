@@ -50,9 +50,7 @@ class PowerLaw(Stochastic):
     wanders = True
     last_resort = True
     legend = ("exponent",)
-    physics = (
-        "scale-free noise without a single physical time constant: a spread of traps or relaxations"
-    )
+    physics = "scale-free noise without one time constant: a spread of traps or relaxations"
     looks_like = "a straight line of the density with a slope other than the standard ones"
     check_by = "record for longer: a true power law keeps its slope, a sum of lags bends; vary the temperature"
     rivals = ("bias_instability", "rate_random_walk", "gauss_markov")

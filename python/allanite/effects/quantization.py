@@ -56,10 +56,7 @@ class Quantization(Stochastic):
         "dither the input and repeat"
     )
     texts = texts_for_clocks(
-        physics=(
-            "white noise of the phase, which does not accumulate: resolution and noise of the counter or of "
-            "the time stamps"
-        ),
+        physics="white phase noise, which does not accumulate: resolution and noise of the counter or the time stamps",
         looks_like="a slope of −1 at the shortest τ (modified deviation: −3/2); a density that rises as f²",
         check_by="compare √12·Q with the resolution of the counter; measure the clock with another counter",
     )

@@ -45,14 +45,8 @@ class RateOfChange(Follower):
     looks_like = "an offset while the column rises, the opposite offset while it falls, and none while it is constant"
     check_by = "hold the column at two values: the bias is the same at both; pass from one to the other at two speeds"
     texts = texts_for_clocks(
-        physics=(
-            "a gradient across the resonator and its oven: while the temperature changes, one side is ahead "
-            "of the other"
-        ),
-        check_by=(
-            "hold the column at two values: the frequency is the same at both; pass from one to the other at "
-            "two speeds"
-        ),
+        physics="a gradient across resonator and oven: while the temperature changes, one side is ahead of the other",
+        check_by="hold the column at two values: the frequency must be equal; pass between them at two speeds",
     )
     rivals = ("covariate", "two_lags", "hysteresis", "bias_step", "warm_up", "rate_random_walk")
     refined = True

@@ -73,7 +73,10 @@ class RateRamp(Deterministic):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of −√(2/n) cos(a)/(2 rate sin²(a)) at odd j and 0 at even j, a = πj/2n, shape (points, ordinates)."""
+        """Array of cosine-transform coefficients j of the ramp, equal rows for all `points`, shape (points, ordinates).
+
+        They are −√(2/n) cos(a)/(2 rate sin²(a)) with a = πj/2n for odd j, and 0 for even j.
+        """
         a = np.pi * j / (2 * n)
         odd = np.where(
             j % 2 == 1, -np.sqrt(2.0 / n) * np.cos(a) / (2.0 * rate * np.sin(a) ** 2), 0.0

@@ -51,9 +51,7 @@ class RateRandomWalk(Stochastic):
     standard = StraightLine("K", 0.5, 3.0, 1.0, "random_walk")
     physics = "slow aging, or an unmodeled temperature, that wanders without a time constant"
     looks_like = "a slope of +½ at the longest τ; a density that falls as 1/f²"
-    check_by = (
-        "log the temperature; record several times longer: a lag levels off, a random walk does not"
-    )
+    check_by = "log the temperature; record longer: a lag levels off, a random walk does not"
     rivals = ("gauss_markov", "rate_ramp", "power_law", "bias_instability", "warm_up", "covariate")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:

@@ -70,10 +70,7 @@ class Resonance(Stochastic):
         " multiples of f, and can be switched off"
     )
     texts = texts_for_clocks(
-        physics=(
-            "a band of frequency noise: the loop that locks or steers the clock peaks there, or the supply "
-            "modulates the clock"
-        ),
+        physics="a band of frequency noise: the locking or steering loop peaks there, or the supply modulates the clock",
         check_by="change the bandwidth of the loop, the supply or the place: the band must move or shrink",
     )
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth", "quantization")

@@ -56,14 +56,8 @@ class Sinusoid(Periodic):
         "repeat with the mount isolated"
     )
     texts = texts_for_clocks(
-        physics=(
-            "something modulates the frequency: day and night, an air conditioner, the mains, or a spur of "
-            "another clock"
-        ),
-        check_by=(
-            "look for a cause with the period 1/f, such as the temperature of the room; sample at another "
-            "rate: an alias moves"
-        ),
+        physics="something modulates the frequency: day and night, an air conditioner, the mains, a spur of another clock",
+        check_by="look for a cause with the period 1/f, such as room temperature; sample at another rate: an alias moves",
     )
     rivals = ("resonance",)
 
@@ -80,7 +74,7 @@ class Sinusoid(Periodic):
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self:
         """New effect with a line at `frequency` (Hz), and at each further factor of `multiples` times the frequency.
 
-        The first factor is 1. The amplitudes are not given (first line) or 0 (further lines).
+        The first factor is 1. The amplitude of the first line is None, those of further lines are 0.
         """
         empty = tuple(float(v) for m in multiples[1:] for v in (m, 0.0, 0.0))
         return cls(frequency=frequency, overtones=empty or None)

@@ -241,7 +241,7 @@ class Flicker(_Sized):
         return self.variance * power_law_allan(-1.0, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair ("flicker", [B², ratio of variance and spectrum of the first 64 cosine ordinates of n samples, each])."""
+        """Pair ("flicker", [B², q₁, …, q₆₄]), with which the core computes variances of ordinates; q as in `PowerLaw`."""
         return self.name, [self.variance, *power_law_ends(-1.0, n)]
 
     def variogram(self, count: int) -> Array:
@@ -276,7 +276,10 @@ class PowerLaw(Term):
         return self.level * power_law_allan(self.exponent, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair ("power_law", [exponent, level, ratio of variance and spectrum of the first 64 cosine ordinates, each])."""
+        """Pair ("power_law", [exponent, level, q₁, …, q₆₄]), with which the core computes variances of ordinates.
+
+        q_j is the variance of cosine ordinate j of n samples over the spectrum. Shorter records have n − 1 ratios.
+        """
         return self.name, [*self.numbers, *power_law_ends(round(self.exponent, 6), n)]
 
     def variogram(self, count: int) -> Array:

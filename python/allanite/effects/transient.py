@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._declared import Array, Columns, lag_parameter, texts_for_clocks
-from allanite.effects._event import HEIGHT, TIME, Event, cosines, sines
+from allanite.effects._event import HEIGHT, TIME, Event, cosines, first_samples, sines
 
 
 @dataclass(frozen=True)
@@ -38,13 +38,8 @@ class Transient(Event):
     parameters = (TIME, lag_parameter("time_constant", "time constant of the decay"), HEIGHT)
     legend = ("height", "time", "time_constant")
     physics = "a shock, a load or a breath of warm air, after which the sensor relaxes: a bond, a filter, or a thermal mass"
-    looks_like = (
-        "one steep edge in the low-passed samples and an exponential return; a hump at long τ"
-    )
-    check_by = (
-        "look at the samples and at the laboratory's log at that time; exclude three time constants; "
-        "knock and repeat"
-    )
+    looks_like = "one steep edge in low-passed samples and an exponential return; a hump at long τ"
+    check_by = "look at the samples and the laboratory's log at that time; exclude three time constants; knock and repeat"
     texts = texts_for_clocks(
         physics="a shock, a load or warm air, after which the clock relaxes: the resonator, its oven or a loop"
     )
@@ -88,14 +83,14 @@ class Transient(Event):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of the cosine transform √(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z), A the value at the first sample k.
+        """Array of cosine-transform coefficients j of the transient of each of the `points`, shape (points, ordinates).
 
-        The shape is (points, ordinates); z = r e^{iθ}, r = e^{−1/(rate T)}, θ = πj/n, and e^{iθ/2}/(1 − z) is
-        ((1 − r) cos ½θ + i (1 + r) sin ½θ)/((1 − r)² + 4r sin² ½θ).
+        They are √(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z), with A the value at the first sample k. Here z = r e^{iθ},
+        r = e^{−1/(rate T)} and θ = πj/n. e^{iθ/2}/(1 − z) is ((1 − r) cos ½θ + i (1 + r) sin ½θ)/((1 − r)² + 4r sin² ½θ).
         """
         at = np.array([p.time or 0.0 for p in points])
         decay = np.array([p.time_constant or 1.0 for p in points])
-        k = np.clip(np.ceil((at - start) * rate - 1e-9), 0, n)
+        k = first_samples(at, n, rate, start)
         first = np.exp(-np.maximum(start + k / rate - at, 0.0) / decay)
         slope, half = 1.0 / (rate * decay), 0.5 * np.pi * j / n
         r, less = np.exp(-slope)[:, None], -np.expm1(-slope)[:, None]

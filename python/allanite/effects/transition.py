@@ -46,17 +46,11 @@ class Transition(Event):
         HEIGHT,
     )
     legend = ("height", "begin", "end")
-    physics = (
-        "the surroundings changed from one state to another: a heater, a window, the sun, a slow "
-        "relaxation of the mount"
-    )
+    physics = "the surroundings changed from one state to another: a heater, a window, the sun, or a mount that relaxed"
     looks_like = "the low-passed samples stay at one level, change for a while, and stay at another level; a hump at long τ"
     check_by = "look at the samples and at the laboratory's log between these times; log the temperature; repeat the record"
     texts = texts_for_clocks(
-        physics=(
-            "the surroundings changed from one state to another: a heater, a window, the sun, or another "
-            "reference"
-        )
+        physics="the surroundings changed from one state to another: a heater, a window, the sun, or another reference"
     )
     rivals = ("bias_step", "rate_random_walk", "rate_ramp", "warm_up", "covariate", "gauss_markov")
 
@@ -76,12 +70,12 @@ class Transition(Event):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of the cosine transform (h(k) − h(l))/(l − k) of transitions from sample k to l at ordinates j.
+        """Array of cosine-transform coefficients j of the transition of each of the `points`, shape (points, ordinates).
 
-        The shape is (points, ordinates). h(k) is the transform of max(i − k, 0); its kink k = rate·time may lie between
-        samples. With m the first sample after k and a = πj/2n, max(i − k, 0) is a step of m − k at m and a step of 1 at
-        each later sample: h(k) = −√(1/2n) ((m − k) sin 2am + cos a(2m + 1)/(2 sin a))/sin a, up to a part independent
-        of k.
+        A transition from sample k to l has (h(k) − h(l))/(l − k), with h(k) the transform of max(i − k, 0); k may lie
+        between samples. With m the first sample after k, max(i − k, 0) is a step of m − k at m and a step of 1 at each
+        later sample. With a = πj/2n, h(k) is −√(1/2n) ((m − k) sin 2am + cos a(2m + 1)/(2 sin a))/sin a, plus a part
+        independent of k.
         """
         edges = (np.array([p._edges() for p in points]) - start) * rate
         edges[:, 1] = np.maximum(edges[:, 1], edges[:, 0] + MIN_TRANSITION_SAMPLES)

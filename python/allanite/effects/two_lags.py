@@ -47,19 +47,13 @@ class TwoLags(Follower):
         "two thermal masses: the element warms with its package in seconds, the housing or the board in minutes, "
         "and both contribute to the bias"
     )
-    looks_like = (
-        "the samples over the column form a loop, wider in fast cycles; after a step of the column they "
-        "continue to creep"
-    )
+    looks_like = "samples over the column form a loop, wider in fast cycles; after a step of the column they keep creeping"
     check_by = (
         "step the column and hold it: two exponentials mean two masses, an immediate stop means play; put a second "
         "thermometer on the housing"
     )
     texts = texts_for_clocks(
-        physics=(
-            "two thermal masses: the resonator warms in seconds, the housing or the board in minutes, and "
-            "both shift the frequency"
-        )
+        physics="two thermal masses: the resonator warms in seconds, the housing in minutes, and both shift the frequency"
     )
     rivals = ("covariate", "hysteresis", "rate_of_change", "rate_random_walk")
     refined = True

@@ -58,10 +58,7 @@ class Unexplained(Stochastic):
         Parameter("rms", 0.0, "standard deviation of the whole shape"),
         Parameter("bands", "text", "frequency and share of the variance of each band", "choice"),
     )
-    physics = (
-        "unknown: no effect of the catalog explains it; it describes the remaining power so that other "
-        "effects are right"
-    )
+    physics = "unknown: no effect of the catalog explains it; it takes up the remaining power, so that others are right"
     looks_like = "a smooth excess over some octaves of the spectrum"
     check_by = "change one thing at a time (mount, supply, filter, temperature) and see whether the shape moves"
     texts = texts_for_clocks(

@@ -75,9 +75,9 @@ class WarmUp(Deterministic):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of the cosine transform of the decay at ordinates j, shape (points, ordinates).
+        """Array of cosine-transform coefficients j of the decay of each of the `points`, shape (points, ordinates).
 
-        It is √(2/n) e^{−start/τ} (1 − (−1)^j r^n)(1 − r) cos(a)/((1 − r)² + 4r sin²(a)) with r = e^{−1/(rate τ)}, a =
+        They are √(2/n) e^{−start/τ} (1 − (−1)^j r^n)(1 − r) cos(a)/((1 − r)² + 4r sin²(a)) with r = e^{−1/(rate τ)}, a =
         πj/2n.
         """
         tau = np.array([p.time_constant or 1.0 for p in points])[:, None]
