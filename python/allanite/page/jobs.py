@@ -119,7 +119,7 @@ class Job:
 
     @contextmanager
     def uncancelable(self) -> Iterator[None]:
-        """Context in which the job cannot be canceled: `cancel` waits for its end.
+        """Context manager in which the job cannot be canceled: `cancel` waits for its end.
 
         Raises `Ended` if the job was canceled before.
         """

@@ -26,36 +26,36 @@ if TYPE_CHECKING:
 EXAMPLE = "N(N=1e-4)+B(B=2e-5)+K(K=2e-7)+GM(q_c=3e-5,correlation_time=20)+SIN(frequency=1.7,amplitude=3e-5)"
 
 
-def carry_out(tab: Tab, order: Any) -> None:
-    """Carry out an action that the browser requests.
+def carry_out(tab: Tab, request: Any) -> None:
+    """Carry out an action that the browser requests: `request` is a dict with the name of the action in ``do``.
 
     Raises
     ------
     InputError
         An unknown action, or one that is not possible now; the message is one line for the user.
     """
-    if not isinstance(order, dict):
+    if not isinstance(request, dict):
         raise InputError("an action must be a JSON object")
-    action = _ACTIONS.get(str(order.get("do")))
+    action = _ACTIONS.get(str(request.get("do")))
     if action is None:
-        raise InputError(f"unknown action {str(order.get('do'))[:40]!r}")
-    action(tab, order)
+        raise InputError(f"unknown action {str(request.get('do'))[:40]!r}")
+    action(tab, request)
 
 
-def _integer_of(order: dict[str, Any], name: str) -> int:
-    """Integer called `name` of an order; raises InputError if it is missing or no integer."""
-    value = order.get(name)
+def _integer_of(request: dict[str, Any], name: str) -> int:
+    """Integer in the key `name` of a request of the browser (a dict); raises `InputError` if missing or no integer."""
+    value = request.get(name)
     if not isinstance(value, int) or isinstance(value, bool):
         raise InputError(f"{name} must be a whole number")
     return value
 
 
-def _number_of(order: dict[str, Any], name: str) -> float | None:
-    """Float called `name` of an order; None if it is missing or an empty text.
+def _number_of(request: dict[str, Any], name: str) -> float | None:
+    """Float in the key `name` of a request of the browser (a dict); None if it is missing or an empty text.
 
     Raises `InputError` if it is no number.
     """
-    value = order.get(name)
+    value = request.get(name)
     if value is None or value == "":
         return None
     try:
@@ -64,12 +64,12 @@ def _number_of(order: dict[str, Any], name: str) -> float | None:
         raise InputError(f"{name} must be a number, found {str(value)[:40]!r}") from None
 
 
-def _text_of(order: dict[str, Any], name: str) -> str | None:
-    """Value of the key `name` in an order of the page, a text; None if it is missing or empty.
+def _text_of(request: dict[str, Any], name: str) -> str | None:
+    """Text in the key `name` of a request of the browser (a dict); None if it is missing or empty.
 
     Raises `InputError` if it is no text of up to 2000 characters.
     """
-    value = order.get(name)
+    value = request.get(name)
     if value is None or value == "":
         return None
     if not isinstance(value, str) or len(value) > 2000:
@@ -77,14 +77,14 @@ def _text_of(order: dict[str, Any], name: str) -> str | None:
     return value
 
 
-def _read_again(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that reads the open log again with the settings of the order.
+def _read_again(tab: Tab, request: dict[str, Any]) -> None:
+    """Start a job that reads the open log again with the settings of the request.
 
     Raises `InputError` if no log is open or a setting is invalid.
     """
     if tab.source_index is None:
         raise InputError("No log is open: drop a file or choose one")
-    names, units = order.get("columns") or [], order.get("units") or {}
+    names, units = request.get("columns") or [], request.get("units") or {}
     if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
         raise InputError("The columns must be a list of names")
     if not isinstance(units, dict) or not all(isinstance(u, str) for u in units.values()):
@@ -92,41 +92,41 @@ def _read_again(tab: Tab, order: dict[str, Any]) -> None:
     for unit in units.values():
         parse_unit(unit[:80])
     before = tab.sources[tab.source_index].reading
-    rate = _number_of(order, "rate")
+    rate = _number_of(request, "rate")
     # The form returns a rate that was confirmed before with eight digits.
     same = rate is not None and before.rate is not None and isclose(rate, before.rate, rel_tol=1e-7)
     reading = replace(
         before,
         rate=rate,
         overrides_rate=before.overrides_rate and same,
-        unit=_text_of(order, "unit"),
-        quantity=_text_of(order, "quantity"),
-        time_column=_text_of(order, "time_column"),
+        unit=_text_of(request, "unit"),
+        quantity=_text_of(request, "quantity"),
+        time_column=_text_of(request, "time_column"),
         columns=tuple(names),
         units=dict(units),
     )
     tab.open(tab.source_index, reading)
 
 
-def _analyze_part(tab: Tab, order: dict[str, Any]) -> None:
+def _analyze_part(tab: Tab, request: dict[str, Any]) -> None:
     """Start a job that analyzes a part of the log: the longest quiet segment, a time range in s, or the whole log.
 
     With a time range, excluded segments stay excluded; else none are.
     """
-    if order.get("quiet") is True:
+    if request.get("quiet") is True:
         tab.analyze_part((quiet_span(tab.work.whole), ()))
         return
-    chosen = _time_range(tab, order)
+    chosen = _time_range(tab, request)
     tab.analyze_part((None, ()) if chosen is None else (chosen, tab.work.part[1]))
 
 
-def _time_range(tab: Tab, order: dict[str, Any]) -> Segment | None:
-    """Pair (start, end) of an order in s from the start of the whole log; None if one of the two is missing.
+def _time_range(tab: Tab, request: dict[str, Any]) -> Segment | None:
+    """Pair (start, end) of a request in s from the start of the whole log; None if one of the two is missing.
 
-    The order counts from the start of the analyzed part, to which the range is limited. Raises `InputError` for an
-    empty range.
+    Its keys ``from`` and ``to`` count from the start of the analyzed part, to which the range is limited. Raises
+    `InputError` for an empty range.
     """
-    start, end = _number_of(order, "from"), _number_of(order, "to")
+    start, end = _number_of(request, "from"), _number_of(request, "to")
     if start is None or end is None:
         return None
     span, _out = tab.work.part
@@ -137,35 +137,35 @@ def _time_range(tab: Tab, order: dict[str, Any]) -> Segment | None:
     return start, end
 
 
-def _exclude_segment(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that excludes the time range of the order, in addition to the excluded segments.
+def _exclude_segment(tab: Tab, request: dict[str, Any]) -> None:
+    """Start a job that excludes the time range of the request, in addition to the excluded segments.
 
     Raises `InputError` without a range.
     """
-    chosen, (span, out) = _time_range(tab, order), tab.work.part
+    chosen, (span, out) = _time_range(tab, request), tab.work.part
     if chosen is None:
         raise InputError("A time range needs two numbers, in seconds")
     tab.analyze_part((span, merged_segments([*out, chosen])))
 
 
-def _include_segment(tab: Tab, order: dict[str, Any]) -> None:
+def _include_segment(tab: Tab, request: dict[str, Any]) -> None:
     """Start a job that includes the excluded segment at the index ``number`` again.
 
     Raises `InputError` if there is none.
     """
     span, out = tab.work.part
-    number = _integer_of(order, "number")
+    number = _integer_of(request, "number")
     if not 0 <= number < len(out):
         raise InputError("This segment is already included")
     tab.analyze_part((span, (*out[:number], *out[number + 1 :])))
 
 
-def _read_with_rate(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that reads the log again with the ``rate`` (Hz) of the order, even if the log contradicts it.
+def _read_with_rate(tab: Tab, request: dict[str, Any]) -> None:
+    """Start a job that reads the log again with the ``rate`` (Hz) of the request, even if the log contradicts it.
 
     Raises `InputError` without a rate, or for a recording that was passed in Python.
     """
-    source, rate = tab.source, _number_of(order, "rate")
+    source, rate = tab.source, _number_of(request, "rate")
     if source is None or tab.source_index is None or rate is None:
         raise InputError("Give a rate, in Hz")
     if source.recording is not None:
@@ -173,13 +173,13 @@ def _read_with_rate(tab: Tab, order: dict[str, Any]) -> None:
     tab.open(tab.source_index, replace(source.reading, rate=rate, overrides_rate=True))
 
 
-def _read_moving_log(tab: Tab, order: dict[str, Any]) -> None:
+def _read_moving_log(tab: Tab, request: dict[str, Any]) -> None:
     """Start a job that reads again a log that was refused because it is mostly motion.
 
-    The key ``how`` of the order is ``"quiet"`` (read the longest quiet segment) or ``"anyway"`` (read all). Any other
+    The key ``how`` of the request is ``"quiet"`` (read the longest quiet segment) or ``"anyway"`` (read all). Any other
     value raises `InputError`.
     """
-    source, how = tab.source, _text_of(order, "how")
+    source, how = tab.source, _text_of(request, "how")
     if source is None or tab.source_index is None or how not in ("quiet", "anyway"):
         raise InputError('Choose the part of the log: "quiet" or "anyway"')
     tab.open(tab.source_index, replace(source.reading, motion=how))
@@ -194,38 +194,38 @@ def _open_example(tab: Tab) -> None:
     tab.open([s.name for s in tab.sources].index(name))
 
 
-def _improve(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that improves the model of the current column or, if the order says ``all``, of all columns."""
+def _improve(tab: Tab, request: dict[str, Any]) -> None:
+    """Start a job that improves the model of the current column or, if the request says ``all``, of all columns."""
     every = range(len(tab.work.recording.columns))
-    tab.improve(every if order.get("all") is True else None)
+    tab.improve(every if request.get("all") is True else None)
 
 
-def _hold_parameter(tab: Tab, order: dict[str, Any]) -> None:
+def _hold_parameter(tab: Tab, request: dict[str, Any]) -> None:
     """Start a job that fits with a parameter held at a value (in the displayed unit), or free if there is no value."""
-    place, name = _integer_of(order, "place"), _text_of(order, "name") or ""
-    value = _number_of(order, "value")
+    place, name = _integer_of(request, "place"), _text_of(request, "name") or ""
+    value = _number_of(request, "value")
     tab.hold(place, name, None if value is None else value * _factor_to_own_unit(tab, place, name))
 
 
-def _limit_parameter(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that fits with new limits of one parameter: ``low`` and ``high`` of the order in the displayed unit.
+def _limit_parameter(tab: Tab, request: dict[str, Any]) -> None:
+    """Start a job that fits with new limits of one parameter: ``low`` and ``high`` of the request in the displayed unit.
 
     A missing limit means that the parameter has none on this side.
     """
-    place, name = _integer_of(order, "place"), _text_of(order, "name") or ""
+    place, name = _integer_of(request, "place"), _text_of(request, "name") or ""
     factor = _factor_to_own_unit(tab, place, name)
-    ends = (_number_of(order, end) for end in ("low", "high"))
+    ends = (_number_of(request, end) for end in ("low", "high"))
     low, high = (None if end is None else end * factor for end in ends)
     tab.limit(place, name, low, high)
 
 
-def _try_value(tab: Tab, order: dict[str, Any]) -> None:
-    """Start a job that evaluates the model, without a new fit, with one parameter set to the ``value`` of the order.
+def _try_value(tab: Tab, request: dict[str, Any]) -> None:
+    """Start a job that evaluates the model, without a new fit, with one parameter set to the ``value`` of the request.
 
     The value is in the displayed unit. Raises `InputError` without a value.
     """
-    place, name = _integer_of(order, "place"), _text_of(order, "name") or ""
-    value = _number_of(order, "value")
+    place, name = _integer_of(request, "place"), _text_of(request, "name") or ""
+    value = _number_of(request, "value")
     if value is None:
         raise InputError("enter a number")
     tab.try_value(place, name, value * _factor_to_own_unit(tab, place, name))
@@ -242,12 +242,12 @@ def _factor_to_own_unit(tab: Tab, place: int, name: str) -> float:
     return 1.0 / factor_of(value, shown)
 
 
-def _set_unit(tab: Tab, order: dict[str, Any]) -> None:
-    """Set the unit of the displayed values of this tab; an order without a unit resets it.
+def _set_unit(tab: Tab, request: dict[str, Any]) -> None:
+    """Set the unit of the displayed values of this tab; a request without a unit resets it.
 
     Raises `InputError` for a unit that is not offered.
     """
-    unit = _text_of(order, "unit")
+    unit = _text_of(request, "unit")
     offered = [u["value"] for u in chip_units(tab.log.unit)]
     if unit is not None and unit not in offered:
         raise InputError(f"values of this log cannot be shown in {unit[:40]!r}")
@@ -255,25 +255,25 @@ def _set_unit(tab: Tab, order: dict[str, Any]) -> None:
     tab.announce_change()
 
 
-def _compare_steps(tab: Tab, order: dict[str, Any]) -> None:
-    """Compare the current step with the step at the index ``rung`` of the order; without ``rung``, end the comparison."""
-    tab.compare_steps(None if order.get("rung") is None else _integer_of(order, "rung"))
+def _compare_steps(tab: Tab, request: dict[str, Any]) -> None:
+    """Compare the current step with the step at the index ``rung`` of the request; without ``rung``, end the comparison."""
+    tab.compare_steps(None if request.get("rung") is None else _integer_of(request, "rung"))
 
 
-def _compare_log(tab: Tab, order: dict[str, Any]) -> None:
+def _compare_log(tab: Tab, request: dict[str, Any]) -> None:
     """Add the columns of another log of the list to the comparison.
 
     Raises `InputError` if the log does not exist or cannot be read.
     """
-    number = _integer_of(order, "log")
+    number = _integer_of(request, "log")
     if not 0 <= number < len(tab.sources):
         raise InputError(f"there is no log {number}")
     compare_with(tab, tab.sources[number])
 
 
-def _end_comparison(tab: Tab, order: dict[str, Any]) -> None:
-    """Remove the recording with the ``name`` of the order from the comparison; without a name, remove the data sheet."""
-    name = _text_of(order, "name")
+def _end_comparison(tab: Tab, request: dict[str, Any]) -> None:
+    """Remove the recording with the ``name`` of the request from the comparison; without a name, remove the data sheet."""
+    name = _text_of(request, "name")
     tab.others = [(n, r) for n, r in tab.others if n != name]
     if name is None:
         tab.sheet = None
@@ -281,38 +281,38 @@ def _end_comparison(tab: Tab, order: dict[str, Any]) -> None:
 
 
 _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
-    "open": lambda tab, order: tab.open(
-        _integer_of(order, "log"),
-        column=None if order.get("column") is None else _integer_of(order, "column"),
+    "open": lambda tab, request: tab.open(
+        _integer_of(request, "log"),
+        column=None if request.get("column") is None else _integer_of(request, "column"),
     ),
     "read": _read_again,
-    "column": lambda tab, order: tab.open_column(_integer_of(order, "column")),
-    "model": lambda tab, order: tab.fit(_text_of(order, "model") or ""),
-    "add": lambda tab, order: tab.add(_integer_of(order, "number")),
-    "remove": lambda tab, order: tab.remove(_integer_of(order, "place")),
+    "column": lambda tab, request: tab.open_column(_integer_of(request, "column")),
+    "model": lambda tab, request: tab.fit(_text_of(request, "model") or ""),
+    "add": lambda tab, request: tab.add(_integer_of(request, "number")),
+    "remove": lambda tab, request: tab.remove(_integer_of(request, "place")),
     "hold": _hold_parameter,
     "limits": _limit_parameter,
     "what-if": _try_value,
-    "drop": lambda tab, _order: tab.discard_trial(),
-    "fit-tried": lambda tab, _order: tab.fit_from_trial(),
-    "put": lambda tab, order: tab.add_by_name(_text_of(order, "effect") or ""),
-    "back": lambda tab, order: tab.restore(_integer_of(order, "place")),
-    "example": lambda tab, _order: _open_example(tab),
+    "drop": lambda tab, _request: tab.discard_trial(),
+    "fit-tried": lambda tab, _request: tab.fit_from_trial(),
+    "put": lambda tab, request: tab.add_by_name(_text_of(request, "effect") or ""),
+    "back": lambda tab, request: tab.restore(_integer_of(request, "place")),
+    "example": lambda tab, _request: _open_example(tab),
     "take": _analyze_part,
     "leave-out": _exclude_segment,
     "put-back": _include_segment,
     "rate": _read_with_rate,
     "motion": _read_moving_log,
     "improve": _improve,
-    "tolerance": lambda tab, order: tab.set_tolerance(_number_of(order, "percent")),
-    "go": lambda tab, order: tab.go_to_step(_integer_of(order, "rung")),
-    "undo": lambda tab, _order: tab.undo(),
-    "redo": lambda tab, _order: tab.redo(),
-    "cancel": lambda tab, _order: tab.cancel(),
-    "check": lambda tab, _order: tab.recheck(),
+    "tolerance": lambda tab, request: tab.set_tolerance(_number_of(request, "percent")),
+    "go": lambda tab, request: tab.go_to_step(_integer_of(request, "rung")),
+    "undo": lambda tab, _request: tab.undo(),
+    "redo": lambda tab, _request: tab.redo(),
+    "cancel": lambda tab, _request: tab.cancel(),
+    "check": lambda tab, _request: tab.recheck(),
     "unit": _set_unit,
     "compare": _compare_log,
     "alone": _end_comparison,
     "beside": _compare_steps,
-    "study": lambda tab, order: open_study(tab, order.get("study")),
+    "study": lambda tab, request: open_study(tab, request.get("study")),
 }

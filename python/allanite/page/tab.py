@@ -79,7 +79,7 @@ class Tab(TabState):
         self._fit_with(model.effects[0])
 
     def restore(self, place: int) -> None:
-        """Start a job that adds the removed effect at an index of the tray, with its former values.
+        """Start a job that adds a removed effect again, with its former values; `place` is its index in ``work.removed``.
 
         Raises `InputError` if there is none.
         """
@@ -259,7 +259,7 @@ class Tab(TabState):
         self.recheck()
 
     def compare_steps(self, number: int | None) -> None:
-        """Set the index of the step with which the current one is compared; None ends the comparison.
+        """Compare the current step of the model building with the step at an index; None ends the comparison.
 
         Raises `InputError` if there is none.
         """

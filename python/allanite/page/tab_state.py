@@ -183,7 +183,7 @@ class TabState:
 
     @contextmanager
     def changing(self, job: Job) -> Iterator[None]:
-        """Context that changes the state for a job under the lock and then increases `version`.
+        """Context manager in which a job changes the state of the tab; holds the lock and then increases `version`.
 
         Raises `Ended` if the job was canceled.
         """
@@ -386,7 +386,7 @@ class TabState:
             self.preview = None
 
     def open_column(self, column: int) -> None:
-        """Show a column, without its preview, and start a job that fits and checks its first model.
+        """Show a column, discard trial values, and start a job that fits and checks the first model of the column.
 
         If a job of the user runs, it continues instead; a running check is canceled. Raises `InputError` if the column
         does not exist or no log is open.

@@ -110,7 +110,10 @@ class Work:
         self._columns: dict[int, Recording] = {}
 
     def copied(self) -> Work:
-        """Copy of the work without the undo of parts; later changes of one do not affect the other."""
+        """Copy of the work on a log, in which earlier selections of a part cannot be undone.
+
+        Later changes of one do not affect the other.
+        """
         other = copy(self)
         other.before = other.after = None
         other.models, other.history = list(self.models), list(self.history)

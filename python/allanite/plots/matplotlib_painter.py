@@ -316,7 +316,10 @@ def _table_in_blocks(table: str, letters: int) -> str:
 
 
 def _apply_sizes(canvas: Any, form: Style) -> None:
-    """Set the sizes of letters, lines and points of a canvas to those of a style, in place; nothing without ``points``."""
+    """Set the sizes of letters, lines and points of a canvas to those of a style, in place.
+
+    Nothing is changed if ``form.points`` is None (the style for the screen).
+    """
     if form.points is None:
         return
     from matplotlib.collections import LineCollection

@@ -69,10 +69,11 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
 def _map_panel(
     rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, span: float
 ) -> Panel:
-    """`Panel` of the map; `rows` are its cells, `worst` the failing time range in s or None, `span` the duration in s.
+    """`Panel` with a heat map of measured over expected power, by time and octave band.
 
-    Colors are the logarithm of the ratio from ¼ to 4. Cells with |z| > 4.3 are marked, both ends of `worst` are dashed
-    lines. Without cells, the panel has only a note.
+    `rows` are the cells of the map, `worst` the failing time range in s or None, `span` the duration in s. Colors show the
+    logarithm of the ratio from ¼ to 4. Cells with |z| > 4.3 are framed, both ends of `worst` are dashed lines. Without
+    cells, the panel has only a note.
     """
     size, name = time_scale(span)
     label = f"time ({name})"

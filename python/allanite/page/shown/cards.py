@@ -101,10 +101,11 @@ def failures(study: Study) -> list[dict[str, Any]]:
 
 
 def most_informative_view(study: Study) -> str:
-    """Name of the view that shows best what is missing: ``"allan"``, ``"psd"``, ``"samples"``, or another with scores.
+    """Name of the view that shows best what is missing: ``"allan"``, ``"psd"``, ``"samples"`` or ``"map"``.
 
     ``"allan"`` for an adequate model, ``"samples"`` for an effect that follows a column, ``"psd"`` for lines and bands.
-    Otherwise the view with the largest score; without scores ``"samples"`` for an event, else ``"allan"``.
+    Otherwise the view in which the model fails most (`_largest_scores`). If it fails in none, ``"samples"`` for an event,
+    else ``"allan"``.
     """
     check = study.check
     first = check.significant[0].effect if check.significant else None

@@ -133,8 +133,8 @@ def _variance_and_density(cls: type[Effect]) -> tuple[Array, Array]:
 def _example_effect(cls: type[Effect]) -> Effect:
     """`Effect` of a class with values that suit a picture.
 
-    Coefficients are 1, shapes are those of `SHAPES` within their limits, or the middle of their grid. Optional
-    parameters without an entry in `SHAPES` are left out.
+    Coefficients are 1. Shapes are those of `SHAPES` within their limits, or the middle of the values with which a fit
+    starts. Optional parameters without an entry in `SHAPES` are left out.
     """
     values: dict[str, Any] = {}
     for p in cls.parameters:

@@ -133,7 +133,7 @@ def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
 
 
 def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """`Figure` of the spectrum with the model (the preview, if any), and of the residuals in σ below.
+    """`Figure` of the spectrum with the model (with trial values, if any), and of the residuals in σ below.
 
     Single ordinates are drawn between ``from`` and ``to`` Hz if both options are given. After a check whose worst range
     is narrower than an octave, the power of this range over time is beside it.

@@ -19,8 +19,8 @@ def capitalized(text: str) -> str:
 def remedy_buttons(finding: Finding, rate: float, duration: float) -> list[dict[str, Any]]:
     """List with the button (a dict with the keys ``text`` and ``act``) that remedies a finding; empty if there is none.
 
-    Buttons use the measured rate, the quiet segment, or the longer part before or after motion, or split the record at a
-    seam. `rate` (Hz) and `duration` (s) are those of the record.
+    Buttons use the measured rate, the quiet segment, or the longer part before or after motion. Or they split the record
+    at a seam, where two logs were joined. `rate` (Hz) and `duration` (s) are those of the record.
     """
     values = finding.values
     if finding.kind == "rate" and "measured_hz" in values:

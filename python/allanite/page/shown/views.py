@@ -32,7 +32,7 @@ UNITS = ("rad/s", "deg/s", "deg/h", "m/s^2", "mg", "ug")
 def view(
     tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None
 ) -> dict[str, Any]:
-    """Dict of a view: plotly's data and layout, with the roles of its traces.
+    """Dict of a view: plotly's data and layout, title and subtitle; ``meta`` of a trace says what the trace shows.
 
     Parameters
     ----------
