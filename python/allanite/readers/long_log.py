@@ -67,7 +67,7 @@ def is_too_large(path: Path) -> bool:
 def summary_of_log(path: Path, request: Request, unit: str | None, taus_per_octave: int) -> Summary:
     """`Summary` of the sensor columns of a text log or NPY file of any size, read in chunks.
 
-    Its audit includes the findings about columns and time stamps.
+    Its audit includes the findings about columns, dates and time stamps.
 
     Parameters
     ----------

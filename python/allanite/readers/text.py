@@ -124,9 +124,10 @@ def read(path: Path, pick: Picker) -> Table:
 
 
 def _read_table(path: Path, pick: Picker) -> Table:
-    """`Table` with the picked columns of a text log; the other columns are None. Dates may have the day first.
+    """`Table` with the picked columns of a text log; the other columns are None.
 
-    `pick` sees the first rows. Raises `InputError` for a table of deviations, damaged cells, or too little memory.
+    Day and month of slashed dates are exchanged if the record is shorter then, which a note says. `pick` sees the first
+    rows. Raises `InputError` for a table of deviations, damaged cells, or too little memory.
     """
     first, cells, delimiter = first_rows_of(path)
     wanted = sorted(set(pick(first)))

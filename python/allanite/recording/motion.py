@@ -246,7 +246,7 @@ class _Averages:
 
     @classmethod
     def of(cls, x: Array, rate: float, seconds: float) -> _Averages:
-        """Averages over `seconds` of samples `x` in SI units, at `rate` in Hz."""
+        """`_Averages`: changes between averages over `seconds` of samples `x` in SI units, at `rate` in Hz."""
         m = max(1, round(seconds * rate))
         short = min(max(1, round(NOISE_AVERAGING_TIME * rate)), m)
         return cls(x.size, m, short, _absolute_changes(x, m), _absolute_changes(x, short, order=2))

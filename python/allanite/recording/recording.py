@@ -571,7 +571,7 @@ def _unit_names(unit: Any) -> tuple[str, ...]:
 def recording_of_fields(state: Mapping[str, Any]) -> Recording:
     """`Recording` from a mapping of all field names of `Recording` to their values, without checks.
 
-    The arrays of samples and covariates become read-only. Cached results, such as the audit, are left out of `state`.
+    The arrays of samples and covariates become read-only. `state` has no cached results, such as the audit.
     """
     recording = object.__new__(Recording)
     found = with_aligned_arrays(dict(state))

@@ -183,8 +183,8 @@ class Steps:
         """Replace steps that run back, and their neighbors, by usual steps in `clean`; set `disorder`, `seams` and `lost`.
 
         `disorder` gets the rows out of order, `seams` the rows after which time runs back for good. `lost` becomes True if
-        over 1 % of the steps run back: then only those of over 100 usual steps are replaced. Raises `InputError` for more
-        than 20 000 of them.
+        over 1 % of the steps, and more than 5, run back: then only those of over 100 usual steps are replaced. Raises
+        `InputError` for more than 20 000 of them.
         """
         back = np.flatnonzero(self.clean < 0)
         if back.size > max(0.01 * self.clean.size, 5):

@@ -91,24 +91,7 @@ def _table_of_topics(bag: Any, requested: Sequence[str]) -> Table:
         prefix = f"{topic.strip('/').replace('/', '.')}." if len(main) > 1 else ""
         columns += _at_times(found, stamps, time, prefix)
     assert time is not None
-    # RealSense and others publish the accelerometer on a separate topic, usually with another rate.
-    apart: list[str] = []
-    for topic in () if requested else imus[1:]:
-        seen = _sensor_prefixes(name for name, _, _ in columns)
-        if len(seen) > 1:
-            break
-        try:
-            stamps, found = _messages_of_topic(bag, topic, types[topic])
-        except InputError:  # an empty topic
-            continue
-        # A topic with both sensors is another device.
-        if _sensor_prefixes(found) & seen:
-            continue
-        if not _is_same_rate(stamps, time):
-            apart.append(topic)
-            break
-        columns += _at_times(found, stamps, time)
-        main = [*main, topic]
+    joined, apart = (None, None) if requested else _join_other_imu(bag, imus[1:], columns, time)
     for topic in thermal if not requested else [t for t in requested if t in thermal]:
         stamps, found = _messages_of_topic(bag, topic, TEMPERATURE)
         if "temperature" in found:
@@ -118,7 +101,7 @@ def _table_of_topics(bag: Any, requested: Sequence[str]) -> Table:
     others = tuple(
         f"topic {topic} is not read (name it as the topic)"
         for topic in imus
-        if topic not in (*main, *apart)
+        if topic not in (*main, joined, apart)
     )
     names, arrays, units = zip(*columns, strict=True)
     return Table(
@@ -127,8 +110,37 @@ def _table_of_topics(bag: Any, requested: Sequence[str]) -> Table:
         units,
         time=time.astype("datetime64[ns]"),
         notes=others,
-        others=tuple(apart),
+        others=() if apart is None else (apart,),
     )
+
+
+def _join_other_imu(
+    bag: Any,
+    topics: Sequence[str],
+    columns: list[tuple[str, NDArray[Any], str | None]],
+    time: NDArray[np.int64],
+) -> tuple[str | None, str | None]:
+    """Append the sensor that `columns` lack, gyroscope or accelerometer, from the first of the IMU `topics` with it alone.
+
+    Returns a tuple (joined, apart): the topic whose columns were appended, and the one that has the sensor at another
+    rate; each may be None. Values are those of the message nearest to each `time`, ns.
+    """
+    present = _sensor_prefixes(name for name, _, _ in columns)
+    # RealSense and others publish the accelerometer on a separate topic, usually with another rate.
+    for topic in topics if len(present) < 2 else ():
+        try:
+            stamps, found = _messages_of_topic(bag, topic, IMU)
+        except InputError:  # an empty topic
+            continue
+        sensors = _sensor_prefixes(found)
+        # A topic with both sensors is another device.
+        if not sensors or sensors & present:
+            continue
+        if not _is_same_rate(stamps, time):
+            return None, topic
+        columns += _at_times(found, stamps, time)
+        return topic, None
+    return None, None
 
 
 def _at_times(
