@@ -10,7 +10,8 @@ import pytest
 import allanite as al
 from allanite.common.numbers import number
 from allanite.plots import plot_stability
-from allanite.plots.spec import Line, Note, Points
+from allanite.plots.axes import log_axis
+from allanite.plots.spec import Figure, Line, Note, Panel, Points, Span
 
 pytest.importorskip("matplotlib")
 
@@ -49,6 +50,24 @@ def test_slides_have_large_letters_and_keep_the_title(fits):
     canvas = drawn(fits[0].plot(), "slides")
     assert min(t.get_fontsize() for t in texts(canvas)) >= 18
     assert any(t.get_weight() == "bold" for t in texts(canvas))
+
+
+@pytest.mark.parametrize("style", ["screen", "paper", "slides"])
+@pytest.mark.parametrize("place", [0.02, 0.3, 1.0, 3.0, 50.0])
+def test_texts_of_ranges_stay_inside_of_their_panel_and_apart(style, place):
+    x, y = log_axis("f (Hz)", [0.01, 100.0]), log_axis("density", [1.0, 10.0])
+    words = ("2.03 × the model at 1.69 Hz", "1.5 × the model")
+    spans = tuple(Span(place, 1.01 * place, "fail", "", text) for text in words)
+    panels = tuple(Panel(x, y, spans, column=column) for column in (0, 1))
+    canvas = drawn(Figure("", "", panels, widths=(1.0, 1.0)), style)
+    canvas.draw_without_rendering()
+    for axes in canvas.axes:
+        frame = axes.get_window_extent()
+        boxes = [t.get_window_extent() for t in axes.texts]
+        assert len(boxes) == 2
+        # A box has a margin of some pixels around the letters.
+        assert all(b.x0 > frame.x0 - 3.0 and b.x1 < frame.x1 + 3.0 for b in boxes)
+        assert not boxes[0].overlaps(boxes[1])
 
 
 def outside(canvas):
