@@ -170,7 +170,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     """Exit code of a command line: runs the command, and prints every error as one line on standard error.
 
     0 success, help or closed output, 2 bad input or a missing package, 3 too little data or memory, 70 internal error,
-    130 interrupt. Interrupts outside of the block and `SystemExit` pass.
+    130 interrupt. `SystemExit` passes.
     """
     if sys.stdout is None:
         return _print_error(

@@ -48,14 +48,11 @@ def keep_interrupts(*, process_ends: bool) -> Iterator[None]:
         return
     try:
         yield
-    except Exception as error:
-        # What an interrupt broke, such as an import of the core, may raise another error than it.
-        if listener.interrupted:
-            raise KeyboardInterrupt from error
-        raise
     except BaseException as error:
-        # A panic of the core is no Exception.
-        if listener.interrupted and type(error).__name__ == "PanicException":
+        # What an interrupt broke, such as an import of the core, may raise another error than KeyboardInterrupt. A panic of
+        # the core is no Exception.
+        broken = isinstance(error, Exception) or type(error).__name__ == "PanicException"
+        if listener.interrupted and broken:
             raise KeyboardInterrupt from error
         raise
     finally:

@@ -31,7 +31,7 @@ from allanite.cli.first_rows import (
     has_numbers,
     number_of_cell,
 )
-from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT
+from allanite.cli.pipe import STANDARD_INPUT, shown_path
 from allanite.common.errors import MAX_MESSAGE_LENGTH, InputError, about
 from allanite.common.plain import plain
 
@@ -170,7 +170,7 @@ def samples_of_source(
     else:
         blocks = _blocks_of_datagrams(source, stop)
     reader = _Lines(
-        INPUT_NAME if source == STANDARD_INPUT else source,
+        shown_path(source),
         column_of,
         keeps_position=is_file_source(source),
     )

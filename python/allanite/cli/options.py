@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT, errors_name_input, log_file
+from allanite.cli.pipe import (
+    INPUT_NAME,
+    STANDARD_INPUT,
+    errors_name_input,
+    log_file,
+    shown_path,
+)
 from allanite.cli.words import words_of
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.printing import REQUESTED_UNITS, sample_unit
@@ -24,8 +30,6 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.recording.findings import Finding
 
-#: Default of --model for commands that do not look at the quantity of the log.
-DEFAULT_MODEL = SENSOR_START
 #: Minimum number of samples of a recording, for every command. Chosen by judgment; not measured.
 MIN_SAMPLES = 16
 
@@ -74,7 +78,7 @@ def noise_model_option(use: str) -> Callable[[Any], Any]:
     """Decorator that adds --model with the default N+B+K; `use` is the first sentence of its help."""
     return click.option(
         "--model",
-        default=DEFAULT_MODEL,
+        default=SENSOR_START,
         show_default=True,
         metavar="MODEL",
         help=f"{use} GM(T=30): T starts at 30 s; T=30! holds T; T=[10,100] limits T.",
@@ -440,9 +444,8 @@ def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
 
 def _constant_column_error(path: str, column: Recording) -> InputError:
     """`InputError` (not raised) for a column without any variation."""
-    path = INPUT_NAME if path == STANDARD_INPUT else path
     return InputError(
-        f"{path}: column {column.columns[0]} is constant or all NaN: the sensor is stuck, or --column names the"
+        f"{shown_path(path)}: column {column.columns[0]} is constant or all NaN: the sensor is stuck, or --column names the"
         " wrong column"
     )
 

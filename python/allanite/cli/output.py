@@ -110,7 +110,7 @@ def print_findings(columns: Sequence[Record], options: LogOptions, log: str = ""
 
 
 def check_targets(plot: str | None = None, save: str | None = None) -> None:
-    """Raise `InputError` if a file of --plot or --save cannot be written; nothing is written."""
+    """Raise `InputError` unless --plot ends in .svg, .png or .pdf, and both files can be written; nothing is written."""
     if plot is not None:
         if Path(plot).suffix.lower() not in (".svg", ".png", ".pdf"):
             raise InputError(f"--plot {plot}: the name must end in .svg, .png or .pdf")

@@ -24,6 +24,11 @@ BLOCK = 1 << 20
 MAX_SPACE_SHARE = 0.5
 
 
+def shown_path(path: str) -> str:
+    """Path of a log as in messages: ``standard input`` for ``-``, otherwise the path itself."""
+    return INPUT_NAME if path == STANDARD_INPUT else path
+
+
 @contextmanager
 def log_file(path: str) -> Iterator[Path]:
     """Context with the path of a log; raises `InputError` if standard input is closed or too long.

@@ -127,7 +127,7 @@ class RunFolder:
 
     @contextmanager
     def finished_axes_named(self) -> Iterator[None]:
-        """Context that prints the names of the finished axes, if there are any, when the user interrupts."""
+        """Context that, if the user interrupts, prints the names of the axes that are finished."""
         try:
             yield
         except KeyboardInterrupt:

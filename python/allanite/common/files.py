@@ -19,18 +19,12 @@ from allanite.common.errors import InputError
 
 def is_file(text: str | Path) -> bool:
     """True if a file with this path exists. False also if the text is too long for a path or has a null character."""
-    try:
-        return Path(text).is_file()
-    except (OSError, ValueError):
-        return False
+    return os.path.isfile(text)  # noqa: PTH113 (`Path.is_file` raises OSError for a long text)
 
 
 def exists(text: str | Path) -> bool:
     """True if a file or folder with this path exists. False also if the text is too long or has a null character."""
-    try:
-        return Path(text).exists()
-    except (OSError, ValueError):
-        return False
+    return os.path.exists(text)  # noqa: PTH110 (`Path.exists` raises OSError for a long text)
 
 
 def check_target(path: str | Path) -> None:

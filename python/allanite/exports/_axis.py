@@ -298,9 +298,10 @@ def axes_of(
 
 
 def _axis_of_document(document: dict[str, Any], unit: str | None, source: str) -> Axis:
-    """`Axis` of one model document; the working model in the document replaces the fitted one.
+    """`Axis` of one document of a model; `unit` is used if the document states none, and `source` names it in messages.
 
-    `unit` is used if the document states none. Raises `InputError` without effects, a unit, or a coefficient's value.
+    If the document also has a model with motors running (`working`), this model replaces the fitted one. Raises
+    `InputError` without effects, a unit, or a coefficient's value.
     """
     recording = document.get("recording") or {}
     own = recording.get("unit") or unit

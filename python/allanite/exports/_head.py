@@ -61,8 +61,8 @@ def _source_text(axis: Axis) -> str:
 def verdict_comment(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
     """Text of a comment that says whether to use the file, gives reasons against it, and states its largest error.
 
-    "Use: no" if a fit is not adequate, or the NEES of a filter exceeds 1.2. The text is ASCII, because some programs
-    refuse other characters in a comment.
+    "Use: no" if a fit is not adequate, or the NEES of a filter exceeds 1.2. Further sentences say what the logs are too
+    short to show. The text is ASCII, because some programs refuse other characters in a comment.
     """
     found = [(axis, quality(axis, choice)) for axis, choice in pairs]
     reasons = [f"{axis.name}: {axis.warning}" for axis, _ in pairs if axis.warning]

@@ -132,5 +132,5 @@ def _csv_text(found: Sequence[Acceptance], log: str, serial: str, date: str) -> 
 
 
 def _safe_cell(cell: str) -> str:
-    """Text of a CSV cell, with an apostrophe in front if a spreadsheet would take it for a formula."""
+    """Text of a CSV cell, with an apostrophe in front if a spreadsheet would take the text for a formula."""
     return f"'{cell}" if cell[:1] in ("=", "+", "-", "@", "\t", "\r") else cell

@@ -173,7 +173,7 @@ def _measured_columns(
 def _measured_in_chunks(log: str, file: Path, taus: str, options: LogOptions) -> list[_Measured]:
     """List of `_Measured` with the overlapping Allan deviation of each column of a log that is read in chunks.
 
-    A diagnostic says why it is read in chunks. Raises `InputError` for too many averaging times per decade.
+    A diagnostic of each deviation says why. Raises `InputError` for too many averaging times per decade.
     """
     from allanite.readers import request_of
     from allanite.readers.long_log import summary_of_log

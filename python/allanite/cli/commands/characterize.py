@@ -239,7 +239,7 @@ def _check_output_options(
 def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
     """Raise `InputError` if the target cannot hold these columns, for instance without units.
 
-    It is tested by exporting a simple model; nothing is written.
+    It is tested by exporting a simple model; nothing is written. For ``all`` targets, only the units are tested.
     """
     from allanite.common.units import FREQUENCY, parse_unit
     from allanite.effects.files import model_to_dict, parse_model

@@ -9,7 +9,6 @@ from typing import Any
 import click
 
 from allanite.cli.options import (
-    DEFAULT_MODEL,
     LogCommand,
     LogOptions,
     log_options,
@@ -18,6 +17,7 @@ from allanite.cli.options import (
 )
 from allanite.common.errors import InputError
 from allanite.common.files import exists, is_file
+from allanite.common.starts import SENSOR_START
 from allanite.common.units import parse_unit
 
 #: Suffixes of model files and data sheets, which are never logs, and of items that are logs even if the file is missing.
@@ -88,7 +88,7 @@ def command(
     results: list[Any] = []
     unit_of_models = options.output_unit or options.unit
     if sheet is not None:
-        results += _datasheet_comparisons(columns, sheet, model or DEFAULT_MODEL)
+        results += _datasheet_comparisons(columns, sheet, model or SENSOR_START)
     if sheet is None or len(named) > 1:
         results.append(compare(named, rate=options.rate_hz, unit=unit_of_models))
     if plot is not None:

@@ -180,7 +180,10 @@ def _simulate_all_axes(
 def _write_and_describe(
     recording: Recording, model: str, seed: int, output: str | None, as_json: bool
 ) -> None:
-    """Write a recording to a file and print a line about the file, or JSON with `as_json`; without a file, print CSV."""
+    """Write a recording to the file `output` and print a line about this file, or JSON with `as_json`.
+
+    If `output` is None, print the recording as CSV.
+    """
     from allanite.cli.output import json_text, write_csv
     from allanite.common.files import whole_file
 

@@ -86,10 +86,8 @@ def command(
         )
     if plot is not None:
         out.save_figure(found.plot(), plot)
-    if options.as_json:
-        click.echo(out.json_text(found.to_dict()))
-    elif target is None or output is not None:
-        click.echo(out.wrapped_to_terminal(str(found)))
+    if target is None or output is not None:
+        out.print_results([found], options)
     if target is not None:
         text = found.export(target)
         if output is None:

@@ -19,8 +19,8 @@ ROWS = (
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of lines ``key: value`` with N and K in SI, not converted; `rate` is not used.
 
-    GTSAM's preintegration squares N. LIO-SAM multiplies K by √Δt between key frames. Each number is the largest of the
-    axes of its sensor.
+    GTSAM's preintegration squares N. LIO-SAM multiplies K by √Δt, with the time Δt between key frames. Each number is
+    the largest of the axes of its sensor.
     """
     convention = (
         "LIO-SAM (copy below lio_sam:): continuous-time, two-sided densities. LIO-SAM squares them itself.",

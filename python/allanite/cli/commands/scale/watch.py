@@ -89,7 +89,7 @@ def command(
     from allanite.cli.first_rows import WatchedColumn, watched_column
     from allanite.cli.live_source import Stop, is_file_source, samples_of_source
     from allanite.cli.models import models_of
-    from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT
+    from allanite.cli.pipe import shown_path
     from allanite.common.errors import InputError, about
     from allanite.common.files import check_target, exists
     from allanite.common.units import rate_unit
@@ -119,7 +119,7 @@ def command(
         if not is_file_source(source):
             # Samples that arrived since the state was saved are lost.
             watch.interrupt()
-    name = INPUT_NAME if source == STANDARD_INPUT else source
+    name = shown_path(source)
 
     def column_of(first: list[str]) -> WatchedColumn:
         """`WatchedColumn` from the first lines of the source; errors name the source."""
