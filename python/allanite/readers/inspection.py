@@ -261,10 +261,8 @@ def inspect(path: Log, **options: Unpack[ReadOptions]) -> Inspection:
         refused = error
     joined = sum(column.used and column.role == "time" for column in known) > 1
     views = [_describe_column(table, i, column, joined=joined) for i, column in enumerate(known)]
-    views = [
-        replace(view, doubts=(*view.doubts, damaged[i])) if i in damaged else view
-        for i, view in enumerate(views)
-    ]
+    for i, doubt in damaged.items():
+        views[i] = replace(views[i], doubts=(*views[i].doubts, doubt))
     if table.time is not None:
         views.insert(0, _describe_stamps(table.time))
     shown = type(path).__name__ if is_frame(path) else plain(path)

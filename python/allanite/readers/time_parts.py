@@ -93,9 +93,7 @@ class TimeParts:
 
 
 def find_time_parts(
-    names: Sequence[str],
-    columns: Sequence[NDArray[Any] | None],
-    dates: frozenset[int] = frozenset(),
+    names: Sequence[str], columns: Sequence[NDArray[Any] | None], dates: frozenset[int]
 ) -> TimeParts | None:
     """`TimeParts` of columns that together are the time, recognized by names and first rows; None without any.
 

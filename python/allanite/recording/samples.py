@@ -18,7 +18,7 @@ from allanite.common.units import conversion, parse_unit, units_by_kind
 CHUNK = 1 << 18
 
 
-def private_array(samples: object, columns: Sequence[str] | None = None) -> NDArray[Any]:
+def private_array(samples: object, columns: Sequence[str] | None) -> NDArray[Any]:
     """Samples as a numeric array of one or two dimensions that no other code can change; booleans become 0 and 1.
 
     A writeable array is copied. Raises `InputError` for other values and infinities, and `TooShortError` without

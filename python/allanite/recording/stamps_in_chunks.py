@@ -22,10 +22,7 @@ FILL_ROWS = 1 << 16
 
 
 def read_stamps_in_chunks(
-    chunks: Iterable[NDArray[Any]],
-    unit: str | None = None,
-    rate: float | None = None,
-    piece: int | None = None,
+    chunks: Iterable[NDArray[Any]], unit: str | None, rate: float | None, piece: int | None
 ) -> Stamps:
     """`Stamps` of a time column whose chunks, shape (rows,), follow each other; as `read_stamps` returns them.
 

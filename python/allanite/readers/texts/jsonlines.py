@@ -89,36 +89,33 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             " write the lines of one kind into a file of their own"
         )
     names, units = zip(*(split_unit(key) for key in keys), strict=True)
-    columns: list[NDArray[Any] | None] = []
+    columns: dict[int, NDArray[Any]] = {}
     notes = [f"{n} lines lack {plain(key)}: missing samples" for key, n in lacking.items() if n]
     time = None
-    texts: list[int] = []
     for at, key in enumerate(keys):
         values = [row.get(key) for row in rows]
-        moments = [isinstance(v, str) and bool(_MOMENT.match(v)) for v in values]
-        if all(moments) and role_of(names[at], units[at]) == "time" and time is None:
+        is_time = time is None and role_of(names[at], units[at]) == "time"
+        if is_time and all(isinstance(v, str) and _MOMENT.match(v) for v in values):
             time = np.array(values, dtype=object)
-        if any(isinstance(v, str) and _json_number(v) is None for v in values):
-            texts.append(at)
-            columns.append(None)
-        else:
-            columns.append(np.array([_json_number(v) for v in values], dtype=np.float64))
-    if texts:
-        notes.append(f"text, not read: {', '.join(plain(keys[at]) for at in texts)}")
-    kept = [at for at in range(len(keys)) if at not in texts]
-    if not kept:
-        raise InputError("no number in these JSON lines")
-    for at in kept:
-        column = columns[at]
-        assert column is not None
-        infinite = np.flatnonzero(np.isinf(column))
+        found_numbers = [_json_number(v) for v in values]
+        if any(
+            n is None and isinstance(v, str) for n, v in zip(found_numbers, values, strict=True)
+        ):
+            continue
+        columns[at] = np.array(found_numbers, dtype=np.float64)
+        infinite = np.flatnonzero(np.isinf(columns[at]))
         if infinite.size:
-            where = f"row {numbers[infinite[0]]}, {plain(keys[at])}"
+            where = f"row {numbers[infinite[0]]}, {plain(key)}"
             raise InputError(f"{where}: the number is infinite; write null for a missing sample")
+    texts = [plain(key) for at, key in enumerate(keys) if at not in columns]
+    if texts:
+        notes.append(f"text, not read: {', '.join(texts)}")
+    if not columns:
+        raise InputError("no number in these JSON lines")
     return Table(
-        tuple(names[at] for at in kept),
-        tuple(columns[at] for at in kept),
-        tuple(units[at] for at in kept),
+        tuple(names[at] for at in columns),
+        tuple(columns.values()),
+        tuple(units[at] for at in columns),
         time=time,
         notes=tuple(notes),
     )

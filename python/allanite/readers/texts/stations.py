@@ -50,28 +50,22 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     days: list[float] = []
     values: list[list[float]] = []
     whole = False
-    width: int | None = None
-    station: str | None = None
+    width, station = 0, ""
     for number, text in numbered_lines(path):
         if number == 1 and _HEADER.match(text):
             whole = True
             continue
         found = _ROW.match(text)
         cells = [] if found is None else found["rest"].split()
-        if (
-            found is None
-            or len(cells) < (TENV3 if whole else TENV)
-            or len(cells) != (width or len(cells))
-        ):
+        width = width or len(cells)
+        if found is None or len(cells) != width or width < (TENV3 if whole else TENV):
             raise InputError(f"row {number} is not a row of a tenv file: {plain(text, 60)}")
-        width = len(cells)
-        name = text[:4]
-        if station is not None and name != station:
+        station = station or text[:4]
+        if text[:4] != station:
             raise InputError(
-                f"row {number} belongs to station {plain(name)}, earlier rows to {plain(station)}: write one file"
+                f"row {number} belongs to station {plain(text[:4])}, earlier rows to {plain(station)}: write one file"
                 " per station"
             )
-        station = name
         days.append(float(found["day"]))
         try:
             values.append([float(cell) for cell in cells[:TENV]])
@@ -92,7 +86,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         tuple(columns),
         (None,) * 3,
         time=date_times(86400.0 * (np.array(days) - MJD_OF_1970)),
-        notes=(f"positions of the station {plain(station or '')} are in m",),
+        notes=(f"positions of the station {plain(station)} are in m",),
     )
 
 
