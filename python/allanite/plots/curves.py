@@ -210,32 +210,33 @@ def _model_curves(fit: Fit) -> tuple[Array, Array, list[Array]]:
     return factors / data.rate, np.sqrt(total), drawn
 
 
-def allan_panels(fit: Fit, column: int = 0, spans: Sequence[Span] = ()) -> tuple[Panel, ...]:
+def allan_panels(fit: Fit, spans: Sequence[Span]) -> tuple[Panel, ...]:
     """Tuple of two `Panel`: Allan deviation with intervals, model, band and effects; strip of residuals in σ below.
 
-    Only measured points with at least 2 degrees of freedom set the y range; effects may lie outside. `spans` are drawn
-    in both.
+    The y range covers both curves, and upper ends of intervals with at least 2 degrees of freedom; effects may lie
+    outside. `spans` are drawn in both panels.
     """
-    curve = fit.curve
+    curve, band = fit.curve, fit.band
     low, high = interval(curve.measured, curve.edf)
-    marks: list[Mark] = [*spans]
-    band = fit.band
-    marks += [
+    tau, total, drawn = _model_curves(fit)
+    marks: tuple[Mark, ...] = (
+        *spans,
         Band(band.tau, band.low_everywhere, band.high_everywhere, "model", TOGETHER, 0.12),
         Band(band.tau, band.low, band.high, "model", SCATTER, SCATTER_OPACITY),
-    ]
-    tau, total, drawn = _model_curves(fit)
-    for part, values in zip(component_styles(fit), drawn, strict=True):
-        marks.append(Line(tau, values, part.color, part.label, 1.2, part.dash))
-    marks.append(Line(tau, total, "model", "model", 2.2))
-    marks.append(Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high))
+        *(
+            Line(tau, values, part.color, part.label, 1.2, part.dash)
+            for part, values in zip(component_styles(fit), drawn, strict=True)
+        ),
+        Line(tau, total, "model", "model", 2.2),
+        Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high),
+    )
     x = log_axis(TAU, curve.tau)
     # Effects may lie decades below, so only the curve determines the limits.
     sure = curve.edf >= 2.0
     shown = (curve.measured, curve.model, high[sure], 0.5 * curve.measured)
     y = deviation_axis(fit.recording.unit, log_axis("", *shown))
-    panel = Panel(x, y, tuple(marks), 0, column, title="Allan deviation", show_x=False)
-    return panel, _residual_panel(x, curve.tau, curve.z, column, spans)
+    panel = Panel(x, y, marks, title="Allan deviation", show_x=False)
+    return panel, _residual_panel(x, curve.tau, curve.z, 0, spans)
 
 
 def ordinates_between(

@@ -77,7 +77,7 @@ def _fit_figure(
 
     The panels `more` are in a third column.
     """
-    panels = (*allan_panels(fit, 0, tau), *spectrum_panels(fit, 1, frequency, lines), *more)
+    panels = (*allan_panels(fit, tau), *spectrum_panels(fit, 1, frequency, lines), *more)
     figure = Figure(
         f"{recording_text(fit.recording)} · model {fit.model.name}",
         goodness_of_fit_text(fit),

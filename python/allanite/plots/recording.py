@@ -99,7 +99,7 @@ def samples_panel(
     return Panel(x, y, tuple(marks), row, show_x=last)
 
 
-def means_panel(column: Recording, signal: Array | None = None) -> Panel:
+def means_panel(column: Recording, signal: Array | None) -> Panel:
     """`Panel` of the means of 120 segments of one column, which show a drift below the white noise of the samples.
 
     The y axis also covers the means of the `signal` as `signal_line` draws it.

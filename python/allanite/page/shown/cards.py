@@ -173,7 +173,7 @@ def _value_record(
     name: str,
     own: Estimate,
     shown: str,
-    over_all: tuple[float, float] | None = None,
+    over_all: tuple[float, float] | None,
 ) -> dict[str, Any]:
     """Dict of one value of an effect in the unit `shown`, with the texts of its interval or 95 % limit.
 

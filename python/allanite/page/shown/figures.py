@@ -128,7 +128,7 @@ def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
         return replace(
             figure, panels=(replace(panel, y=deviation_axis(figure_unit(tab.log.unit), panel.y)),)
         )
-    panels = allan_panels(fit, 0, tau_spans(fit))
+    panels = allan_panels(fit, tau_spans(fit))
     return Figure("Allan deviation", f"model {fit.model.name}", panels, (3.0, 1.0), kind="fit")
 
 
