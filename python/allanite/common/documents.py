@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.memory import bytes_text
@@ -106,6 +107,12 @@ def fields_dict(record: Any, **keys: str) -> dict[str, Any]:
     """
     named = {keys.get(f.name, f.name): f.name for f in fields(record)}
     return {key: plain_value(getattr(record, name)) for key, name in named.items() if key}
+
+
+def rows_of(**columns: NDArray[Any]) -> list[dict[str, Any]]:
+    """List of dicts for JSON, one per element of the arrays `columns` of one shape: name of the array → element."""
+    rows = zip(*(column.ravel().tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 def plain_value(value: Any) -> Any:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.documents import rows_of
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.common.printing import printed
@@ -93,13 +94,10 @@ class Drawn:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: name, kind, unit, and points, a list of dicts (tau_s, deviation, and low and high if known)."""
-        points = [
-            {"tau_s": float(t), "deviation": float(d)}
-            for t, d in zip(self.tau, self.deviation, strict=True)
-        ]
+        columns = {"tau_s": self.tau, "deviation": self.deviation}
         if self.low is not None and self.high is not None:
-            for point, low, high in zip(points, self.low, self.high, strict=True):
-                point |= {"low": float(low), "high": float(high)}
+            columns |= {"low": self.low, "high": self.high}
+        points = rows_of(**columns)
         return {"name": self.name, "kind": self.kind, "unit": self.unit, "points": points}
 
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.documents import rows_of
+
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
@@ -18,10 +20,7 @@ def rows(fit: Fit) -> list[dict[str, Any]]:
     """List of dicts, one per frequency bin: limits in Hz, ratio of measured to expected power, standard normal score z."""
     low, high = fit.data.bins.limits(fit.data.rate)
     ratio = fit.solution.power / fit.solution.spectrum
-    return [
-        {"low_hz": float(a), "high_hz": float(b), "ratio": float(r), "z": float(z)}
-        for a, b, r, z in zip(low, high, ratio, fit.z, strict=True)
-    ]
+    return rows_of(low_hz=low, high_hz=high, ratio=ratio, z=fit.z)
 
 
 def worst(fit: Fit) -> tuple[float, float] | None:

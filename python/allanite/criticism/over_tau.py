@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.arrays import run_at
+from allanite.common.documents import rows_of
 from allanite.fit.curve import MIN_FAILING_SCORE
 
 if TYPE_CHECKING:
@@ -15,16 +16,10 @@ if TYPE_CHECKING:
 
 def rows(curve: Curve) -> list[dict[str, Any]]:
     """List of dicts, one per averaging time: measured and model deviation, their ratio, standard normal score z."""
-    return [
-        {
-            "tau_s": float(t),
-            "measured": float(a),
-            "model": float(b),
-            "ratio": float(a / b),
-            "z": float(z),
-        }
-        for t, a, b, z in zip(curve.tau, curve.measured, curve.model, curve.z, strict=True)
-    ]
+    ratio = curve.measured / curve.model
+    return rows_of(
+        tau_s=curve.tau, measured=curve.measured, model=curve.model, ratio=ratio, z=curve.z
+    )
 
 
 def worst(curve: Curve) -> tuple[float, float] | None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.arrays import Array, run_at
+from allanite.common.documents import rows_of
 from allanite.common.showing import brief
 from allanite.fit.likelihood.whittle import normal_scores
 
@@ -45,18 +46,11 @@ class TimeMap:
 
     def rows(self) -> list[dict[str, Any]]:
         """List of dicts, one per octave and time segment: their limits (Hz, s), measured over expected power, score z."""
-        return [
-            {
-                "start_s": float(self.start_s[s]),
-                "end_s": float(self.end_s[s]),
-                "low_hz": float(self.low_hz[b]),
-                "high_hz": float(self.high_hz[b]),
-                "ratio": float(self.ratio[b, s]),
-                "z": float(self.z[b, s]),
-            }
-            for b in range(self.low_hz.size)
-            for s in range(self.start_s.size)
-        ]
+        limits = (self.start_s, self.end_s, self.low_hz[:, None], self.high_hz[:, None])
+        start, end, low, high = (np.broadcast_to(each, self.z.shape) for each in limits)
+        return rows_of(
+            start_s=start, end_s=end, low_hz=low, high_hz=high, ratio=self.ratio, z=self.z
+        )
 
     def worst(self) -> tuple[float, float] | None:
         """Pair (start, end), s: segments around the largest |z|; None if this |z| is below 4.6, or without octaves.

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite import _kernels
 from allanite.common.aligned import align_when_unpickled
 from allanite.common.arrays import Array, runs_of
+from allanite.common.documents import rows_of
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.validation import check_size, positive_rate
@@ -272,12 +273,9 @@ class Spectrum:
         return {
             "schema": "allanite/psd/1",
             "sided": "two-sided",
-            "points": [
-                {"frequency_hz": float(f), "density": float(d), "low": float(lo), "high": float(hi)}
-                for f, d, lo, hi in zip(
-                    self.frequency, self.density, self.low, self.high, strict=True
-                )
-            ],
+            "points": rows_of(
+                frequency_hz=self.frequency, density=self.density, low=self.low, high=self.high
+            ),
         }
 
 
