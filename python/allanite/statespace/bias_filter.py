@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.effects.terms import Exponential
+from allanite.statespace.growth import MAX_SAMPLES, variogram_of
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic, Model
@@ -39,8 +40,6 @@ UNKNOWN_BIAS_VARIANCE = 1e6
 LEVEL_HORIZONS = 30
 #: Maximum number of samples of the variogram (32 MB); the segment before aiding is shortened to fit.
 MAX_VARIOGRAM_SAMPLES = 2**22
-#: Maximum number of samples of aiding and coasting.
-MAX_SAMPLES = 2**24
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,11 +208,11 @@ def _aided_gains(F: Array, Q: Array, P: Array, count: int, fix: float) -> tuple[
 
 
 def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -> Array:
-    """True variance of each filter's error due to the noise of a model, shape (c, t), in U² s², for exact fixes.
+    """True variance of the error of c filters after t coasting times, for a model's noise, shape (c, t), U² s².
 
-    Lines count with a random phase and a ramp with its square. Steps, warm-ups and effects of a column do not count,
-    because a filter must subtract them. The bias of a Gauss-Markov filter decays to the mean of the model. If the model
-    has no mean, it decays to the mean over a segment before aiding.
+    The fixes have no error. Lines count with a random phase, a ramp with its square. Steps, warm-ups and effects of a
+    logged column are left out, because the filter is expected to subtract them. A Gauss-Markov bias estimate decays to the
+    mean of the noise. Noise without a mean (a walk) is taken relative to its mean over 30 horizons before aiding.
 
     Parameters
     ----------
@@ -251,7 +250,7 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
     found = -((flat @ gamma[lags]) * flat).sum(axis=1)
     if before:
         share = -loose / before
-        summed = np.concatenate([[0.0], np.cumsum(gamma)])
+        summed = np.cumulative_sum(gamma, include_initial=True)
         across = summed[places + before + 1] - summed[places + 1]
         h = np.arange(1, before)
         within = before * gamma[0] + 2.0 * float((before - h) @ gamma[1:before])
@@ -266,7 +265,7 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
 
 
 def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights: Array) -> Array:
-    """Array, one error per row of `weights`: weighted sum of a known function's integrals over each step, in U s."""
+    """Array, shape (rows,): `weights`, shape (rows, steps), times the integral of a known function over each step, U s."""
     m = round(mission.step * rate)
     signal = effect.signal(np.arange(m * mission.steps) / rate, {})
     return np.asarray(weights @ (signal.reshape(-1, m).sum(axis=1) / rate))
@@ -276,27 +275,24 @@ def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights:
 def _step_variogram(
     terms: tuple[Term, ...], rate: float, m: int, count: int
 ) -> tuple[Array, float]:
-    """Tuple (variogram of u, U² s², shape (count,); a constant, U²). Cached.
+    """Tuple (v, U² s², shape (count,); c, U²) for the noise with these terms, at `rate` Hz. Cached.
 
-    u is the integral of the noise over successive steps of m samples, and its variogram ½ E(u(k+h) − u(k))² at h = 0 …
-    count − 1. The constant, the last value of the variogram of the samples, was subtracted from that variogram before
-    summation.
+    u(k) is the integral of the noise over step k of m samples. v(h) = ½ E(u(k+h) − u(k))² − c (m/rate)², h = 0 …
+    count − 1. c is the variogram of the samples at the longest lag; without c, less cancels.
     """
-    top = m * (count + 1)
-    g = np.zeros(top + 1)
-    for term in terms:
-        g += term.variogram(top + 1)
+    g = variogram_of(terms, m * (count + 1))
     # Weights with the sum 0 ignore a constant; without the constant, little cancels.
     last = float(g[-1])
     g -= last
     # The second difference of `total` is g, an even function.
-    total = np.concatenate([[0.0], np.cumsum(np.cumsum(g))]) - 0.5 * g[0] * np.arange(g.size + 1)
+    total = np.cumulative_sum(np.cumsum(g), include_initial=True)
+    total -= 0.5 * g[0] * np.arange(g.size + 1)
     h = m * np.arange(count)
     return (total[h + m] - 2.0 * total[h] + total[np.abs(h - m)]) / rate**2, last
 
 
 def _line_terms(model: Model, rate: float) -> list[Term]:
-    """List of `Term`: one undamped term of random phase per spectral line of a model."""
+    """List of `Term`, one `Exponential` with |φ| = 1 per spectral line of a model: a sinusoid of random phase."""
     return [
         Exponential(0.5 * amplitude**2, complex(np.exp(2j * np.pi * multiple * (e.base_frequency or 0.0) / rate)))
         for e in model.deterministic
