@@ -52,12 +52,15 @@ def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
 
 
 def is_matlab_json(tree: object) -> bool:
-    """True if a parsed JSON document, or a value in it, is a mapping with a Gyroscope or an Accelerometer (loadparams)."""
+    """True if a parsed JSON document has the form of MATLAB's loadparams files.
+
+    It is a dict with a dict Gyroscope or Accelerometer, or a dict of such dicts.
+    """
     return isinstance(tree, dict) and any(_has_sensor(part) for part in (tree, *tree.values()))
 
 
 def _has_sensor(part: object) -> bool:
-    """True if a JSON value is a mapping with a mapping Gyroscope or Accelerometer."""
+    """True if a parsed JSON value is a dict with a dict under the key Gyroscope or Accelerometer."""
     return isinstance(part, dict) and any(isinstance(part.get(s), dict) for s, _, _ in SENSORS)
 
 
