@@ -77,7 +77,7 @@ def _list_text(words: Sequence[str]) -> str:
 
 
 def _over_axes(number: Agreement, sensor: Sensor) -> str:
-    """Text `` over gyro_x and gyro_y`` that names the axes with a value of the parameter; empty if all axes have one."""
+    """Text `` over gyro_x and gyro_y`` that names the compared axes; empty if they are all axes of the sensor."""
     return (
         "" if len(number.columns) == len(sensor.columns) else f" over {_list_text(number.columns)}"
     )
@@ -102,7 +102,7 @@ def _agreement_text(number: Agreement, sensor: Sensor) -> str:
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:
     """List of texts below a table: failed columns, warnings of the audit, inadequate models, alternative explanations.
 
-    A column without a unit is a remark, too. An inadequate model has only its first failing range or doubt.
+    A column without a unit is a remark, too. For an inadequate model, only its first failing range or doubt is stated.
     """
     out = [f"{name}: not characterized: {why}" for name, why in found.failed.items()]
     warned = merged(f for study in found.studies.values() for f in study.recording.audit)
