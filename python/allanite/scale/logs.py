@@ -48,7 +48,7 @@ FORMULA_STARTS = tuple("=+-@")
 
 
 def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
-    """List of `Path`: logs of a folder, a pattern, a list in a text file or a sequence, sorted by name; or the single log.
+    """List of `Path`: logs of a folder, a pattern, a list in a text file or a sequence, sorted by path; or the single log.
 
     Folders are searched with their subfolders. Hidden files, journals, and tables that have a journal are not logs.
 
@@ -449,7 +449,7 @@ def _answers_of(
 def _answers_by_dask(logs: list[str], setup: Setup, scheduler: str) -> Iterator[Answer]:
     """Yields the `Answer` of each log from workers of a Dask scheduler at this address, in any order.
 
-    Raises `InputError` if no scheduler answers.
+    A log whose worker is lost has a failed row. Raises `InputError` if no scheduler answers.
     """
     from dask.distributed import Client, as_completed
 

@@ -293,7 +293,7 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
 def _biases_by_column(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
     """Dict from the name of a column to the `TurnOn` (mean and spread) of its bias over the logs.
 
-    Columns with fewer than two logs, without a mean in each log, or with several units are omitted.
+    Columns with fewer than two logs, without a finite mean in each log, or with several units are omitted.
     """
     out = {}
     for column in dict.fromkeys(str(row["column"]) for row in rows):

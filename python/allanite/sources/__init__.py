@@ -126,7 +126,7 @@ def _documents_of_file(
 def _documents_of_json_file(path: Path) -> list[dict[str, Any]]:
     """List of model documents (dicts) in a JSON file: model file of allanite, data sheet, or loadparams file of MATLAB.
 
-    The keys show which of the three formats the file has. Raises `InputError` for another format; it names the path.
+    The keys show which of the three formats the file has. Raises `InputError` for another format.
     """
     from allanite.sources.datasheet import TABLES, datasheet_of, documents_of_sheet
     from allanite.sources.matlab_parameters import documents_of_matlab_json, is_matlab_json

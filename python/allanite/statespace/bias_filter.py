@@ -79,14 +79,11 @@ class Errors:
     ----------
     weights : ndarray, shape (c, t, steps)
         Weight of the sensor's integral over each step.
-    fixes : ndarray, shape (c, t, aided)
-        Weight of the error of each fix.
     predicted : ndarray, shape (c, t)
         Variance that the filter predicts.
     """
 
     weights: Array
-    fixes: Array
     predicted: Array
 
 
@@ -117,10 +114,10 @@ def mission_of(horizon: float, rate: float) -> Mission:
     return Mission(step, max(1, aided), coasting)
 
 
-def bias_filter_errors(
-    mission: Mission, walk: ArrayLike, correlation_time: ArrayLike = np.inf, fix: float = 0.0
-) -> Errors:
-    """`Errors`: weights and predicted variances of the coasting errors of c bias filters, each with white noise N = 1.
+def bias_filter_errors(mission: Mission, walk: ArrayLike, correlation_time: ArrayLike) -> Errors:
+    """`Errors`: weights and predicted variances of the coasting errors of c bias filters, with white noise N = 1.
+
+    The fixes of the integral have no error.
 
     Parameters
     ----------
@@ -129,8 +126,6 @@ def bias_filter_errors(
         K/N of a random walk, or q_c/N of a Gauss-Markov bias, 1/s.
     correlation_time : array_like, shape (c,)
         Correlation time of the Gauss-Markov bias, s; infinite for a random walk.
-    fix : float
-        Variance of a fix divided by N², s.
 
     Returns
     -------
@@ -138,12 +133,11 @@ def bias_filter_errors(
     """
     q, T = np.broadcast_arrays(np.atleast_1d(np.asarray(walk, float)), correlation_time)
     F, Q, start = _discrete(q, np.asarray(T, float), mission.step)
-    gains, P = _aided_gains(F, Q, start, mission.aided, fix)
+    gains, P = _aided_gains(F, Q, start, mission.aided)
     size, last = q.size, int(mission.coasting[-1])
     rows = np.zeros((size, mission.coasting.size, 2))
     predicted = np.zeros(rows.shape[:2])
     weights = np.zeros((*rows.shape[:2], mission.steps))
-    fixes = np.zeros((*rows.shape[:2], mission.aided))
     whole = np.broadcast_to(np.eye(2), F.shape)
     for k in range(1, last + 1):
         whole = F @ whole
@@ -154,11 +148,10 @@ def bias_filter_errors(
             weights[:, place, mission.aided : mission.aided + k] = 1.0
     # Back from the last fix: a row of the error's transition, through each update and each step.
     for k in range(mission.aided - 1, -1, -1):
-        fixes[:, :, k] = (rows * gains[k][:, None, :]).sum(axis=2)
-        rows[:, :, 0] -= fixes[:, :, k]
+        rows[:, :, 0] -= (rows * gains[k][:, None, :]).sum(axis=2)
         weights[:, :, k] = rows[:, :, 0]
         rows = rows @ F
-    return Errors(weights, fixes, predicted)
+    return Errors(weights, predicted)
 
 
 def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
@@ -190,19 +183,19 @@ def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
     return F, Q.transpose(2, 0, 1), start
 
 
-def _aided_gains(F: Array, Q: Array, P: Array, count: int, fix: float) -> tuple[Array, Array]:
-    """Tuple (Kalman gains at each fix, shape (count, c, 2), covariance after the last fix, shape (c, 2, 2)).
+def _aided_gains(F: Array, Q: Array, P: Array, count: int) -> tuple[Array, Array]:
+    """Tuple (Kalman gains at each of `count` fixes, shape (count, c, 2), covariance after the last, shape (c, 2, 2)).
 
-    `count` is the number of fixes, `fix` the variance of each. `P` is the first covariance; it is not changed.
+    The states of the c filters are (integral, bias). A fix measures the integral without error, after each step. `P` is
+    the first covariance; it is not changed.
     """
     gains = np.zeros((count, len(F), 2))
     for k in range(count):
         P = F @ P @ F.swapaxes(1, 2) + Q
-        total = P[:, 0, 0] + fix
-        gains[k] = P[:, :, 0] / total[:, None]
+        gains[k] = P[:, :, 0] / P[:, 0, :1]
         P = P - gains[k][:, :, None] * P[:, None, 0, :]
         # After an exact fix the variance of the integral is 0, which rounding would make negative.
-        P[:, 0, 0] = fix * gains[k][:, 0]
+        P[:, 0, 0] = 0.0
         P[:, 0, 1] = P[:, 1, 0]
     return gains, P
 
@@ -275,10 +268,11 @@ def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights:
 def _step_variogram(
     terms: tuple[Term, ...], rate: float, m: int, count: int
 ) -> tuple[Array, float]:
-    """Tuple (v, U² s², shape (count,); c, U²) for the noise with these terms, at `rate` Hz. Cached.
+    """Tuple (v, U² s², shape (count,); c, U²), from which variances of step integrals of the noise follow. Cached.
 
-    u(k) is the integral of the noise over step k of m samples. v(h) = ½ E(u(k+h) − u(k))² − c (m/rate)², h = 0 …
-    count − 1. c is the variogram of the samples at the longest lag; without c, less cancels.
+    u(k) is the integral of the noise over step k of m samples. A sum Σ w(k) u(k) with Σ w = 0 has the variance
+    −Σ w(k) w(l) v(|k − l|). v(h) is the sum of g − c over all pairs of samples of two steps h apart, divided by rate². g is
+    the variogram of the samples, ½ E(x(k+h) − x(k))², and c its value at the longest lag.
     """
     g = variogram_of(terms, m * (count + 1))
     # Weights with the sum 0 ignore a constant; without the constant, little cancels.

@@ -194,10 +194,10 @@ def _fitted_sections(
 
 
 def _start_decays(space: StateSpace, count: int) -> Array:
-    """Start values of 1 − φ for `count` AR(1) processes, log-spaced over the values of the model's AR(1) sections.
+    """Start values of 1 − φ for `count` AR(1) processes u(k+1) = φ u(k) + w, shape (count,), spaced logarithmically.
 
-    Shape (count,). Sections that stay below 2 % of the density at every frequency are ignored, unless all do. Empty if the
-    model has no AR(1) section.
+    They span the values of the model's AR(1) sections that exceed 2 % of the density at some frequency, or of all if none
+    does. Empty if the model has no AR(1) section.
     """
     own = [(1.0 - s.F[0, 0], s) for s in space.sections if s.is_ar1]
     if not own or not count:
@@ -245,6 +245,6 @@ def _density(terms: Sequence[Term], w: Array) -> Array:
 
 
 def _averaging_factors(n: int, per_decade: int) -> Array:
-    """Array: averaging factors from 1 to a tenth of a record of n samples, about `per_decade` per decade."""
+    """Array: averaging factors from 1 to a tenth of n samples (at least to 2), about `per_decade` per decade."""
     top = max(2.0, n / 10.0)
     return np.unique(np.round(np.geomspace(1.0, top, int(per_decade * np.log10(top)) + 2)))

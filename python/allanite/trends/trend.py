@@ -219,6 +219,7 @@ class Trend:
         return with_readable_numbers("\n".join(lines))
 
     def _repr_html_(self) -> str:
+        """HTML text that Jupyter shows: the text of ``print``."""
         return f"<pre>{self}</pre>"
 
 
@@ -619,9 +620,10 @@ def _wave_amplitude(regressed: Regressed, at: int, unit: str) -> Estimate:
 
 
 def _noise_parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float, str], ...]:
-    """Tuple of (name, size, unit) of each part of the noise in the convention of geodesy.
+    """Tuple of (name, size, unit), one per noise process of the model, in the convention of geodesy.
 
-    The unit is U for white noise and U/yr^(−κ/4) for a power law with exponent κ, where U is the unit of the series.
+    The unit is U for white noise and U/yr^(−κ/4) for a power law whose spectrum is f^κ, where U is the unit of the series.
+    `rate` is the sampling rate, Hz.
     """
     names = {
         "angle_random_walk": "white",
