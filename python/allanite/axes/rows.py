@@ -55,7 +55,7 @@ def legend(studies: Mapping[str, Study]) -> str:
 
 
 def convention(fits: Iterable[Fit]) -> str:
-    """Text of sentences on how coefficients compare with values of data sheets; empty without gyroscopes or accelerometers."""
+    """Text of sentences on how coefficients compare with data-sheet values; empty without gyroscopes or accelerometers."""
     inertial = (fit for fit in fits if parse_unit(fit.recording.unit).kind in SI)
     remarks = dict.fromkeys(effect.on_sheets for fit in inertial for effect in fit.model)
     return "; ".join(filter(None, remarks))
