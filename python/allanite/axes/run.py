@@ -103,14 +103,10 @@ def characterize(
         twice = next(name for name in names if names.count(name) > 1)
         raise InputError(f"the column {twice} is in two of the recordings: name the columns apart")
     starts = [model[name] if isinstance(model, Mapping) else model for name in names]
-    found = improve_columns(columns, starts, on_progress, limit, tolerance, seconds, on_study)
-    studies: dict[str, Study] = {}
-    failed: dict[str, AllaniteError] = {}
-    for column, result in zip(columns, found, strict=True):
-        if isinstance(result, AllaniteError):
-            failed[column.columns[0]] = result
-        else:
-            studies[column.columns[0]] = result
+    results = improve_columns(columns, starts, on_progress, limit, tolerance, seconds, on_study)
+    found = dict(zip(names, results, strict=True))
+    studies = {name: one for name, one in found.items() if not isinstance(one, AllaniteError)}
+    failed = {name: one for name, one in found.items() if isinstance(one, AllaniteError)}
     if not studies:
         raise next(iter(failed.values()))
     states = working_states(studies, at_work) if at_work else {}

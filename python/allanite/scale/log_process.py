@@ -176,10 +176,7 @@ class LogProcess:
             rows = [failed_row(path, f"not done after {self._setup.deadline:g} s: {MORE_TIME}")]
             self._end()
             return Answer(path, "", rows)
-        if message is not None:
-            self._why = message["why"]
-        else:
-            self._why = self._ending()
+        self._why = self._ending() if message is None else message["why"]
         self._end()
         return None
 

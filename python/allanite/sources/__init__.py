@@ -129,14 +129,14 @@ def _documents_of_json_file(path: Path) -> list[dict[str, Any]]:
     The keys show which of the three formats the file has. Raises `InputError` for another format.
     """
     from allanite.sources.datasheet import TABLES, datasheet_of, documents_of_sheet
-    from allanite.sources.matlab_parameters import documents_of_matlab_json, is_matlab_json
+    from allanite.sources.matlab_parameters import documents_of_parts, sensor_parts
 
     tree = json_of(path)
     if isinstance(tree, dict) and not str(tree.get("schema")).startswith("allanite/"):
         if any(isinstance(tree.get(table), dict) for table in TABLES):
             return documents_of_sheet(datasheet_of(tree, path.stem), str(path))
-        if is_matlab_json(tree):
-            return documents_of_matlab_json(tree, str(path))
+        if parts := sensor_parts(tree):
+            return documents_of_parts(parts, str(path))
     return _documents_of_record(tree)
 
 
