@@ -148,8 +148,8 @@ def _best_temperature(
     """Tuple (name, R², residual standard deviation, slope) of the logged column that explains most of `means`.
 
     `means` and the dicts of `temperatures` have one entry per log, and each column is a straight-line regressor. R² is
-    corrected for the degrees of freedom. ("", 0, 0, 0) if no column is significant (5 % over all columns), or with fewer
-    than 4 logs.
+    corrected for the degrees of freedom. If no column is significant (5 % over all columns), or with fewer than 4 logs, the
+    tuple is ("", 0, 0, 0).
     """
     from scipy.stats import linregress
 

@@ -211,8 +211,8 @@ def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Mo
 def _as_recorded(samples: Array, known: Mapping[str, Any], step: float | None) -> Array:
     """Array of simulated `samples` as the sensor would record them.
 
-    `known` is the dict of `sample_statistics`. Its mean is added, the sum is rounded to multiples of `step` (unless None),
-    and limited to the values in ``clipped``, the ends of the sensor's range.
+    `known` is the dict of `sample_statistics`. Its mean is added, and the sum is rounded to multiples of `step` (unless
+    None). It is then limited to the values in ``clipped``, the ends of the sensor's range.
     """
     out = samples + float(known.get("mean", 0.0))
     if step is not None:

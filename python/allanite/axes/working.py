@@ -230,9 +230,10 @@ def check_working(quiet: Sequence[Recording], recordings: Sequence[Recording]) -
 def _working_state(fit: Fit, log: Recording) -> Working:
     """`Working`: noise at work of one column, from its fit at rest and its working log.
 
-    N grows by the mean excess of density above the frequencies of motion, up to 10 Hz or twice the end of motion, the
-    larger of both, but at most a quarter of the rate. The model gets a sinusoid of the same rms for each spectral line, and
-    for each band of vibration above this range. Raises `InputError` if the model at rest has no white noise.
+    N grows by the mean excess of density above the frequencies of motion. The range ends at 10 Hz or at twice the end of
+    motion, the larger of both, but at most at a quarter of the rate. The model gets a sinusoid of the same rms for each
+    spectral line, and for each band of vibration above this range. Raises `InputError` if the model at rest has no white
+    noise.
     """
     recording = fit.recording
     model = fit.model.steady((0.0, recording.duration))

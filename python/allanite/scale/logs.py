@@ -175,8 +175,8 @@ def study_columns(study: Study) -> dict[str, Any]:
     """Dict of the entries model, verdict, discrepancy_percent, effects and numbers of a row of the fleet's table.
 
     ``numbers`` is a JSON text: name → [value, low, high, standard error], also of the ``mean`` of the samples. ``effects``
-    is a JSON text: kind of each added effect that is still in the model → its smallest p-value, corrected for at least
-    1000 trials.
+    is a JSON text: kind of each added effect that is still in the model → its smallest p-value. It is corrected for at
+    least 1000 trials.
     """
     from scipy.special import chdtrc
 
@@ -234,8 +234,8 @@ def run_fleet(
 ) -> list[dict[str, Any]]:
     """List of rows, one per axis of every log, each with its own model; the table is also written to `out`.
 
-    Child processes work on the logs. A log has one failed row if it cannot be read, crashes its process, needs more memory
-    than its limit, takes longer than `deadline`, or changes while it is read. The other logs are not affected.
+    Child processes work on the logs. A log has one failed row if it cannot be read or changes meanwhile. The same holds
+    if it crashes its process, needs more memory than its limit, or takes longer than `deadline`. The other logs are not affected.
 
     A journal next to the table stores each finished log. The next run with the same options takes these logs, recognized
     by content, from the journal. It works on all others, including failed ones.

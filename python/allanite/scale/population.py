@@ -335,9 +335,9 @@ def _population(
     """Tuple (`Population` of a parameter over all units, p-value of each unit's deviation, shape (units,)).
 
     `values` are [value, low, high, standard error] of each unit. If all values are positive, they are compared in
-    logarithms, except means. The p-value is that of (value − median)/width under Student's t with half as many degrees of
-    freedom as units (at least 2), or under a normal distribution from 200 units on. The width is the larger of the robust
-    standard deviation on this side of the median, and that of all units combined with the unit's standard error.
+    logarithms, except means. The p-value is two-sided, that of (value − median)/width. The distribution is Student's t with
+    half as many degrees of freedom as units (at least 2), and normal from 200 units on. The width is the larger of two
+    robust standard deviations: that on this side of the median, and that of all units with the unit's own error.
     """
     from scipy.special import ndtr, stdtr
 

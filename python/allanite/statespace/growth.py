@@ -213,8 +213,8 @@ def error_growth(
     Raises
     ------
     InputError
-        No unit or rate, a unit of a magnetic field, a missing value, times that are not positive or too long, or more than
-        64 effects.
+        No unit or rate, a unit of a magnetic field, a missing value, or more than 64 effects. Also times that are not
+        positive or too long.
 
     Examples
     --------

@@ -166,7 +166,8 @@ class Trend:
     def predicted(self, times: float) -> float:
         """Predicted standard error of `rate`, in its unit, for a record that is `times` times as long as this record.
 
-        The longer record is assumed to have the same noise, sampling interval and periodic terms, and no further steps.
+        The longer record is assumed to have the same noise, sampling interval and periodic terms, and no further steps. The
+        uncertainty of the noise, which `rate.std_error` includes, is left out.
         """
         return _predicted_error(self._fitted, self._series, self._functions, times)
 
@@ -294,7 +295,7 @@ def trend(
         Noise model: ``N``, ``B``, ``K``, ``N+B``, ``N+K``, ``N+B+K``, ``PL`` or ``N+PL``. By default all are compared
         and the one with the highest evidence is used.
     progress : callable, optional
-        Called with a column, the number of fits done and the number of all fits.
+        Called with (column, noise models fitted, all noise models to fit), from zero again after each step that is found.
 
     Returns
     -------
@@ -303,7 +304,8 @@ def trend(
     Raises
     ------
     InputError
-        The noise model or `per` is unknown, or a step is outside the record or at the same sample as another.
+        The noise model or `per` is unknown, all samples are equal, or a step is outside the record or at the same sample as
+        another.
     TooShortError
         There are too few samples for the known functions and the noise.
 
@@ -648,9 +650,10 @@ def _noise_parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float
 def _predicted_error(
     best: FittedNoise, series: StampedSeries, functions: Functions, times: float
 ) -> float:
-    """Predicted standard error of the rate for a record that is `times` times as long.
+    """Predicted standard error of the rate for a record that is `times` times as long, under the noise of `best`.
 
-    The times of the samples are repeated; there are no steps after the end of the original record.
+    The times of the samples are repeated; there are no steps after the end of the original record. The uncertainty of the
+    noise is left out.
     """
     whole = int(np.ceil(times))
     step = float(np.median(np.diff(series.times)))
