@@ -235,7 +235,8 @@ def run_fleet(
     """List of rows, one per axis of every log, each with its own model; the table is also written to `out`.
 
     Child processes work on the logs. A log has one failed row if it cannot be read or changes meanwhile. The same holds
-    if it crashes its process, needs more memory than its limit, or takes longer than `deadline`. The other logs are not affected.
+    if it crashes its process, needs more memory than its limit, or takes longer than `deadline`. The other logs are not
+    affected.
 
     A journal next to the table stores each finished log. The next run with the same options takes these logs, recognized
     by content, from the journal. It works on all others, including failed ones.
