@@ -237,7 +237,7 @@ def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
 def _labels_of_model(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
     """Tuple of the label of each effect of a model, in the order of the effects, such as ``SIN`` and ``SIN2``.
 
-    `most` maps each kind to the logarithms of the first shape parameter (such as a frequency) that belong to its labels ``SIN``,
+    `most` maps each kind to the logarithms of the first shape parameter, such as a frequency, for its labels ``SIN``,
     ``SIN2``, …. The assignment has the least sum of distances to these logarithms.
     """
     from scipy.optimize import linear_sum_assignment
