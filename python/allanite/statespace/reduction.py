@@ -138,10 +138,8 @@ def _fitted_sections(
         -1, target.size
     )
     decays = _start_decays(space, count)
-    unit = np.array(
-        [_allan_and_density((Exponential(1.0, 1.0 - g),), m, w) for g in decays]
-    ).reshape(-1, target.size)
-    sizes = np.log(_start_factors(np.vstack([plain, unit]), base, np.exp(target), len(movable)))
+    start = np.vstack([plain, _ar1_curves(decays, m, w)])
+    sizes = np.log(_start_factors(start, base, np.exp(target), len(movable)))
     logs = np.log(decays)
     damping, best = 1e-3, np.inf
 
@@ -151,19 +149,14 @@ def _fitted_sections(
         A curve holds the Allan variance at all m, then the density at all w. `sizes` are the logarithms of the factors by
         which the sections are scaled, `logs` those of 1 − φ of the AR(1) sections.
         """
-        unit = np.array(
-            [_allan_and_density((Exponential(1.0, 1.0 - g),), m, w) for g in np.exp(logs)]
-        ).reshape(-1, target.size)
-        parts = np.exp(sizes)[:, None] * np.vstack([plain, unit])
+        parts = np.exp(sizes)[:, None] * np.vstack([plain, _ar1_curves(np.exp(logs), m, w)])
         total = base + parts.sum(axis=0)
         residuals = weight * (np.log(total) - target)
         return parts, total, residuals, float(residuals @ residuals)
 
     parts, total, residuals, best = evaluate(sizes, logs)
     for _ in range(MAX_ROUNDS):
-        up = np.array(
-            [_allan_and_density((Exponential(1.0, 1.0 - g),), m, w) for g in np.exp(logs + 1e-4)]
-        ).reshape(-1, target.size)
+        up = _ar1_curves(np.exp(logs + 1e-4), m, w)
         moved = np.exp(sizes[len(movable) :])[:, None] * up - parts[len(movable) :]
         jacobian = weight[:, None] * np.vstack([parts, moved / 1e-4]).T / total[:, None]
         normal = jacobian.T @ jacobian
@@ -234,6 +227,12 @@ def _allan_and_density(terms: Sequence[Term], m: Array, w: Array) -> Array:
     The density omits lines and is at least 1e-300.
     """
     return np.concatenate([allan_variance_of(terms, m), _density(terms, w)])
+
+
+def _ar1_curves(decays: Array, m: Array, w: Array) -> Array:
+    """Array, one row per AR(1) process of variance 1 with φ = 1 − decay: Allan variance at all m, then density at all w."""
+    curves = [_allan_and_density((Exponential(1.0, 1.0 - g),), m, w) for g in decays]
+    return np.array(curves).reshape(-1, m.size + w.size)
 
 
 def _density(terms: Sequence[Term], w: Array) -> Array:
