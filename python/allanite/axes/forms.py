@@ -224,26 +224,26 @@ def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
     """List of tuples: labels of the effects of each model; corresponding effects of different axes have the same label.
 
     Several effects of a kind are numbered in the order of their first shape parameter, on the axis with the most effects
-    of this kind. On another axis, each effect gets the label of the effect with the nearest shape parameter.
+    of this kind. The effects of another axis get the labels with the nearest shape parameters (least sum of distances).
     """
-    most: dict[str, list[float]] = {}
+    shapes_of: dict[str, list[float]] = {}
     for model in models:
         for kind in Counter(e.kind for e in model):
             shapes = sorted(_first_shape(e) for e in model if e.kind == kind)
-            most[kind] = max(most.get(kind, []), shapes, key=len)
-    return [_labels_of_model(model, most) for model in models]
+            shapes_of[kind] = max(shapes_of.get(kind, []), shapes, key=len)
+    return [_labels_of_model(model, shapes_of) for model in models]
 
 
-def _labels_of_model(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
+def _labels_of_model(model: Model, shapes_of: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
     """Tuple of the label of each effect of a model, in the order of the effects, such as ``SIN`` and ``SIN2``.
 
-    `most` maps each kind to the logarithms of the first shape parameter, such as a frequency, for its labels ``SIN``,
+    `shapes_of` maps each kind to the logarithms of the first shape parameter, such as a frequency, for its labels ``SIN``,
     ``SIN2``, …. The assignment has the least sum of distances to these logarithms.
     """
     from scipy.optimize import linear_sum_assignment
 
     labels = [effect.short for effect in model]
-    for kind, known in most.items():
+    for kind, known in shapes_of.items():
         places = [i for i, e in enumerate(model) if e.kind == kind]
         own = np.array([_first_shape(model.effects[i]) for i in places])
         for at, number in zip(*linear_sum_assignment(np.abs(own[:, None] - known)), strict=True):

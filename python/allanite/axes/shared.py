@@ -105,14 +105,17 @@ def shared_noise(
         for group in _connected_groups(octaves, _are_neighbors)
     ]
     groups.sort(key=lambda group: min(band.low for _, band in group))
-    named = [_source_of(line.columns, pairs, line) for line, pairs in of_lines.items()]
+    named = [_noise_of_pairs(line.columns, pairs, line) for line, pairs in of_lines.items()]
     return (
         *named,
-        *(_source_of(tuple(c for c in fits if c in _columns_of_pairs(g)), g, None) for g in groups),
+        *(
+            _noise_of_pairs(tuple(c for c in fits if c in _columns_of_pairs(g)), g, None)
+            for g in groups
+        ),
     )
 
 
-def _source_of(
+def _noise_of_pairs(
     columns: tuple[str, ...], pairs: Sequence[_Pair], line: CommonLine | None
 ) -> SharedNoise:
     """`SharedNoise` of `columns` over the octaves of all `pairs`, with the coherence of the clearest pair.
@@ -162,7 +165,7 @@ def _coherence_of_line(
 
     It is 0 if the line is not on both columns.
     """
-    shares = [_power_fraction(line, name, fits[name]) for name in pair if name in line.columns]
+    shares = [_resonance_share(line, name, fits[name]) for name in pair if name in line.columns]
     if len(shares) < 2:
         return 0.0
     data = fits[pair[0]].data
@@ -171,7 +174,7 @@ def _coherence_of_line(
     return float(width @ np.sqrt(shares[0] * shares[1]) / max(width.sum(), 1)) ** 2
 
 
-def _power_fraction(line: CommonLine, column: str, fit: Fit) -> Array:
+def _resonance_share(line: CommonLine, column: str, fit: Fit) -> Array:
     """Share of the fitted spectrum of `column` that a resonance causes, in each bin of the spectrum, shape (bins,).
 
     The resonance is the random process of the line's kind whose band is nearest to the line. If the line is a sinusoid,

@@ -76,7 +76,7 @@ def _list_text(words: Sequence[str]) -> str:
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
-def _over_axes(number: Agreement, sensor: Sensor) -> str:
+def _compared_axes_text(number: Agreement, sensor: Sensor) -> str:
     """Text `` over gyro_x and gyro_y`` that names the compared axes; empty if they are all axes of the sensor."""
     return (
         "" if len(number.columns) == len(sensor.columns) else f" over {_list_text(number.columns)}"
@@ -85,7 +85,7 @@ def _over_axes(number: Agreement, sensor: Sensor) -> str:
 
 def _difference_text(number: Agreement, sensor: Sensor) -> str:
     """Item ``N (p 0.01)`` or ``N (p 0.01 over gyro_x and gyro_y)`` for a list of parameters that differ between axes."""
-    return f"{number.pooled.name} (p {probability_text(number.pooled.p_value, 1)}{_over_axes(number, sensor)})"
+    return f"{number.pooled.name} (p {probability_text(number.pooled.p_value, 1)}{_compared_axes_text(number, sensor)})"
 
 
 def _agreement_text(number: Agreement, sensor: Sensor) -> str:
@@ -96,7 +96,7 @@ def _agreement_text(number: Agreement, sensor: Sensor) -> str:
     unit = "" if value.unit in ("", "1") else f" {printed(value.unit)}"
     assert value.interval is not None
     text = value_and_interval_text(float(value), value.interval)
-    return f"{pooled.name} = {text}{unit}, p {probability_text(pooled.p_value, 1)}{_over_axes(number, sensor)}"
+    return f"{pooled.name} = {text}{unit}, p {probability_text(pooled.p_value, 1)}{_compared_axes_text(number, sensor)}"
 
 
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:

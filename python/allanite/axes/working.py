@@ -328,17 +328,17 @@ def _lines_and_smooth_spectrum(
         middle = float((f[around] @ excess) / excess.sum())
         # A line has two halves of the two-sided density.
         found.append(Line(middle, float(np.sqrt(2.0 * width * excess.sum()))))
-    return tuple(_with_multiples(found, width, rate)), smooth
+    return tuple(_with_harmonics(found, width, rate)), smooth
 
 
-def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
+def _with_harmonics(lines: list[Line], width: float, rate: float) -> list[Line]:
     """List of the `Line` objects, in which each harmonic of the base line gets its order (`multiple`) and `base` frequency.
 
     The base is the line with the most harmonics, folded at half the rate, among the lines; of several, the strongest.
     `width` is the frequency resolution, Hz.
     """
 
-    def multiples(base: Line) -> dict[int, int]:
+    def harmonics_of(base: Line) -> dict[int, int]:
         """Dict from the index of each line that is a harmonic of `base` (up to `MAX_MULTIPLE`) to the lowest such order.
 
         Harmonics above half the sampling rate are folded.
@@ -354,8 +354,8 @@ def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
 
     if len(lines) < 2:
         return lines
-    base = max(lines, key=lambda line: (len(multiples(line)), line.rms))
-    found = multiples(base)
+    base = max(lines, key=lambda line: (len(harmonics_of(line)), line.rms))
+    found = harmonics_of(base)
     return [
         Line(line.frequency, line.rms, found[place], base.frequency) if place in found else line
         for place, line in enumerate(lines)

@@ -145,9 +145,9 @@ class LogProcess:
         Raises `InputError` if the child refuses the setup.
         """
         used = self._process is not None
-        answer = self._try(path)
+        answer = self._answer_or_none(path)
         if answer is None and used:
-            answer = self._try(path)
+            answer = self._answer_or_none(path)
         return answer or Answer(path, "", [failed_row(path, self._why)])
 
     def close(self) -> None:
@@ -156,7 +156,7 @@ class LogProcess:
             self._closed = True
         self._end()
 
-    def _try(self, path: str) -> Answer | None:
+    def _answer_or_none(self, path: str) -> Answer | None:
         """`Answer` of the child for a log; None if no child starts or the log ended the child (reason in `_why`).
 
         A log that exceeds the deadline gets a failed row, and the child is killed.

@@ -132,7 +132,7 @@ def bias_filter_errors(mission: Mission, walk: ArrayLike, correlation_time: Arra
     Errors
     """
     q, T = np.broadcast_arrays(np.atleast_1d(np.asarray(walk, float)), correlation_time)
-    F, Q, start = _discrete(q, np.asarray(T, float), mission.step)
+    F, Q, start = _bias_model(q, np.asarray(T, float), mission.step)
     gains, P = _aided_gains(F, Q, start, mission.aided)
     size, last = q.size, int(mission.coasting[-1])
     rows = np.zeros((size, mission.coasting.size, 2))
@@ -154,7 +154,7 @@ def bias_filter_errors(mission: Mission, walk: ArrayLike, correlation_time: Arra
     return Errors(weights, predicted)
 
 
-def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
+def _bias_model(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
     """Tuple (F, Q, P₀) of the states (integral, bias), each (c, 2, 2): transition, noise of a step, first covariance.
 
     `q` is K/N or q_c/N, 1/s, and `T` the correlation time, s, infinite for a random walk; both have shape (c,).

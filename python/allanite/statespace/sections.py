@@ -101,7 +101,7 @@ def sections_of(terms: Iterable[Term], n: int) -> list[Section]:
         if isinstance(term, Blue):
             out.append(_difference(0.0, term.variance, (term,)))
         elif isinstance(term, RandomWalk):
-            out.append(_walk(term.variance))
+            out.append(_random_walk(term.variance))
         elif isinstance(term, Flicker):
             out += _power_law(-1.0, term.variance, n)
         elif isinstance(term, PowerLaw):
@@ -138,7 +138,7 @@ def _white(variance: float) -> Section:
     return Section(empty, empty, np.zeros(0), empty, (White(variance),), R=max(variance, 0.0))
 
 
-def _walk(step: float) -> Section:
+def _random_walk(step: float) -> Section:
     """Section of a random walk of unknown initial level; `step` is the variance of its steps."""
     one = np.ones((1, 1))
     return Section(one, step * one, np.ones(1), 0.0 * one, (RandomWalk(step),), diffuse=True)
@@ -260,7 +260,7 @@ def _power_law(exponent: float, level: float, n: int) -> list[Section]:
     if level == 0.0:
         return []
     if exponent == -2.0:
-        return [_walk(level)]
+        return [_random_walk(level)]
     if exponent > 0.0:
         bank = _kernels.power_law_bank(exponent - 2.0, n)
         return [_difference(phi, v * level, () if phi else (Blue(v * level),)) for phi, v in bank]
