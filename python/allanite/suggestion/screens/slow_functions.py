@@ -88,7 +88,11 @@ def screen_slow(
         top = int(np.argmax(gain))
         worth = gain[top] >= MIN_SCREEN_GAIN
         simple = (
-            _refitted_candidate(points[top], solution, data, rival, whitened) if worth else None
+            _refitted_candidate(
+                points[top], Family(blank.family, (arcs[-1],)), solution, data, rival, whitened
+            )
+            if worth
+            else None
         )
         if simple is not None and simple.solution is not None:
             placed = has_known_time(simple.solution.effects[-1], data)
@@ -199,14 +203,15 @@ def _significant_richer_forms(
         if not may_become_significant(Family(effect.family, (arc,)), best - plain):
             continue
         # Skip a form that could not be significant by itself, even uncorrected for the other searches of the check.
-        if not may_become_significant(Family(effect.family, (arc * starts,)), best):
+        alone = Family(effect.family, (arc * starts,))
+        if not may_become_significant(alone, best):
             continue
-        if _is_explained_by_better(effect, arc * starts, best, [*others, *found], data):
+        if _is_explained_by_better(effect, alone, best, [*others, *found], data):
             continue
         simple_gain = 0.0 if simple is None else simple.gain
         # One more free time always gains something; the gain over the simple form must be significant.
         least = simple_gain, Family(effect.family, (arc,))
-        candidate = _refitted_candidate(effect, solution, data, rival, whitened, least)
+        candidate = _refitted_candidate(effect, alone, solution, data, rival, whitened, least)
         if candidate is not None and not any(_is_same_event(candidate, c, data) for c in found):
             found.append(candidate)
     return found
@@ -244,7 +249,8 @@ def _several_excursions(
     if several is None:
         return []
     effect, choices = several
-    found = _refitted_candidate(effect, solution, data, rival, whitened)
+    family = Family(first.family, (arc,))
+    found = _refitted_candidate(effect, family, solution, data, rival, whitened)
     if found is None or found.judged_gain is None:
         return []
     return [replace(found, judged_gain=max(0.0, found.judged_gain - choices))]
@@ -260,23 +266,21 @@ def _is_same_event(one: Candidate, other: Candidate, data: Data) -> bool:
 
 def _is_explained_by_better(
     effect: Deterministic,
-    arc: float,
+    family: Family,
     max_gain: float,
     candidates: Sequence[Candidate],
     data: Data,
 ) -> bool:
     """True if a form cannot be significant next to a candidate whose score is 3 nats higher (`with_gains_next_to_best`).
 
-    `arc` is the angle of its grid, `max_gain` its largest ΔlogL.
+    `family` is that of the form alone, `max_gain` its largest ΔlogL.
     """
     max_score = max_gain - effect.numbers * parameter_cost(2.0 * max_gain)
     for other in candidates:
         if other.solution is None or score(other) < max_score + MAX_RIVAL_LOG_EVIDENCE:
             continue
         left = _matched_delta_logl(effect, other.solution, other.solution.noise(data), data)
-        if not may_become_significant(
-            Family(effect.family, (arc,)), (1.0 + MAX_NOISE_REFIT_FRACTION) * left
-        ):
+        if not may_become_significant(family, (1.0 + MAX_NOISE_REFIT_FRACTION) * left):
             return True
     return False
 
@@ -311,6 +315,7 @@ def _with_best_shapes(
 
 def _refitted_candidate(
     effect: Deterministic,
+    family: Family,
     base: Solution,
     data: Data,
     rival: Solution | None,
@@ -322,7 +327,8 @@ def _refitted_candidate(
     It is refuted if logL does not rise, if it contradicts its column at one of two time scales, or if an event rests on
     a few samples. With `over` (ΔlogL, family), the rise above this ΔlogL must be significant (1 %), and the time of the
     event must be known. The candidate's `gain` is the ΔlogL over `base`. Its `judged_gain`, used for the p-value, is at
-    most the ΔlogL over `rival`, the solution with the best slowly drifting random process.
+    most the ΔlogL over `rival`, the solution with the best slowly drifting random process. The rival is skipped if the
+    gain is not significant in the `family` of the effect alone.
     """
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
@@ -332,7 +338,7 @@ def _refitted_candidate(
             refitted.effects[-1], data
         ):
             return None
-    if rival is not None and gain > 0.0:
+    if rival is not None and may_become_significant(family, gain):
         model = rival.model + refitted.model.effects[-1]
         with_rival = solve(data, model, like=rival, polish=False, rounds=4)
         judged = min(gain, with_rival.log_likelihood - rival.log_likelihood)
