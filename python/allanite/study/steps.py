@@ -173,7 +173,12 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
         if promised <= MIN_SCORE_GAIN:
             break
         after = _without_undetected(before, before.after(refitted(fit, model), places))
-        if after is None or lead(after.fit) < least or not no_error_rises(fit, after.fit):
+        if (
+            after is None
+            or lead(after.fit) < least
+            or not no_error_rises(fit, after.fit)
+            or not _new_times_are_known(before, after)
+        ):
             continue
         if (
             score_change(fit, after.fit) > MIN_SCORE_GAIN
@@ -251,6 +256,12 @@ def further_steps(
         added.append(suggestion)
 
 
+def _new_times_are_known(before: State, after: State) -> bool:
+    """True if the times of all steps and events that `after` has and `before` lacks are known (`has_known_time`)."""
+    new = [after.fit.solution.effects[place] for place in after.new_since(before)]
+    return all(has_known_time(own, after.fit.data) for own in new)
+
+
 def _step_with(
     ladder: Sequence[Rung],
     before: State,
@@ -277,8 +288,7 @@ def _step_with(
     risen += delta_logl(added.fit, after.fit)
     first = suggestions[0]
     rung = rung_of(before, after, first.kind, risen, first.trials)
-    new = [rung.fit.solution.effects[place] for place in after.new_since(before)]
-    if not all(has_known_time(own, rung.fit.data) for own in new):
+    if not _new_times_are_known(before, after):
         return None
     return None if is_doubtful_event(before.fit, rung.fit, suggestion) else (rung, suggestions)
 
