@@ -208,21 +208,8 @@ def _density_panel(study: Study, column: int) -> Panel:
 
 
 def _ending_text(study: Any) -> str:
-    """Text: number of added effects, and why the model building ended; says whether a misfit remains.
-
-    The number counts effects of the last model that the first model does not have.
-    """
+    """Text: number of effects in the last model that the first model lacks, and why the model building ended."""
     last, first = (Counter(e.kind for e in fit.model) for fit in (study.fit, study.ladder[0].fit))
     added = (last - first).total()
     what = "no effect" if not added else f"{added} effect{'s' if added > 1 else ''}"
-    if study.adequate:
-        return f"{what} added; the last model agrees with the measurement"
-    if study.verdict == "within tolerance":
-        return f"{what} added; {study.ending}"
-    why = {
-        "nothing helps": "no further effect of the catalog helps",
-        "limit": "stopped at the maximum number of steps",
-        "time": "stopped at the time limit",
-        "interrupted": "interrupted",
-    }
-    return f"{what} added; {why.get(study.stopped_because, study.stopped_because)}; a misfit remains unexplained"
+    return f"{what} added; stopped: {study.ending}"

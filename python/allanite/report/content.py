@@ -435,14 +435,7 @@ def _ending_sections(entry: Entry, at: str) -> list[Block]:
             )
         )
         return out
-    why = {
-        "nothing helps": "No further effect of the catalog helps without worse predictions of unseen data.",
-        "within tolerance": "Model building ended at the requested tolerance.",
-        "limit": "The maximum number of steps was reached, so further effects were not tested.",
-        "time": "The time limit was reached, so further effects were not tested.",
-        "interrupted": "The search was interrupted, so further effects were not tested.",
-    }
-    out.append(Paragraph(why.get(study.stopped_because, study.stopped_because)))
+    out.append(Paragraph(f"The search ended: {study.ending}."))
     out += _failure_blocks(check)
     out += [Paragraph(f"{doubt[0].upper()}{doubt[1:]}.") for doubt in study.doubts]
     if check.significant and len(study.ladder) > 1:

@@ -132,9 +132,9 @@ def rung_of(
 ) -> Rung:
     """`Rung`: step from one state of a search to another.
 
-    Its `added` effect is the first new one of the kind `named`. If none has this kind, it is preferably of a kind that
-    has not left; None without new effects. `risen` (ΔlogL) is needed if the logL of the fits is not comparable; by
-    default it is their difference. `trials` is that of the search.
+    Its `added` effect is the first new one of the kind `named`. If none has this kind, it is the first whose kind is not
+    among the removed effects, or else the first new one; None without new effects. `risen` is the ΔlogL of the step; by
+    default the difference of the two fits. `trials` is the number of independent tests of the search.
     """
     lost = after.lost_since(before)
     removed = tuple(before.fit.model.effects[place].kind for place in lost)
@@ -206,10 +206,10 @@ class Study:
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
-        """Tuple of sentences that say why the last model is not adequate although its check is; empty without doubts.
+        """Tuple of clauses that say why the last model is not adequate although its check is; empty without doubts.
 
-        The Allan error is more than twice its expected scatter, or another model has a score higher by more than 3
-        nats.
+        Possible doubts: the Allan error is more than twice its expected scatter, or another model explains the record
+        better by more than 3 nats.
         """
         found = []
         error = self.fit.error
@@ -228,10 +228,7 @@ class Study:
 
     @property
     def verdict(self) -> str:
-        """Text: ``within tolerance``, ``unexplained``, ``limited by quantization`` or ``adequate``.
-
-        ``unexplained`` also with `doubts`.
-        """
+        """Text: ``within tolerance``, ``unexplained`` (also with `doubts`), ``limited by quantization`` or ``adequate``."""
         if self.stopped_because == "within tolerance":
             return self.stopped_because
         # Doubts take many fits, and matter only if the check is adequate.
@@ -239,7 +236,7 @@ class Study:
 
     @property
     def reason(self) -> str:
-        """Text that names why the search ended: `stopped_because`, or the `verdict` if that is "adequate"."""
+        """Text that names why the search ended: `stopped_because`; the `verdict` if `stopped_because` is "adequate"."""
         return self.verdict if self.stopped_because == "adequate" else self.stopped_because
 
     @property
@@ -372,12 +369,15 @@ class Study:
         """
         if self.stopped_because == "within tolerance":
             return f"within {self.tolerance:g} % (discrepancy {number(self.fit.discrepancy.percent, 2)} %)"
-        if self.stopped_because == "nothing helps" and self.check.significant:
+        if self.stopped_because == "nothing helps" and self.adequate:
+            return self.verdict  # a study of single steps made by hand
+        if self.stopped_because == "nothing helps":
             why: dict[str, str] = {}
             for s in self.check.significant:
                 why.setdefault(s.kind, refusal_reason(self.fit, s.found, s.effect_happens_once))
             refusals = ", ".join(f"{title_of(kind)} {reason}" for kind, reason in why.items())
-            return f"no further effect helps (significant, but refused: {refusals})"
+            refused = f" (significant, but refused: {refusals})" if refusals else ""
+            return f"no further effect helps{refused}"
         steps = len(self.ladder) - 1
         ended = {
             "limit": "the limit of steps was reached",

@@ -58,10 +58,11 @@ def line_distance(one: Effect, other: Effect) -> float:
 
 
 def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> bool:
-    """True if at least half of an effect, or of its moments, lies between the two times of `when`, s.
+    """True if an effect lies mostly between the two times of `when`, s; False for effects without times.
 
-    For a function of time and for a noise level, 90 % of its changes must lie there. A change of level of a band
-    compares the times inside and outside its interval, so either may lie there. False for other effects.
+    "Mostly" is at least half of the single outliers or of the excluded segment. It is 90 % of the energy of a function of
+    time or of the gain of a noise level, relative to the mean elsewhere. For a change of level of one band it is half of
+    the interval, or half of the time outside of the interval.
     """
     first, last = when
     if isinstance(effect, Modifier) and effect.moments:

@@ -121,23 +121,24 @@ class Search:
     def study(self, stop: str) -> Study:
         """`Study` of the checked steps. `stop`, the reason why the search ended, becomes its `stopped_because`.
 
-        If the study has doubts, "nothing helps" replaces "adequate".
+        If the study has doubts, "nothing helps" replaces "adequate". Steps are rearranged by `story`, except after "time"
+        and "interrupted".
         """
         assert self.check is not None
         self.check.fit.forget_check()
-        recording = self.check.fit.recording
-        tried = tried_and_dropped(self.ladder[: self.checked])
+        ladder = tuple(self.ladder[: self.checked])
         study = Study(
-            recording, self._steps(stop), self.check, stop, self.tolerance, tried, self.first_check
+            self.check.fit.recording,
+            ladder if stop in {"time", "interrupted"} else story(ladder),
+            self.check,
+            stop,
+            self.tolerance,
+            tried_and_dropped(ladder),
+            self.first_check,
         )
         if stop == "adequate" and study.doubts:
             return replace(study, stopped_because="nothing helps")
         return study
-
-    def _steps(self, stop: str) -> tuple[Rung, ...]:
-        """Tuple of the checked steps as users read them: rearranged by `story`, except after "time" and "interrupted"."""
-        ladder = self.ladder[: self.checked]
-        return tuple(ladder) if stop in {"time", "interrupted"} else story(ladder)
 
 
 def has_reached_limit(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:

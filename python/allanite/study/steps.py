@@ -111,13 +111,11 @@ def _candidates(check: Check) -> list[Suggestion]:
 
 
 def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) -> Found | None:
-    """Pair (`Rung`, suggestions): step with a suggestion that is not significant but makes a rejected fit adequate.
+    """Pair (`Rung`, suggestions): step with an insignificant suggestion that makes an inadequate fit adequate; or None.
 
-    Or None.
-
-    The suggestion must have a score above 3 nats. None as well if the fit is adequate. The whole curve has shown that
-    an effect is missing, so clear evidence which one suffices.
+    The suggestion must have a score above 3 nats. None if the fit is already adequate, or if no suggestion makes it so.
     """
+    # The whole curve has shown that an effect is missing, so clear evidence which one suffices.
     if check.fit.adequate:
         return None
     for suggestion in check.suggestions:
@@ -214,10 +212,9 @@ def further_steps(
     * if it would remove an effect of the user's model,
     * if it explains the same misfit as one of those `added`, or as one with a higher score,
     * if it ranks above the first of `added`: it was refused,
-    * if the spectrum has changed, and its evidence is not in the mean spectrum or it is an event with p > 1e-4.
+    * if an addition changed the spectrum, and it is an exclusion, a change of level, or an event with p > 1e-4.
 
-    The first condition does not apply to evidence that is not in the mean spectrum. The steps end after one that removes
-    effects.
+    The first condition does not apply to exclusions and changes of level. The steps end after one that removes effects.
     """
     ladder, added, candidates = list(ladder), list(added), _candidates(check)
     unchanged = leaves_others_unchanged(check.fit, ladder[-1])
@@ -271,8 +268,8 @@ def _step_with(
 ) -> Found | None:
     """Pair (`Rung`, suggestions): the step that adds `suggestion`, and all suggestions that it adds; or None.
 
-    None if the step does not help, if too few samples remain, if an event cannot be placed in time or is doubtful, or,
-    with `alone`, if a second effect is needed.
+    None if the step does not help, if too few samples remain, if the time of an event is hardly known, or if an event
+    with p > 1e-4 raises the Allan error. With `alone`, None as well if a second effect is needed.
     """
     try:
         found = _merged_or_added(before, suggestion, check, alone)
@@ -317,16 +314,16 @@ def _merged_or_added(
         risen = delta_logl(fit, after.fit) or risen
     if isinstance(effect, Modifier) and effect.passing:
         return after, risen, (suggestion,)  # the Allan curve does not show when a sensor is loud
-    falls = no_error_rises(fit, after.fit)
+    tolerable = no_error_rises(fit, after.fit)
     # An effect that the excluded samples had hidden is added in the same step.
     hidden = excludes_samples(effect) and allan_error_rises(fit, after.fit)
-    if falls and not hidden and not discrepancy_rises(fit, after.fit):
+    if tolerable and not hidden and not discrepancy_rises(fit, after.fit):
         return after, risen, (suggestion,)
     if alone:
         return None
-    pair = with_second_effect(before, after, check, falls)
+    pair = with_second_effect(before, after, check, tolerable)
     if pair is None:
-        return (after, risen, (suggestion,)) if falls else None
+        return (after, risen, (suggestion,)) if tolerable else None
     both, second = pair
     risen += second.delta_log_likelihood if second.gives_way else delta_logl(after.fit, both.fit)
     # Excluded samples say nothing about the sensor, so an effect is named before them.
@@ -354,10 +351,7 @@ def _merged_and_dropped(
 
 
 def _is_unchanged(before: Fit, after: Fit) -> bool:
-    """True if the model has the same kinds of effects and times of level changes as before and gains less than 3 nats.
-
-    The score does not know the evidence of level changes; `with_merged_levels` has judged new times of them.
-    """
+    """True if both models have the same kinds of effects and times of level changes, and the score gain is below 3 nats."""
     old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
     old_times, new_times = ({e.switches for e in fit.model.modifiers} for fit in (before, after))
     same = old == new and old_times == new_times

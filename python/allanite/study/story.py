@@ -118,10 +118,10 @@ def _fit_of_step(
 def _step_with_record(
     ladder: Sequence[Rung], fit: Fit, new: list[Effect], dropped: list[Effect]
 ) -> Rung:
-    """`Rung` of a fit; its `trials` are those that the search recorded for the kind of the first `new` effect.
+    """`Rung` of the step to `fit` that adds the effects `new` and removes those in `dropped`.
 
-    For exclusions, levels over time and moving bands, which the mean spectrum does not show, `risen` is the recorded
-    ΔlogL as well. Both are None if the search recorded nothing.
+    Its `trials` are those of the first step of `ladder` that added an effect of the kind of `new[0]`. For an exclusion, a
+    change of level or a moving band, `risen` (ΔlogL) is that of the same step; otherwise None.
     """
     known = next((r for r in ladder if any(e.kind == new[0].kind for e in r.new)), None)
     # The mean spectrum does not show exclusions, levels over time and moving bands, so the search's ΔlogL is used.

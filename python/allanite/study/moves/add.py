@@ -80,19 +80,18 @@ def _further_resolved_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, 
 
 
 def with_second_effect(
-    before: State, after: State, check: Check, falls: bool
+    before: State, after: State, check: Check, tolerable: bool
 ) -> tuple[State, Suggestion] | None:
-    """Pair of the `State` with a second effect added to `after` and the suggestion of this effect; or None.
+    """Pair: `State` with a second effect added to `after`, and the suggestion of this effect; or None if none helps.
 
-    `after` is `before` with a first addition. The second effect is needed if the first alone raises an error. No error
-    of the returned state rises beyond its scatter. First, effects that `check` (of `before`) found missing are tried.
-    If the Allan error rises with all of them, `after` is checked, and its suggestions are added or replace the
-    addition; the pair with the lower Allan error is returned. If `falls` (no error of `after` rises beyond its
-    scatter), only that second check is used: the second effect must gain 3 nats, and the discrepancy must not be above
-    that of `before`.
+    `after` is `before` with a first addition that raises an error. No error of the returned state rises beyond its
+    scatter. Significant suggestions of `check` (of `before`) are tried first, then those of a check of `after`, which may
+    also replace the first addition. The pair with the lower Allan error is returned. If `tolerable` (no error of `after`
+    rises beyond its scatter), only the check of `after` is used. Then the second effect must gain 3 nats, and the
+    discrepancy must not rise above that of `before`.
     """
     new = after.fit.model.effects[-1].kind
-    if falls:
+    if tolerable:
         # A suggestion that replaces the addition gets a step of its own.
         additional = [s for s in after.fit.last_check.significant if not s.gives_way]
         pair = _first_tolerable_pair(before, after, additional)
@@ -114,7 +113,8 @@ def _first_tolerable_pair(
     """Pair: `State` with one of the `suggestions` added, and that suggestion; or None.
 
     It is the first suggestion with which the Allan error does not rise, otherwise the first with which no error rises
-    beyond its scatter. Only the first 8 are tried; explained effects and worse predictions are skipped.
+    beyond its scatter. Errors are compared with `before`; `after` lacks the suggestion. Only the first 8 suggestions are
+    tried. Skipped are effects that the model already explains and effects that predict unseen data worse.
     """
     tolerable: tuple[State, Suggestion] | None = None
     for suggestion in suggestions[:MAX_FORMS_TRIED]:

@@ -43,10 +43,12 @@ def without_needless(before: State, after: State, needed: Collection[str]) -> St
 
 
 def without_needless_effects(before: State, after: State, needed: Collection[str]) -> State:
-    """`State` without each effect whose removal raises the score by 0.5 nats, tried from the last but one to the first.
+    """`State` of `after` without its needless effects; `after` itself if all effects are needed.
 
-    An effect of the user's model is dropped only if it was detected before and now explains nothing. The interval of a
-    function of time depends on the slow noise of the user's model, which therefore stays. Kinds in `needed` stay.
+    `before` is the state without the last effect of `after`. The others are tried from the last to the first and dropped
+    if the score rises by more than 0.5 nats. An effect of the user's model is dropped only if it was detected in `before`
+    and its removal lowers logL by less than 0.5. It stays if the last effect is a function of time, whose interval
+    depends on the user's noise. Kinds in `needed` stay.
     """
     state = after
     slow = isinstance(after.fit.model.effects[-1], Deterministic)
@@ -65,11 +67,10 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
 
 
 def _is_line_needed_as_before(before: State, after: State, number: int) -> bool:
-    """True if the effect with this `number` is a line that the model needs as much after the last addition as before it.
+    """True if the effect with this `number` is a line of both states that `after` needs as much as `before`.
 
-    Its removal then gains less than 0.5 nats more than before. False for other effects, and for a new line. A new
-    effect can explain a line only at the frequency of the line, so that the line then explains less already with fixed
-    shapes. This saves a complete fit for each line of a comb.
+    The score gained by its removal, with all shapes fixed, then rises by less than 0.5 nats from `before` to `after`.
+    False for other effects and for new lines. If True, no fit without the line is needed.
     """
     place = after.numbers.index(number)
     if number not in before.numbers or not is_line(after.fit.model.effects[place]):
@@ -106,7 +107,7 @@ def gain_without(fit: Fit, place: int, less: Solution) -> float:
 def _may_be_dropped(fit: Fit, place: int, needed: Collection[str]) -> bool:
     """True if the search may drop the effect at index `place`: removable and not of a `needed` kind.
 
-    An effect whose evidence is not in the mean spectrum, such as an event, must also be undetected.
+    An effect that is not found in the mean spectrum, such as an event or an exclusion, must also be undetected.
     """
     effect = fit.model.effects[place]
     judged = effect.screened in {"spectral", "slow", "line"} or not is_detected(fit, place)
@@ -120,9 +121,9 @@ def _fit_if_needless(fit: Fit, place: int, given: bool) -> Fit | None:
     """
 
     def gains(less: Solution) -> float:
-        """Rise of the score (for a `given` effect, of logL) without the effect, minus its limit, nats.
+        """Amount, nats, by which a solution without the effect exceeds the limit for dropping it; positive if needless.
 
-        Positive if needless.
+        The limit is a score gain of 0.5. For a `given` effect it is a ΔlogL of −0.5.
         """
         if given:
             return less.log_likelihood - fit.solution.log_likelihood + MIN_SCORE_GAIN

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 
 def with_merged_levels(before: State) -> State | None:
-    """`State` in which one effect replaces several changes of level, and includes those still missing; or None.
+    """`State` in which one effect describes all changes of the white-noise level; or None.
 
-    Candidates are what a search finds without the changes, and the changes combined. The one with the highest score of
-    the power of the white noise over time is taken. None if no candidate explains 3 nats more than the changes without
-    the last.
+    It replaces the changes that the search has added, and also contains changes that a new search still finds. It is the
+    effect with the largest ΔlogL less BIC cost, by the white-noise power over time. None if that power is unknown, or if
+    no effect has a ΔlogL 3 nats above that of the added changes without the last one.
     """
     fit = before.fit
     changes, places = _added_level_changes(before)

@@ -77,12 +77,11 @@ def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
     A stack is two or more added random effects that are broad bands, power laws, or of one kind, and of no kind in the
     initial model. The shape replaces the stack if all three conditions hold:
 
-    1. Its log evidence is at least 3 nats higher, without the part that a model discrepancy contributes. Or: an effect
-       of the initial model is detected with the shape but not with the stack, and the gain of the discrepancy rises by
-       less than 3 nats.
-    2. It predicts unseen data as well as the stack. 3. No error rises by more than its scatter, compared with the last
-    fit of `ladder` (oldest first) that has no effect
-       of the kinds of the stack.
+    * Its log evidence is at least 3 nats higher, without the part that a model discrepancy contributes. Or: an effect
+      of the initial model is detected with the shape but not with the stack, and the gain of the discrepancy rises by
+      less than 3 nats.
+    * It predicts unseen data as well as the stack.
+    * No error rises by more than its scatter, compared with the last step of `ladder` without the kinds of the stack.
     """
     fit, effects = before.fit, before.fit.model.effects
     count = Counter(effect.kind for effect in effects)

@@ -65,21 +65,18 @@ def _is_band(effect: Effect, data: Data) -> bool:
 
 
 def _has_moving_frequency(fit: Fit, band: Effect) -> bool:
-    """True if the frequency of `band` changes significantly (1 %) over the record.
-
-    A moving band is as wide as one with side bands.
-    """
+    """True if the center frequency of the fitted `band` changes over the record with a p-value below 1 %."""
     bands = [b for b in bands_that_may_move(fit.solution, fit.data) if b.effect is band]
     found = screen_drifting_bands(bands, fit.solution, fit.data)
     return any((c.log_p_value or 0.0) < np.log(FALSE_ALARM_PROBABILITY) for c in found)
 
 
 def _with_modulated_band(before: State, band: Effect) -> State | None:
-    """`State` in which one band of the model becomes a modulated vibration with the new `band` as a side band; or None.
+    """`State` in which a band of the model becomes a modulated band that has the new `band` as a side band; or None.
 
-    It is the band whose modulation raises the score most; the score may also fall. None if no band can be modulated.
-    Other bands with side bands are modulated as well, and added bands near a side band of the modulated one
-    are removed.
+    Of all bands, the one is taken whose modulation gives the highest score, even if lower than that of `before`. Added
+    bands near its side bands are removed. Other bands that have side bands are modulated as well. None if no band can
+    be modulated.
     """
     fit = before.fit
     effects = fit.model.effects
@@ -104,10 +101,10 @@ def _with_modulated_band(before: State, band: Effect) -> State | None:
 
 
 def _modulated_by(effect: Effect, band: Effect) -> Stochastic | None:
-    """Modulated form of the band `effect` if the weaker `band` may be its side band; or None.
+    """Effect of the catalog that is the band `effect` with the weaker `band` as one of its side bands; or None.
 
-    The distance of the two must be between 6 half-widths of `effect` and half of its lower end. None if `effect` is
-    modulated already.
+    The distance of their centers must be between 6 half-widths of `effect` and half of its lower frequency. None if the
+    distance is outside, if `band` is stronger, or if `effect` has side bands already.
     """
     assert isinstance(effect, Stochastic)
     assert isinstance(band, Stochastic)
@@ -137,16 +134,16 @@ def _modulated_effect(band: Effect, rate: float, depth: float) -> Stochastic | N
 
 
 def _is_side_band(effect: Effect, made: Effect) -> bool:
-    """True if the effect is a band near a side band of the modulated effect `made`."""
-    return isinstance(effect, Stochastic) and any(
-        _is_near_peak(effect, peak) for peak in made.peaks[1:]
+    """True if the effect is a band less than one side band's width away from a side band of the modulated effect `made`."""
+    own = effect.occupies
+    return (
+        isinstance(effect, Stochastic)
+        and own is not None
+        and any(
+            low - (high - low) < own[1] and own[0] < high + (high - low)
+            for low, high in made.peaks[1:]
+        )
     )
-
-
-def _is_near_peak(effect: Effect, peak: tuple[float, float]) -> bool:
-    """True if the band of the effect is at most one width of the `peak` (low, high), Hz, away from this peak."""
-    own, (low, high) = effect.occupies, peak
-    return own is not None and low - (high - low) < own[1] and own[0] < high + (high - low)
 
 
 def _with_harmonics(fit: Fit, effect: Effect) -> Fit:

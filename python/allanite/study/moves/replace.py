@@ -47,14 +47,12 @@ def may_take_the_place(effect: Effect, out: Effect) -> bool:
 
     An event may only replace an event, a filter only a filter or a broad hump, and an effect without a name nothing.
     """
+    # The evidence of an event is not corrected for the many times that were tried.
     event = _is_event(effect) and not _is_event(out)
     filtering = isinstance(effect, Modifier) and not (isinstance(out, Modifier) or is_broad(out))
     return not (event or filtering or effect.nameless)
 
 
 def _is_event(effect: Effect) -> bool:
-    """True if the effect is a function of time that happens once.
-
-    The evidence of such an effect is not corrected for the many times that were tried.
-    """
+    """True if the effect is a one-time function of time, such as a step or an excursion."""
     return isinstance(effect, Deterministic) and effect.happens_once
