@@ -261,11 +261,14 @@ class Study:
     def left(self) -> list[str]:
         """List of sentences about what the last model does not explain; empty if the model suffices.
 
-        If no view (τ, frequency, time) fails and there is no doubt, one sentence says so.
+        Without a failing view (τ, frequency, time) and a doubt, one sentence says what is missing. So does the last one
+        if the search ended early. Otherwise `ending` names the effects that were refused.
         """
         if self._is_good_enough:
             return []
-        return [*self.check.left, *self.doubts] or [self.check.nowhere]
+        found = [*self.check.left, *self.doubts]
+        unnamed = self.check.significant and self.stopped_because != "nothing helps"
+        return [*found, self.check.nowhere] if unnamed or not found else found
 
     @property
     def unexplained(self) -> dict[str, Any]:

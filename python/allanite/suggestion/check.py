@@ -119,7 +119,7 @@ class Check:
             return "no view fails significantly"
         if self.significant:
             names = dict.fromkeys(self.fit.display_name(s.effect) for s in self.significant)
-            return f"no view fails significantly, but significantly missing: {', '.join(names)}"
+            return f"significantly missing: {', '.join(names)}"
         return (
             "no single τ, frequency or time stands out, but the whole curve differs significantly"
         )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.study import Rung, Study
 
 RATE, N, LEVEL = 100.0, 60_000, 0.01
 FREQUENCY = np.fft.rfftfreq(N, 1.0 / RATE)
@@ -152,7 +153,10 @@ def test_what_is_said_where_no_view_fails_follows_from_the_verdict():
     fit = al.AngleRandomWalk().fit(truth.simulate(duration=300, rate=10, seed=1))
     check = fit.check()
     assert not check.adequate
-    assert "significantly missing" in check.nowhere
+    assert check.nowhere == "significantly missing: sinusoid"
+    # A search that ended early has not refused the effect, so that no other sentence names it.
+    study = Study(fit.recording, (Rung(fit),), check, "time")
+    assert study.left[-1] == check.nowhere
     bare = replace(check, suggestions=())
     assert bare.adequate or "whole curve" in bare.nowhere
 
