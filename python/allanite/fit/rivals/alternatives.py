@@ -133,7 +133,7 @@ def fit_replacement(
         best = best_of_kinds(slow_scans(base, data, lambda b: isinstance(b, cls))).get(cls.kind)
         if best is None or base.log_likelihood + best[0] < min_log_likelihood:
             return None
-        return solve(data, base.model + best[1], like=base, rounds=3, polish=False)
+        return solve(data, base.model + best[1], like=base, settled=len(base.model), rounds=4)
     return None
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, combinations_with_replacement
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -265,8 +265,10 @@ class _PairSearch:
         target = base.ordinates[j] / np.sqrt(base.noise(self.data).variance(j))
         blocks = [(points, unit, unit @ target) for points, _, unit in scans]
         found = []
-        for (ones, u, z), (others, v, w) in combinations(blocks, 2):
-            if ones[0].kind == others[0].kind or not self._has_rival(ones[0], others[0]):
+        for (ones, u, z), (others, v, w) in combinations_with_replacement(blocks, 2):
+            # Two steps of different heights look like an excursion. Other effects are no two of a kind.
+            alike = ones[0].kind == others[0].kind and not (self.out.returns and ones[0].lasting)
+            if alike or not self._has_rival(ones[0], others[0]):
                 continue
             shared = u @ v.T
             free = np.maximum(1.0 - shared**2, MIN_ORTHOGONAL_ENERGY)
