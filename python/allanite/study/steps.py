@@ -214,14 +214,15 @@ def further_steps(
     * if it ranks above the first of `added`: it was refused,
     * if an addition changed the spectrum, and it is an exclusion, a change of level, or an event with p > 1e-4.
 
-    The first condition does not apply to exclusions and changes of level. The steps end after one that removes effects.
+    The first condition does not apply to exclusions and changes of level. The steps end after one that removes effects or
+    excludes a segment, in which others may have been found.
     """
     ladder, added, candidates = list(ladder), list(added), _candidates(check)
     unchanged = leaves_others_unchanged(check.fit, ladder[-1])
     first = min((at for at, s in enumerate(candidates) if s in added), default=0)
     for suggestion in candidates[first:]:
         before = ladder[-1]
-        if before.removed:
+        if before.removed or any(excludes_samples(e) and e.when for e in before.new):
             return
         elsewhere = excludes_or_changes_level(suggestion.effect)
         # The p-value of an event depends on the noise, which an addition may change.
@@ -278,7 +279,7 @@ def _step_with(
     if found is None:
         return None
     added, risen, suggestions = found
-    after = _merged_and_dropped(ladder, before, added, check, alone)
+    after = _merged_and_dropped(ladder, before, added, check)
     if after is None or _is_unchanged(before.fit, after.fit):
         return None
     # The likelihoods of other samples, of levels and of moving bands are not comparable: the check compared them.
@@ -332,15 +333,12 @@ def _merged_or_added(
 
 
 def _merged_and_dropped(
-    ladder: Sequence[Rung], before: State, added: State, check: Check, alone: bool
+    ladder: Sequence[Rung], before: State, added: State, check: Check
 ) -> State | None:
-    """`State` after the merges and drops that an addition makes possible; None if noise levels must merge and cannot.
-
-    With `alone`, excursions are not merged: effects that the model lacks may still hide or imitate further ones.
-    """
+    """`State` after the merges and drops that an addition makes possible; None if noise levels must merge and cannot."""
     after = added
     new = [added.fit.model.effects[place] for place in added.new_since(before)]
-    if not alone and any(effect.returns for effect in new):
+    if any(effect.returns for effect in new):
         after = with_all_excursions(after, check.suggestions) or after
     if any(isinstance(effect, Modifier) and effect.passing for effect in new):
         if must_merge_levels(after):

@@ -26,7 +26,7 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
 
     A search that never dropped an added effect, and never raised an error beyond its scatter, is returned unchanged.
     Otherwise each step adds the effect that raises logL most and does not raise the Allan error, or else raises no
-    error beyond its scatter. If there is none, all remaining effects are added at once. Samples are excluded first. An
+    error beyond its scatter. If there is none, all remaining effects are added at once. Samples are excluded first. Then an
     initial effect that the last model lacks is dropped as soon as the evidence is not lower without it.
     """
     if _is_direct(ladder):
@@ -40,7 +40,10 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
         tolerable: list[tuple[Effect, Fit, list[Effect]]] = []
         for effect in masks[:1] or _sorted_by_delta_logl(before, kept, leaving, new):
             fit, dropped = last, leaving
-            if len(new) > 1:
+            if masks and len(new) > 1:
+                # A process of the first model may stand for an event that is added after the exclusions.
+                fit, dropped = refitted(before, Model((*kept, effect, *leaving))), []
+            elif len(new) > 1:
                 fit, dropped = _fit_of_step(before, [*kept, effect], leaving)
             if masks or len(new) == 1 or no_error_rises(before, fit):
                 tolerable.append((effect, fit, dropped))

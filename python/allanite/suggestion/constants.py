@@ -157,10 +157,6 @@ MAX_STEP_TIME_ERROR = 0.02
 #: least the length of one cell, and outliers closer than one cell form one cluster.
 #: Basis: judgment; the clusters are needed for a tap that had been called a resonance.
 LEVEL_CELLS = 256
-#: Unit: fraction. Minimum part of the samples that differ from the previous sample. With fewer, the noise level depends on
-#: the bias, and changes of the level are not searched.
-#: Basis: noise that is rounded to three of its standard deviations.
-MIN_CODE_CHANGE_FRACTION = 0.25
 #: Unit: fraction of the record. Minimum length of the interval of a change of a band's level, and of the time outside it.
 #: Basis: judgment; a shorter ringing is a disturbance.
 MIN_BAND_LEVEL_FRACTION = 1.0 / 64.0

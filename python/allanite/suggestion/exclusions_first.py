@@ -16,6 +16,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
 from allanite.suggestion.constants import (
     LEVEL_CELLS,
+    MAIN_SHARE,
     MAX_EXPLAINED_REMAINDER,
     MIN_DISTURBANCE_DELTA_LOGL,
     MIN_OUTLIERS_PER_CLUSTER,
@@ -25,9 +26,11 @@ from allanite.suggestion.screens.exclusions import (
     end_outlier_scores,
     excludes_only_ends,
 )
+from allanite.suggestion.screens.level_changes import level_series
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.result import Fit
     from allanite.suggestion.suggest import Suggestion
 
@@ -46,7 +49,8 @@ def _disturbance_goes_first(out: Suggestion, found: list[Suggestion], fit: Fit) 
     """True if the suggestion `out` excludes a significant disturbance and must be added before all others in `found`.
 
     This holds if no other significant event in time explains its segment. Separate levels of the octaves in the segment
-    raise logL. An event explains the segment if it lowers this rise below 14 nats or below 10 %, the larger limit.
+    raise logL. An event explains the segment if it lowers this rise below 14 nats or below 10 % (half for single
+    outliers), the larger limit.
     Always True for a significant stuck value; never for an insignificant disturbance or one without times.
     """
     effect, data = out.effect, fit.data
@@ -60,13 +64,23 @@ def _disturbance_goes_first(out: Suggestion, found: list[Suggestion], fit: Fit) 
         """ΔlogL of separate noise levels of each octave in the segment, for samples whitened by the model of `one`."""
         return delta_logl_of_separate_levels(whiten(one.solution, one.data), first, last)
 
-    # Stationary noise of any spectrum is equally loud at all times, up to a few nats by chance.
-    enough = max(MAX_EXPLAINED_REMAINDER * remaining_delta_logl(fit), MIN_DISTURBANCE_DELTA_LOGL)
-    return not any(
-        remaining_delta_logl(one.found) < enough
-        for one in found
-        if one.significant and one is not out and acts_in_time(one.effect)
-    )
+    risen = remaining_delta_logl(fit)
+
+    def explains(one: Suggestion) -> bool:
+        """True if too little evidence of the disturbance remains under the model of `one`."""
+        share = MAIN_SHARE if _is_scattered(one.effect, data) else MAX_EXPLAINED_REMAINDER
+        # Stationary noise of any spectrum is equally loud at all times, up to a few nats by chance.
+        return remaining_delta_logl(one.found) < max(share * risen, MIN_DISTURBANCE_DELTA_LOGL)
+
+    others = (s for s in found if s.significant and s is not out and acts_in_time(s.effect))
+    return not any(map(explains, others))
+
+
+def _is_scattered(effect: Effect, data: Data) -> bool:
+    """True if the effect excludes outliers with fewer than 4 samples per cluster: jumps and spikes, not shaking."""
+    if not isinstance(effect, Modifier) or not effect.removes or effect.when is not None:
+        return False
+    return not _is_clustered(effect.missing(data.n, data.rate))
 
 
 def _outliers_go_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
@@ -120,16 +134,41 @@ def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
 
     The best one has the highest score. False without a significant process or filter.
     """
-    stationary = [s for s in found if s.significant and not acts_in_time(s.effect)]
-    if not stationary:
+    best = _best_process(found)
+    if best is None:
         return False
-    best = max(stationary, key=lambda s: s.score)
     without = out.found.solution
     both = solve(out.found.data, without.model + best.effect, like=without)
     return (
         both.log_likelihood - without.log_likelihood
         < MAX_EXPLAINED_REMAINDER * best.delta_log_likelihood
     )
+
+
+def _best_process(found: list[Suggestion]) -> Suggestion | None:
+    """Significant process or filter with the highest score; None without one."""
+    stationary = [s for s in found if s.significant and not acts_in_time(s.effect)]
+    return max(stationary, key=lambda s: s.score, default=None)
+
+
+def explained_by_process(level: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+    """True if a change of level loses half of its ΔlogL next to the best significant process or filter in `found`.
+
+    A missing band makes up most of the whitened power, so that a change of the band looks like a change of all noise.
+    """
+    best, effect = _best_process(found), level.effect
+    if best is None or not isinstance(effect, Modifier) or effect.band is not None:
+        return False
+
+    def delta_logl(one: Fit) -> float:
+        """ΔlogL of the change of level in the power over time of a record whitened by the model of `one`."""
+        series = level_series(one.solution, one.data, whiten(one.solution, one.data))
+        if series is None:
+            return 0.0
+        white = effect.gain(series.times, one.data.covariates)
+        return series.delta_logl(white**2)
+
+    return delta_logl(best.found) < MAIN_SHARE * delta_logl(fit)
 
 
 def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:

@@ -16,10 +16,10 @@ from allanite.effects import Modifier
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.suggestion.constants import MIN_OVERDISPERSION_LEVEL_FIRST, MIN_SCORE_GAIN
 from allanite.suggestion.exclusions_first import (
-    acts_in_time,
     changes_level,
     excludes_or_changes_level,
     excludes_segment,
+    explained_by_process,
     goes_first,
     is_far_ahead,
 )
@@ -46,28 +46,30 @@ def in_order(
     """Tuple of the suggestions in ranked order, significant ones first; `rivals` of each is filled.
 
     Within significant ones, exclusions that go first (`goes_first`) lead. If `overdispersion` (that of the spectrum, 1
-    for a steady record) is above 1.1, changes of level follow. Otherwise the score decides. Other excluded segments are
-    omitted.
+    for a steady record) is above 1.1, changes of level follow that no process explains. Otherwise the score decides.
+    Other excluded segments are omitted.
     """
     judged = list(found)
-    first = [s for s in judged if goes_first(s, judged, fit)]
-    # A disturbance that something else explains is not suggested.
-    judged = [s for s in judged if s in first or not excludes_segment(s.effect)]
+    # A disturbance that something else explains is not suggested, and delays no outliers.
+    judged = [s for s in judged if not excludes_segment(s.effect) or goes_first(s, judged, fit)]
+    first = [s for s in judged if excludes_segment(s.effect) or goes_first(s, judged, fit)]
+    levels = [s for s in judged if s.significant and changes_level(s.effect)]
+    alone = [s for s in levels if not explained_by_process(s, judged, fit)]
 
     def key(one: Suggestion) -> tuple[bool, int, float]:
         """Sort key (significant, class, score) of a suggestion; the highest comes first.
 
-        Class 3: exclusions that go first. 2: changes of level in an overdispersed spectrum. 0: other exclusions and
-        changes of level, except changes of the level of all frequencies that are far ahead. 1: all others.
+        Class 4: disturbances that go first, whose loudest samples would be outliers. 3: outliers that go first. 2: changes
+        of level in an overdispersed spectrum. 0: other exclusions and changes of level, except changes of the level of
+        all frequencies that are far ahead. 1: all others.
         """
-        effect = one.effect
         if one in first:
-            place = 3
-        elif changes_level(effect) and overdispersion > MIN_OVERDISPERSION_LEVEL_FIRST:
+            place = 3 + excludes_segment(one.effect)
+        elif one in alone and overdispersion > MIN_OVERDISPERSION_LEVEL_FIRST:
             place = 2
         else:
-            white = changes_level(effect) and isinstance(effect, Modifier) and effect.band is None
-            waits = acts_in_time(effect) and isinstance(effect, Modifier)
+            white = one in alone and isinstance(one.effect, Modifier) and one.effect.band is None
+            waits = excludes_or_changes_level(one.effect)
             place = int(not waits or (white and is_far_ahead(one, judged)))
         return one.significant, place, one.score
 

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import allanite as al
 import generators as g
@@ -189,3 +190,71 @@ def test_an_added_effect_that_is_not_detected_leaves():
     study = al.improve(al.Recording(x, rate=rate, unit="deg/s"), "N")
     for values in study.fit.estimates:
         assert all(getattr(value, "detected", True) for value in values.values()), study
+
+
+def _band_louder_by_day(seed: int, n: int) -> np.ndarray:
+    """Samples of white noise and of a resonance at 0.3 of the rate, whose amplitude rises and falls once."""
+    rng = np.random.default_rng(seed)
+    turn = 2.0 * np.pi * 0.3 / 8.0
+    damping = turn / 10.0
+    poles = [1.0, -2.0 * np.exp(-damping) * np.cos(turn), np.exp(-2.0 * damping)]
+    band = lfilter([1.0], poles, rng.standard_normal(8 * n))[::8]
+    day = np.clip(np.sin(2.0 * np.pi * (np.arange(n) / n - 0.3)), 0.0, None)
+    return rng.standard_normal(n) + band / band.std() * (0.2 + 3.0 * day)
+
+
+@pytest.mark.slow
+def test_a_missing_band_goes_before_the_level_that_it_changes():
+    x = _band_louder_by_day(2, 100_000)
+    check = al.fit_model(al.Recording(x, rate=10.0, unit="deg/s"), "N").check()
+    kinds = [s.kind for s in check.significant]
+    assert kinds[0] == "resonance"
+    assert "noise_levels" in kinds
+
+
+@pytest.mark.slow
+def test_phase_jumps_are_outliers_and_neither_disturbance_nor_level():
+    rng = np.random.default_rng(1)
+    n = 40_000
+    x = np.cumsum(0.2 * rng.standard_normal(n)) + rng.standard_normal(n)
+    for jump in (5000, 14_000, 23_000, 23_400, 35_000):
+        x[jump + 1 :] += 1000.0
+    study = al.improve(al.Recording(x, rate=1.0, unit="s", quantity="angle"), "Q+F+N+B+K")
+    assert [e.kind for e in study.fit.model][5:] == ["outliers"]
+
+
+@pytest.mark.slow
+def test_rounding_to_five_standard_deviations_is_no_change_of_level():
+    rng = np.random.default_rng(1)
+    n = 40_000
+    drift = np.cumsum(5e-4 * rng.standard_normal(n))
+    x = np.round(0.42 + drift + 0.2 * rng.standard_normal(n))
+    check = al.fit_model(al.Recording(x, rate=10.0, unit="deg/s"), "N+B+K").check()
+    assert not any(getattr(s.effect, "passing", False) for s in check.suggestions)
+
+
+def test_two_steps_of_different_heights_may_replace_an_excursion():
+    rng = np.random.default_rng(1)
+    n = 20_000
+    at = np.arange(n) / n
+    x = rng.standard_normal(n) + 0.2 * (at > 0.3) - 0.5 * (at > 0.7)
+    fit = al.fit_model(al.Recording(x, rate=10.0, unit="deg/s"), "N+EXC(start=600,end=1400)")
+    best = fit.alternative_pairs(1)[0]
+    assert best.kinds == ("bias_step", "bias_step")
+    assert best.evidence > 10.0
+
+
+@pytest.mark.long
+def test_three_shakings_are_three_disturbances():
+    rng = np.random.default_rng(1)
+    n, rate = 12_000, 50.0
+    at = np.arange(n) / rate
+    x = 0.02 * rng.standard_normal(n) + 0.02 * (at > 100.0) - 0.03 * (at > 180.0)
+    for start, duration in ((40.0, 1.0), (99.5, 1.5), (180.0, 1.2)):
+        shaken = (at > start) & (at < start + duration)
+        x[shaken] += 0.6 * rng.standard_normal(shaken.sum())
+    record = al.Recording(x, rate=rate, unit="deg/s")
+    study = al.improve(record, "N+B+K", limit=3)
+    assert [e.kind for e in study.fit.model].count("disturbance") == 3
+    # The random walk stands for the steps as long as samples are excluded, so that no step drops it.
+    assert not any(rung.removed for rung in study.ladder)

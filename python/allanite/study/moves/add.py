@@ -92,8 +92,9 @@ def with_second_effect(
     """
     new = after.fit.model.effects[-1].kind
     if tolerable:
-        # A suggestion that replaces the addition gets a step of its own.
-        additional = [s for s in after.fit.last_check.significant if not s.gives_way]
+        # A suggestion that replaces the addition gets a step of its own, and so do further exclusions.
+        found = after.fit.last_check.significant
+        additional = [s for s in found if not (s.gives_way or excludes_samples(s.effect))]
         pair = _first_tolerable_pair(before, after, additional)
         if pair is None or discrepancy_rises(before.fit, pair[0].fit):
             return None

@@ -34,6 +34,7 @@ from allanite.suggestion.p_values import (
     refined_interval,
 )
 from allanite.suggestion.screens.exclusions import octaves_of
+from allanite.suggestion.screens.level_changes import is_deformed_by_rounding
 from allanite.suggestion.screens.spectral import Candidate, bands_overlap
 
 if TYPE_CHECKING:
@@ -64,11 +65,12 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     """Refitted `Candidate` for the frequency band whose level differs most between one time interval and all other times.
 
     The bands of the model's processes are searched first, octaves only if none is significant. None for a summary, for
-    a p-value above 1 %, and for an interval shorter than 1/64 of the record or longer than 63/64. None as well if the
-    band has a change of level, if another remains after this one, or if the factor is within its error of 1.
+    coarsely rounded samples, for a p-value above 1 %, and for an interval shorter than 1/64 of the record or longer than
+    63/64. None as well if the band has a change of level, if another remains after this one, or if the factor is within
+    its error of 1.
     """
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "band level"]
-    if not kinds or whitened.samples.size < data.n:
+    if not kinds or whitened.samples.size < data.n or is_deformed_by_rounding(data):
         return None  # a summary keeps no samples
     whitened = whitened.with_normal_tails
     ordinates = _kernels.cosine_transform(whitened.samples)

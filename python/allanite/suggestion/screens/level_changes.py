@@ -13,12 +13,12 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.changing_power import mean_squared_level, peak_level
 from allanite.fit.likelihood.whitened import end_samples, white_power, whiten
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
+from allanite.recording.audit import MAX_ROUNDING_SHARE
 from allanite.recording.tails import coarse_step
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     LEVEL_CELLS,
     MAIN_SHARE,
-    MIN_CODE_CHANGE_FRACTION,
     MIN_POWER_VALUES,
     MIN_SCREEN_GAIN,
 )
@@ -125,7 +125,7 @@ def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series |
     """
     calm = whitened.without_outliers
     power, share, freedom = white_power(solution, data, calm)
-    if power is None or power.size < MIN_POWER_VALUES or _rarely_changes_code(data):
+    if power is None or power.size < MIN_POWER_VALUES or is_deformed_by_rounding(data):
         return None
     steady = whitened.with_normal_tails
     judged = power if steady is calm else white_power(solution, data, steady)[0]
@@ -155,12 +155,10 @@ def _repeats_waveform(candidate: Candidate, data: Data, whitened: Whitened) -> b
     return max(alike) > MAIN_SHARE * excess
 
 
-def _rarely_changes_code(data: Data) -> bool:
-    """True if the samples are quantized and fewer than a quarter of neighboring samples differ."""
+def is_deformed_by_rounding(data: Data) -> bool:
+    """True if rounding makes up so much of the white variance that the noise level depends on the bias."""
     seen = data.samples if data.missing is None else data.samples[~data.missing]
-    return (
-        coarse_step(seen) > 0.0 and float(np.mean(np.diff(seen) != 0.0)) < MIN_CODE_CHANGE_FRACTION
-    )
+    return coarse_step(seen) ** 2 / 12.0 > MAX_ROUNDING_SHARE * 0.5 * float(np.var(np.diff(seen)))
 
 
 def _makes_power_steadier(candidate: Candidate, data: Data, series: Series) -> bool:

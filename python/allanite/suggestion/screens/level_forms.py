@@ -90,6 +90,12 @@ class Series:
         """
         return max(1e-6, 1.0 + (ratio - 1.0) / self.share)
 
+    def delta_logl(self, white: Array) -> float:
+        """ΔlogL, nats, of a white-noise power proportional to `white`, shape (k,), over a constant one; may be negative."""
+        expected = 1.0 + self.share * (white / white.mean() - 1.0)
+        logs = np.log(expected).mean() + np.log((self.judged / expected).mean())
+        return float(-0.5 * self.freedom * self.judged.size * (logs - np.log(self.judged.mean())))
+
 
 def series_of(
     power: Array, judged: Array, freedom: float, share: float, span: tuple[float, float]
