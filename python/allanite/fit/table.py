@@ -17,6 +17,7 @@ from allanite.common.printing import printed
 from allanite.common.showing import aligned_lines, heading
 from allanite.common.units import coefficient_unit, conversion
 from allanite.effects.sheet_units import in_sheet_unit, sheet_unit
+from allanite.fit.measures import MIN_ADEQUATE_P
 from allanite.fit.models import parameter_label
 
 if TYPE_CHECKING:
@@ -120,11 +121,13 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
     words = (
         ("adequate" if whole else "not rejected by χ² alone") if fit.adequate else "not adequate"
     )
-    if m.is_too_small:
-        words += " (χ² is smaller than that of noise)"
+    if not fit.adequate:
+        words += _reason(fit)
     if fit.adequate and fit.limited_by_quantization:
         words += ", limited by quantization"
-    line = f"χ²/dof = {m.reduced:.2f} ({m.chi2:.0f}/{m.dof}), {p_text(m.p_value)}: {words}"
+    # Several tests share a false-alarm probability of 1 %. A p-value between its part and 1 % looks like a rejection.
+    limit = f" (limit {MIN_ADEQUATE_P})" if MIN_ADEQUATE_P <= m.p_value < 0.01 else ""
+    line = f"χ²/dof = {m.reduced:.2f} ({m.chi2:.0f}/{m.dof}), {p_text(m.p_value)}{limit}: {words}"
     if e.adev_rms_percent is not None and e.chance_rms_percent is not None:
         line += (
             f"; Allan deviation: residual {number(e.adev_rms_percent, 2)} % rms"
@@ -141,6 +144,20 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
         where = " and ".join(f"{low:.3g}–{high:.3g}" for low, high in fit.not_judged)
         line += f"; not judged: {where} Hz, where a filter removed more than 99.99 % of the power"
     return line
+
+
+def _reason(fit: Fit) -> str:
+    """Text in parentheses, with a leading blank: why a fit is not adequate although its χ² is not too large.
+
+    Empty if χ² is too large.
+    """
+    if fit.misfit.is_too_small:
+        return " (χ² is smaller than that of noise)"
+    if fit.misfit.p_value < MIN_ADEQUATE_P:
+        return ""
+    if fit.solution.discrepancy:
+        return " (only with a model discrepancy)"
+    return " (the Allan deviation contradicts it)"
 
 
 def _percent(share: float) -> str:

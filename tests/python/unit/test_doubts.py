@@ -72,6 +72,14 @@ def test_two_effects_in_the_place_of_one_are_named_with_their_weight(seed):
     assert study.adequate == bool(ahead <= 3.0)
 
 
+def test_a_p_value_below_one_percent_is_shown_with_its_limit():
+    """An adequate fit with p = 0.002 would look like a contradiction."""
+    x = 0.01 * np.random.default_rng([72, 9]).standard_normal(4000)
+    fit = al.fit_model(al.Recording(x, rate=10.0, unit="deg/s"), "N")
+    assert 0.001 < fit.misfit.p_value < 0.01
+    assert "p = 0.0074 (limit 0.001): adequate" in str(fit)
+
+
 @pytest.mark.parametrize("n", [10_000, 100_000])
 def test_a_spectrum_smoother_than_noise_is_not_adequate(n):
     """Two spikes hold nearly all of the power, and their spectrum has no scatter: χ²/dof is below 0.4."""
@@ -92,6 +100,7 @@ def test_a_model_that_is_too_high_at_all_long_times_is_not_adequate(seed):
     x = g.white(rng, n, 1.0, 0.7) + g.gauss_markov(rng, n, 1.0, 8e-3, 300.0)
     fit = al.fit_model(al.Recording(x, rate=1.0, unit="deg/s"), "N+K")
     assert fit.misfit.p_value > 0.001
+    assert "not adequate (the Allan deviation contradicts it)" in str(fit)
     assert np.abs(fit.curve.z).max() < 4.0
     assert fit.curve.rms_percent > 3.0 * fit.curve.expected_scatter_percent
     assert not fit.adequate
