@@ -165,12 +165,12 @@ def forms():
         given.update(forms)
         return significant(simple, forms, *more)
 
-    def candidate(effect, base, data, rival, whitened, over=None):
-        made = refit(effect, base, data, rival, whitened, over)
+    def candidate(effect, own, base, data, rival, whitened, over=None):
+        made = refit(effect, own, base, data, rival, whitened, over)
         if over is not None and made is not None:
             arc, starts, noise = given[effect]
             family = slow.Family(effect.family, (arc * starts,))
-            hope = (1.0 + constants.MAX_NOISE_REFIT_FRACTION) * slow._gain(
+            hope = (1.0 + constants.MAX_NOISE_REFIT_FRACTION) * slow._matched_delta_logl(
                 effect, base, noise, data
             )
             # A check makes at least 15 searches.

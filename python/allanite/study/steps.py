@@ -279,7 +279,7 @@ def _step_with(
     if found is None:
         return None
     added, risen, suggestions = found
-    after = _merged_and_dropped(ladder, before, added, check)
+    after = _merged_and_dropped(ladder, before, added, check, alone)
     if after is None or _is_unchanged(before.fit, after.fit):
         return None
     # The likelihoods of other samples, of levels and of moving bands are not comparable: the check compared them.
@@ -333,13 +333,16 @@ def _merged_or_added(
 
 
 def _merged_and_dropped(
-    ladder: Sequence[Rung], before: State, added: State, check: Check
+    ladder: Sequence[Rung], before: State, added: State, check: Check, alone: bool
 ) -> State | None:
-    """`State` after the merges and drops that an addition makes possible; None if noise levels must merge and cannot."""
+    """`State` after the merges and drops that an addition makes possible; None if noise levels must merge and cannot.
+
+    With `alone`, further excursions are not searched: effects that the model lacks may still hide or imitate them.
+    """
     after = added
     new = [added.fit.model.effects[place] for place in added.new_since(before)]
     if any(effect.returns for effect in new):
-        after = with_all_excursions(after, check.suggestions) or after
+        after = with_all_excursions(after, check.suggestions, known_only=alone) or after
     if any(isinstance(effect, Modifier) and effect.passing for effect in new):
         if must_merge_levels(after):
             return with_merged_levels(after)

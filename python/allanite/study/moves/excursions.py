@@ -19,20 +19,24 @@ from allanite.suggestion.screens.several_excursions import excursions_overlap, m
 from allanite.suggestion.screens.slow_functions import score, screen_slow, with_gains_next_to_best
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
     from allanite.study.state import State
     from allanite.suggestion import Suggestion
 
 
-def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> State | None:
+def with_all_excursions(
+    before: State, suggestions: Sequence[Suggestion], known_only: bool = False
+) -> State | None:
     """`State` with one effect for all excursions, those that the search has added and those still missing; or None.
 
     The effect has at most 32 excursions. Each further excursion must explain more than any other slow function, and
     something in addition to the best slowly drifting random process of the `suggestions`. If the model with further
-    excursions is not as good (`is_as_good`), only those added before are merged. None if fewer than two remain.
+    excursions is not as good (`is_as_good`), only those added before are merged. None if fewer than two remain. With
+    `known_only`, further excursions are not searched.
     """
     fit = before.fit
     places = [p for p in before.added if fit.model.effects[p].returns]
@@ -42,11 +46,13 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
     wandering = [s for s in suggestions if isinstance(s.effect, Stochastic) and s.effect.wanders]
     rival = max(wandering, key=lambda s: s.delta_log_likelihood, default=None)
     solution = fit.solution
-    while sum(len(e.singly) for e in events) < MAX_EVENTS:
+    # Further excursions elsewhere do not change the samples of an event.
+    whitened = cache(lambda: whiten(fit.solution, fit.data))
+    while not known_only and sum(len(e.singly) for e in events) < MAX_EVENTS:
         with_rival = None
         if rival is not None:
             with_rival = solve(fit.data, solution.model + rival.effect, like=solution, polish=False)
-        further = _missing_excursion(solution, fit.data, with_rival)
+        further = _missing_excursion(solution, fit.data, with_rival, whitened)
         if further is None or any(excursions_overlap(further, e) for e in events):
             break  # an overlapping one is a flaw of a known excursion's shape
         events.append(further)
@@ -62,15 +68,14 @@ def with_all_excursions(before: State, suggestions: Sequence[Suggestion]) -> Sta
 
 
 def _missing_excursion(
-    solution: Solution, data: Data, rival: Solution | None
+    solution: Solution, data: Data, rival: Solution | None, whitened: Callable[[], Whitened]
 ) -> Deterministic | None:
     """Excursion that the model lacks and that explains more than all other slow functions; or None.
 
     None if another slow function explains more, or if it has a p-value above 1 %. `rival` is the solution with the best
-    slowly drifting random process.
+    slowly drifting random process, `whitened` returns the whitened record of the search.
     """
     slow = slow_families(solution.model, data.covariates)
-    whitened = cache(lambda: whiten(solution, data))
     screens = {
         name: screen_slow(blanks, solution, data, rival, whitened)
         for name, blanks in sorted(slow.items())

@@ -22,7 +22,7 @@ from allanite.fit.likelihood.whitened import (
     expected_level,
 )
 from allanite.fit.rivals.columns import follow_columns_consistently
-from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, parameters_cost
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, parameter_cost, parameters_cost
 from allanite.fit.shapes.matched import best_spans, grid_points, matched_gains
 from allanite.fit.solution import Regressed, Solution
 from allanite.suggestion.constants import (
@@ -88,7 +88,11 @@ def screen_slow(
         top = int(np.argmax(gain))
         worth = gain[top] >= MIN_SCREEN_GAIN
         simple = (
-            _refitted_candidate(points[top], solution, data, rival, whitened) if worth else None
+            _refitted_candidate(
+                points[top], Family(blank.family, (arcs[-1],)), solution, data, rival, whitened
+            )
+            if worth
+            else None
         )
         if simple is not None and simple.solution is not None:
             placed = has_known_time(simple.solution.effects[-1], data)
@@ -100,7 +104,7 @@ def screen_slow(
         # Each independent place of the simple form could have been the start of a richer form.
         starts = max(1.0, arcs[-1] / (0.5 * np.pi))
         forms = _richer_forms(type(blank), simple, starts, solution, data)
-        found += _significant_richer_forms(named, forms, solution, data, rival, whitened)
+        found += _significant_richer_forms(named, forms, solution, data, rival, whitened, found)
         found += _several_excursions(type(blank), found, forms, solution, data, rival, whitened)
         arcs += [arc * times for arc, times, _ in forms.values()]
         families += [effect.family for effect in forms]
@@ -174,27 +178,40 @@ def _significant_richer_forms(
     data: Data,
     rival: Solution | None,
     whitened: Callable[[], Whitened],
+    others: Sequence[Candidate],
 ) -> list[Candidate]:
     """List of refitted `Candidate` of those `forms` that explain significantly more (1 %) than the candidate `simple`.
 
     If `simple` is None, a form is compared with the model without it. Omitted are forms that are not significant by
-    themselves, forms whose refit is rejected, and forms of an event that is already in the list.
+    themselves or next to a better candidate (also of the `others`), forms whose refit is rejected, and forms of an event
+    that is already in the list.
     """
     found: list[Candidate] = []
-    for effect, (arc, starts, noise) in forms.items():
+
+    def matched(form: tuple[Deterministic, tuple[float, float, Noise]]) -> float:
+        """ΔlogL of a form by the matched filter."""
+        effect, (_, _, noise) = form
+        return _matched_delta_logl(effect, solution, noise, data)
+
+    for gain, (effect, (arc, starts, noise)) in sorted(
+        ((matched(form), form) for form in forms.items()), key=lambda pair: -pair[0]
+    ):
         plain = 0.0
         if simple is not None and isinstance(simple.effect, Deterministic):
             plain = _matched_delta_logl(simple.effect, solution, noise, data)
-        best = (1.0 + MAX_NOISE_REFIT_FRACTION) * _matched_delta_logl(effect, solution, noise, data)
+        best = (1.0 + MAX_NOISE_REFIT_FRACTION) * gain
         if not may_become_significant(Family(effect.family, (arc,)), best - plain):
             continue
         # Skip a form that could not be significant by itself, even uncorrected for the other searches of the check.
-        if not may_become_significant(Family(effect.family, (arc * starts,)), best):
+        alone = Family(effect.family, (arc * starts,))
+        if not may_become_significant(alone, best):
+            continue
+        if _is_explained_by_better(effect, alone, best, [*others, *found], data):
             continue
         simple_gain = 0.0 if simple is None else simple.gain
         # One more free time always gains something; the gain over the simple form must be significant.
         least = simple_gain, Family(effect.family, (arc,))
-        candidate = _refitted_candidate(effect, solution, data, rival, whitened, least)
+        candidate = _refitted_candidate(effect, alone, solution, data, rival, whitened, least)
         if candidate is not None and not any(_is_same_event(candidate, c, data) for c in found):
             found.append(candidate)
     return found
@@ -232,7 +249,8 @@ def _several_excursions(
     if several is None:
         return []
     effect, choices = several
-    found = _refitted_candidate(effect, solution, data, rival, whitened)
+    family = Family(first.family, (arc,))
+    found = _refitted_candidate(effect, family, solution, data, rival, whitened)
     if found is None or found.judged_gain is None:
         return []
     return [replace(found, judged_gain=max(0.0, found.judged_gain - choices))]
@@ -244,6 +262,27 @@ def _is_same_event(one: Candidate, other: Candidate, data: Data) -> bool:
     if one.effect.kind != other.effect.kind or a is None or b is None:
         return False
     return float(np.abs(np.subtract(a, b)).max()) < data.duration / TIME_CELLS
+
+
+def _is_explained_by_better(
+    effect: Deterministic,
+    family: Family,
+    max_gain: float,
+    candidates: Sequence[Candidate],
+    data: Data,
+) -> bool:
+    """True if a form cannot be significant next to a candidate whose score is 3 nats higher (`with_gains_next_to_best`).
+
+    `family` is that of the form alone, `max_gain` its largest ΔlogL.
+    """
+    max_score = max_gain - effect.numbers * parameter_cost(2.0 * max_gain)
+    for other in candidates:
+        if other.solution is None or score(other) < max_score + MAX_RIVAL_LOG_EVIDENCE:
+            continue
+        left = _matched_delta_logl(effect, other.solution, other.solution.noise(data), data)
+        if not may_become_significant(family, (1.0 + MAX_NOISE_REFIT_FRACTION) * left):
+            return True
+    return False
 
 
 def _matched_delta_logl(
@@ -276,6 +315,7 @@ def _with_best_shapes(
 
 def _refitted_candidate(
     effect: Deterministic,
+    family: Family,
     base: Solution,
     data: Data,
     rival: Solution | None,
@@ -287,7 +327,8 @@ def _refitted_candidate(
     It is refuted if logL does not rise, if it contradicts its column at one of two time scales, or if an event rests on
     a few samples. With `over` (ΔlogL, family), the rise above this ΔlogL must be significant (1 %), and the time of the
     event must be known. The candidate's `gain` is the ΔlogL over `base`. Its `judged_gain`, used for the p-value, is at
-    most the ΔlogL over `rival`, the solution with the best slowly drifting random process.
+    most the ΔlogL over `rival`, the solution with the best slowly drifting random process. The rival is skipped if the
+    gain is not significant in the `family` of the effect alone.
     """
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
@@ -297,7 +338,7 @@ def _refitted_candidate(
             refitted.effects[-1], data
         ):
             return None
-    if rival is not None and gain > 0.0:
+    if rival is not None and may_become_significant(family, gain):
         model = rival.model + refitted.model.effects[-1]
         with_rival = solve(data, model, like=rival, polish=False, rounds=4)
         judged = min(gain, with_rival.log_likelihood - rival.log_likelihood)
@@ -406,15 +447,21 @@ def with_gains_next_to_best(screens: dict[str, Screen], data: Data) -> dict[str,
     top = max(map(score, found))
     best = [c for c in found if score(c) > top - MAX_RIVAL_LOG_EVIDENCE]
 
+    arcs: dict[str, list[float]] = {}
+    for screen in screens.values():
+        for family, arc in zip(screen.families, screen.arcs, strict=True):
+            arcs.setdefault(family, []).append(arc)
+
     def with_smallest_gain(candidate: Candidate) -> Candidate:
         """Copy of a candidate whose `judged_gain` is lowered to the smallest ΔlogL next to any of the best candidates.
 
         ΔlogL is that of adding the candidate to a model with one of the best, at least 0. A larger value than the present
-        `judged_gain` is not used. A candidate that is one of the best is returned unchanged.
+        `judged_gain` is not used. A candidate that is one of the best, or cannot be significant, is returned unchanged.
         """
-        if candidate in best:
-            return candidate
         left = candidate.gain if candidate.judged_gain is None else candidate.judged_gain
+        family = Family(candidate.family, tuple(arcs[candidate.family]), sides=2)
+        if candidate in best or not may_become_significant(family, left):
+            return candidate
         for other in best:
             assert other.solution is not None
             best_one = other.solution
@@ -423,10 +470,6 @@ def with_gains_next_to_best(screens: dict[str, Screen], data: Data) -> dict[str,
             left = min(left, max(both.log_likelihood - best_one.log_likelihood, 0.0))
         return replace(candidate, judged_gain=left)
 
-    arcs: dict[str, list[float]] = {}
-    for screen in screens.values():
-        for family, arc in zip(screen.families, screen.arcs, strict=True):
-            arcs.setdefault(family, []).append(arc)
     candidates = [with_smallest_gain(c) for c in found]
     return {
         family: Screen(tuple(c for c in candidates if c.family == family), tuple(angles))
