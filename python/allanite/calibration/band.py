@@ -119,7 +119,10 @@ def _bias_curves(coefficients: Array, center: float, grid: Array, reference: flo
 
 
 def _power_matrix(fit: Fit) -> Array:
-    """Matrix, shape (amplitudes, 3): fitted amplitudes @ matrix are the coefficients of T, T² and T³."""
+    """Matrix, shape (amplitudes, 3), of 0 and 1: fitted amplitudes @ matrix are the coefficients of T, T² and T³.
+
+    The rows of amplitudes that belong to no power of T, such as offsets, are 0.
+    """
     rows = []
     for own in fit.solution.functions:
         for k in range(own.amplitudes.size):

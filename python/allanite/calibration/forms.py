@@ -122,7 +122,7 @@ FORMS = tuple(
 def tried_forms(
     runs: Runs, noise: Model, on_progress: Callable[[int, int], None] | None = None
 ) -> tuple[Tried, ...]:
-    """Tuple of `Tried`: fits of all forms with the same noise model; the constant form is first.
+    """Tuple of `Tried`: fits of all forms of the thermal law, each with the effects of `noise`; the constant form is first.
 
     Forms whose hysteresis opposes the linear term are omitted. Gains in logL and evidence are relative to the constant
     form.
@@ -181,10 +181,7 @@ def _with_best_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[De
 
 
 def with_near_best_evidence(tried: Sequence[Tried]) -> list[Tried]:
-    """List of the fitted forms whose log evidence is at most `MAX_RIVAL_LOG_EVIDENCE` nats below the highest.
-
-    Their order stays.
-    """
+    """List of the members of `tried` whose log evidence is at most 3 nats below the highest, in the given order."""
     top = max((one.log_evidence for one in tried), default=0.0)
     return [one for one in tried if one.log_evidence >= top - MAX_RIVAL_LOG_EVIDENCE]
 
@@ -202,15 +199,15 @@ def law_of(fit: Fit) -> list[Deterministic]:
 
 
 def design(fit: Fit) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Tuple (design matrix of all fitted offsets and laws, fitted values, mask of the columns of the law).
+    """Tuple (design matrix, fitted values, mask of the columns of the law) of the offsets and the law in a fit.
 
     Returns
     -------
     matrix : ndarray, shape (k, p)
-        One row per regressed cosine ordinate. Columns for the offsets of the logs and the amplitudes of the law, then the
-        derivative for each free lag or width.
+        Columns: derivatives of the fitted function with respect to the offset of each log, each amplitude of the law, and
+        each free lag or width. Rows: the ordinates of the cosine transform of the record that the fit used.
     values : ndarray, shape (p,)
-        Fitted values.
+        Fitted values of these parameters.
     own : ndarray of bool, shape (p,)
         True for the columns of the law, False for the offsets.
     """
@@ -232,10 +229,10 @@ def design(fit: Fit) -> tuple[Array, Array, NDArray[np.bool_]]:
 
 
 def law_cost(fit: Fit) -> float:
-    """Log evidence, in nats, that the coefficients of the law cost (`parameter_cost`); 0 without coefficients.
+    """Cost of the coefficients of the law, by which its log evidence is below logL, nats; 0 without coefficients.
 
-    A coefficient costs more the more precisely it is known, given the coefficients before it. The order is: offsets of
-    the logs, powers of T, lag or width.
+    It is the sum of `parameter_cost` over powers of T, lag and width. A coefficient costs the more, the more precisely it
+    is known, given the coefficients before it (first the offsets of the logs, which cost nothing here).
     """
     matrix, values, own = design(fit)
     if not own.any():

@@ -217,9 +217,9 @@ class AxisLaw:
 
     @property
     def numbers(self) -> dict[str, Estimate]:
-        """Dict from the name of each parameter of the temperature law, such as ``COV.coefficient``, to its `Estimate`.
+        """Dict from the name of each fitted parameter of the temperature law to its `Estimate`.
 
-        It contains only parameters with an interval, of effects that follow a logged column.
+        Names are effect and parameter, such as ``COV.coefficient``. Parameters without an interval are left out.
         """
         out: dict[str, Estimate] = {}
         for effect, values in zip(self.fit.model, self.fit.estimates, strict=True):

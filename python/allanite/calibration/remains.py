@@ -37,8 +37,8 @@ MAX_SAMPLES = 1 << 20
 def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
     """`Loop`: mean bias while cooling minus bias while warming; None if no temperature was passed in both directions.
 
-    The difference is fitted together with a polynomial of the same power, at least linear, without lag and hysteresis.
-    The noise of the fit weights the samples.
+    The difference is fitted again, together with offsets and a polynomial in the temperature of the power of `form` (at
+    least linear), without lag and hysteresis. The noise of `fit` gives the weights.
     """
     both = runs.both_ways
     if both is None:
@@ -111,9 +111,9 @@ def walk_of_steps(fit: Fit, runs: Runs) -> float:
 
 
 def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
-    """Tuple of floats: bias of each log at the reference temperature, in the unit of the samples.
+    """Tuple of floats: bias of each log at the reference (mean) temperature, in the unit of the samples.
 
-    It is the mean of the samples of the log without the law.
+    It is the mean over the log of the samples minus the law, which is 0 at the reference temperature.
     """
     left = np.asarray(runs.recording.samples, dtype=float) - law_signal(fit)
     # The quadratic and cubic terms were fitted without their means, so that the means are subtracted here.
@@ -154,10 +154,10 @@ def deviations_before_and_after(fit: Fit, runs: Runs) -> Remainder:
 
 
 def error_growths(fit: Fit, runs: Runs) -> tuple[Growth, ...]:
-    """Tuple of one `Growth`: angle, velocity or phase error due to the random effects after 1 min, 10 min and 1 h.
+    """Tuple of one `Growth`: angle, velocity or phase error due to the random effects 1 min, 10 min and 1 h after a fix.
 
-    Times longer than the longest run, and those above 2²⁰ samples, are left out. Empty for other sensors, or if no time
-    is left.
+    Before the fix, aiding lasts 1 min. Times longer than the longest log, or above 2²⁰ samples with the aiding, are left
+    out. The tuple is empty for other sensors, or if no time is left.
     """
     if parse_unit(fit.recording.unit).kind not in QUANTITIES:
         return ()

@@ -63,7 +63,10 @@ class Runs:
         return self.recording.covariates[self.column]
 
     def averaged(self, most: int) -> Runs:
-        """`Runs` decimated (averaged) to about `most` samples, with `rounding` 0; the same object if it has no more."""
+        """`Runs` of averages over neighboring samples, about `most` in all; the same object if it has no more samples.
+
+        `rounding`, the error of the logged temperature, is set to 0.
+        """
         k = -(-self.recording.n // most)
         if k < 2:
             return self
@@ -94,7 +97,10 @@ class Runs:
 
     @property
     def direction(self) -> Array:
-        """Direction of the temperature, shape (n,): ½ while it falls, −½ while it rises, in between near a reversal."""
+        """Direction of the temperature, shape (n,): ½ while it falls, −½ while it rises, in between near a reversal.
+
+        A regression on it gives the bias while cooling minus the bias while warming. Each run has its own directions.
+        """
         width = TURN_FRACTION * float(np.ptp(self.temperature))
         found = [
             (play(t, width) - t) / (2.0 * width) for t in np.split(self.temperature, self.starts)
@@ -103,7 +109,10 @@ class Runs:
 
     @property
     def both_ways(self) -> tuple[float, float] | None:
-        """Tuple (lowest, highest) of the temperatures, °C, that were passed both warming and cooling; None if none."""
+        """Tuple (lowest, highest temperature) of the range, °C, that was passed both while warming and while cooling.
+
+        None if there is no such range.
+        """
         direction, t = self.direction, self.temperature
         up, down = t[direction <= -0.45], t[direction >= 0.45]
         if not up.size or not down.size:

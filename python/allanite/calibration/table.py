@@ -94,7 +94,10 @@ def _deviation_line(axis: AxisLaw, unit: str) -> str:
 
 
 def _growth_line(before: Growth, after: Growth) -> str:
-    """Text: growth of an error after the last fix, without and with correction."""
+    """Line of text: an error at some times after the last position fix, without → with the thermal correction.
+
+    ``  angle error after the last fix, before → after correction: 60 s 0.2 → 0.1 °``.
+    """
     unit, factor = before.display_unit
     shown = (
         f"{number(t, 3)} s {number(factor * a, 2)} → {number(factor * b, 2)}"

@@ -87,10 +87,10 @@ def render(found: ThermalCalibration, target: str) -> str:
 
 
 def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> list[_Triad]:
-    """List of `_Triad`: sensors of one kind in the order of the log; empty without any.
+    """List of `_Triad`, one per sensor of this kind in the order of the log; empty without any.
 
-    Columns whose names differ only in the letter are one sensor. Raises `InputError`, which names `consumer`, for more
-    than `most` sensors.
+    Axes whose names differ only in the letter x, y or z are one sensor. Raises `InputError` for more than `most` sensors;
+    its message names `consumer`.
     """
     groups: dict[str, dict[str, AxisLaw]] = {}
     for axis in found:
@@ -109,9 +109,9 @@ def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> l
 def _gyroscopes_and_accelerometers(
     found: ThermalCalibration, most: int, consumer: str
 ) -> tuple[list[_Triad], list[_Triad]]:
-    """Tuple (list of gyroscopes, list of accelerometers).
+    """Tuple (gyroscopes, accelerometers) of the calibration, each a list with one `_Triad` per sensor.
 
-    Raises `InputError`, which names `consumer`, without any, or for more than `most` of one kind.
+    Raises `InputError` if there are none, or more than `most` of one kind; its message names `consumer`.
     """
     sensors = tuple(_triads(found, kind, most, consumer) for kind in (ANGULAR_RATE, ACCELERATION))
     if not any(sensors):

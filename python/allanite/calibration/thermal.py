@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
@@ -176,29 +177,30 @@ def thermal(
     axes = []
     for name in names:
         columns = [one.column(name) for one in given]
-        report = _reporter(on_progress, name, len(found))
         joined = [join(columns, thermometer) for thermometer in found]
-        fits = [tried_forms(one.averaged(MAX_SEARCH_SAMPLES), noise, report) for one in joined]
+        fits = [
+            tried_forms(
+                one.averaged(MAX_SEARCH_SAMPLES),
+                noise,
+                None if on_progress is None else partial(_report, on_progress, name, k, len(found)),
+            )
+            for k, one in enumerate(joined)
+        ]
         best = max(range(len(found)), key=lambda k: chosen(fits[k]).log_evidence)
         axes.append(_axis_law(joined[best], fits[best], noise))
     return ThermalCalibration(tuple(axes), tuple(one.path for one in given))
 
 
-def _reporter(
-    on_progress: Callable[[str, int, int], None] | None, name: str, times: int
-) -> Callable[[int, int], None] | None:
-    """Function (forms done, forms in all) that reports the progress of one axis over `times` thermometers, or None."""
-    if on_progress is None:
-        return None
-    before = 0
-
-    def report(done: int, total: int) -> None:
-        """Call `on_progress` with the axis, and with the forms done and in all over all thermometers."""
-        nonlocal before
-        on_progress(name, before + done, total * times)
-        before += total * (done == total)
-
-    return report
+def _report(
+    on_progress: Callable[[str, int, int], None],
+    name: str,
+    place: int,
+    thermometers: int,
+    done: int,
+    total: int,
+) -> None:
+    """Call `on_progress` (axis, fits done, fits in all) after `done` of `total` fits with thermometer number `place`."""
+    on_progress(name, place * total + done, thermometers * total)
 
 
 def _axis_law(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:

@@ -23,6 +23,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.common.printing import printed
+from allanite.common.showing import text_html
 from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import require_recording
 from allanite.deviation import oadev
@@ -153,8 +154,7 @@ class Clocks(Mapping[str, ClockDeviation]):
                 lines.append(f"{t:12.6g}  {value}" if not seen else f"{t:12.6g} {value}")
         return "\n".join(lines)
 
-    def _repr_html_(self) -> str:
-        return f"<pre>{self}</pre>"
+    _repr_html_ = text_html
 
 
 def three_cornered_hat(
@@ -288,8 +288,8 @@ def _differences_of_clocks(
 def _require_no_differences(names: list[str], samples: Array) -> None:
     """Raise `InputError` if three columns of `samples`, shape (n, clocks), are differences: A − B, B − C and C − A.
 
-    Three such columns, each with one of both signs, add up to zero except for constants and `MAX_RELATIVE_SUM` of the
-    smallest. Records with fewer than three complete rows are not tested.
+    Such columns add up to a constant, with one of both signs each. The sum may scatter by `MAX_RELATIVE_SUM` of the
+    quietest column. Records with fewer than three complete rows are not tested.
     """
     changes = np.diff(samples[np.isfinite(samples).all(axis=1)], axis=0)
     if len(changes) < 2:
@@ -349,12 +349,12 @@ def _variances_of_clocks(names: list[str], allan: dict[tuple[str, str], Array]) 
 def _deviation_intervals(
     scatter: Array, edf: float, variance: Array, rng: np.random.Generator
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Three arrays of shape (clocks,): low and high end of the 95 % interval of each deviation; True if it is detected.
+    """Tuple (low, high, detected), shape (clocks,) each: 95 % interval of each clock's Allan deviation, and a flag.
 
-    Without detection, low is 0 and high is the 95 % limit. `scatter` is the covariance of the Allan differences against
-    the first clock, shape (clocks − 1, clocks − 1). The covariances have a Wishart distribution. The prior of a
-    variance v is 1/(v + e), where e is the standard error of the estimate at v = 0. For a detected clock this prior
-    does not depend on the unit of v; for another clock it allows v = 0.
+    If a deviation is not detected, low is 0 and high is the 95 % limit. The ends are quantiles of random draws of the
+    variances `v` from their posterior. `scatter`, shape (clocks − 1, clocks − 1), is the covariance of the Allan
+    differences against the first clock. It has a Wishart distribution with `edf` degrees of freedom. The prior of v is
+    1/(v + e), where e is the standard error of the estimate at v = 0. `variance` are the estimates; `rng` advances.
     """
     size = float(np.trace(scatter)) / len(scatter)
     s = scatter / size

@@ -93,7 +93,10 @@ class PhaseModels:
     drifts: bool = False
 
     def spreads(self, fit: FittedNoise) -> Array:
-        """Array of the standard deviations tried for the prior of the drift, a geometric series; empty without a drift."""
+        """Array of standard deviations of the normal prior of the drift, over which a prediction is averaged.
+
+        A geometric series from 0.3 standard errors of the drift upwards; empty without a drift.
+        """
         if not self.drifts:
             return np.zeros(0)
         error = float(np.sqrt(fit.regressed.covariance[-1, -1]))
@@ -164,24 +167,29 @@ class _Part:
         self.log_evidence = float(self._height + np.log(self._relative(likelihoods).sum()))
 
     def _predicted(self, noise: StampedNoise) -> tuple[Array, Array, Array]:
-        """Tuple (logL, shape (p,); mean in s and variance in s² of the phase, shape (p, m)) for each prior of the drift."""
+        """Tuple (logL, shape (p,); mean in s and variance in s² of the phase at each time, shape (p, m)) under `noise`.
+
+        There is one row for each of the p prior widths of the drift.
+        """
         return self._series.predicted(noise, self._times, self._design, self._spreads)
 
     def _relative(self, likelihoods: Array) -> Array:
-        """Array of relative weights of the tried priors of the drift, last axis, shape of `likelihoods` (ln likelihoods).
+        """Array, shape of `likelihoods`: posterior weight of each prior width of the drift (last axis), up to a factor.
 
-        A weight is the likelihood with this prior times its own prior probability, divided by the first likelihood.
+        `likelihoods` are the ln likelihoods with each width. A weight is exp(ln likelihood − the first one) times the
+        prior probability of this width.
         """
         return np.asarray(self._prior * np.exp(likelihoods - likelihoods[..., :1]))
 
     def points(self, top: float) -> tuple[Array, Array, Array]:
-        """Tuple: weights over e^`top`, shape (q,), mean in s and variance in s² at each time, shape (q, m), of points.
+        """Tuple (weights, shape (q,); means in s and variances in s² of the phase at each time, shape (q, m)).
 
-        The points represent the posterior of the coefficients and of the drift.
+        The q points represent the posterior of the noise coefficients and of the drift. The weights are unnormalized
+        evidences divided by e^`top`, so that those of several models can be compared.
         """
 
         def prediction_of(noise: StampedNoise) -> tuple[float, tuple[Array, Array, Array]]:
-            """Pair (logL of a noise, predictions under this noise)."""
+            """Tuple (logL of a noise with the first prior of the drift, result of `_predicted` for this noise)."""
             found = self._predicted(noise)
             return float(found[0][0]), found
 

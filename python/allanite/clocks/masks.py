@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,23 +113,16 @@ class Mask:
 def _limit_of_pieces(
     source: str, *pieces: tuple[float, float, tuple[tuple[float, float], ...]]
 ) -> Limit:
-    """`Limit` from its source and from tuples (low, high, terms), one per piece."""
+    """`Limit` from its source (document and table) and from tuples (low, high, terms), one per piece.
+
+    A piece limits a deviation to Σ c·τ^p ns for low < τ ≤ high, s; `terms` are the pairs (c, p).
+    """
     return Limit(tuple(Piece(low, high, terms) for low, high, terms in pieces), source)
 
 
-def _mask(
-    name: str,
-    title: str,
-    mtie: Limit,
-    tdev: Limit,
-    filter_hz: float | None = None,
-    time_error: float | None = None,
-    constant: float | None = None,
-    source: str = "",
-) -> Mask:
-    """`Mask` (ITU-T) of this name with the limits on MTIE and TDEV, and optional limits on the time error, s."""
-    limits = MappingProxyType({"mtie": mtie, "tdev": tdev})
-    return Mask(name, title, limits, filter_hz, time_error, constant, source)
+def _mask(name: str, title: str, mtie: Limit, tdev: Limit, **more: Any) -> Mask:
+    """`Mask` with these limits on MTIE and TDEV; `more` are further attributes of `Mask`, such as `time_error`."""
+    return Mask(name, title, MappingProxyType({"mtie": mtie, "tdev": tdev}), **more)
 
 
 #: MTIE of a primary reference clock at short τ: 0.275e-3 τ + 0.025 µs.

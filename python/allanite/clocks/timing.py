@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
@@ -21,6 +22,7 @@ from allanite.common.numbers import duration_text, number
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
 from allanite.common.several import Several, results_by_column, results_with_warning
+from allanite.common.showing import text_html
 from allanite.common.units import FREQUENCY, is_frequency, parse_unit
 from allanite.common.validation import positive, require_recording
 from allanite.effects.sheet_units import sheet_unit
@@ -213,8 +215,7 @@ class Timing:
                 lines.append(f"  {tau:10.6g}" + "".join(cells))
         return "\n".join(lines)
 
-    def _repr_html_(self) -> str:
-        return f"<pre>{self}</pre>"
+    _repr_html_ = text_html
 
 
 class Timings(Several[Timing]):
@@ -304,12 +305,7 @@ def timing(
                 recording, masks=chosen, after=times, steering=steering, progress=progress
             ),
         )
-
-    def report(done: int) -> None:
-        """Call `progress` with the column's name and the number of noise models fitted."""
-        if progress is not None:
-            progress(recording.columns[0], done)
-
+    report = None if progress is None else partial(progress, recording.columns[0])
     return _timing_of_column(recording, chosen, times, steering, report)
 
 
@@ -374,9 +370,9 @@ def _timing_of_column(
     masks: Sequence[Mask],
     after: Sequence[float],
     steering: tuple[str, float] | None,
-    report: Callable[[int], None],
+    report: Callable[[int], None] | None,
 ) -> Timing:
-    """`Timing` of one column; `report` is called with the number of noise models fitted.
+    """`Timing` of one column; `report`, if given, is called with the number of noise models fitted.
 
     With `steering` (covariate, scale to a frequency), the servo's phase is subtracted before the fit and added to the
     holdover; ``constant_error`` is None. Raises `TooShortError` for fewer than 32 samples.
@@ -486,12 +482,12 @@ class _PhaseFit:
 
     @property
     def series(self) -> StampedSeries:
-        """`StampedSeries` of the phase, with a drift if it is detected."""
+        """`StampedSeries` that was fitted: phase and known functions, with the drift only if it is detected."""
         return self.models[self.drifts].series
 
     @property
     def fits(self) -> Sequence[FittedNoise]:
-        """Sequence of `FittedNoise`, highest evidence first, with a drift if it is detected."""
+        """Sequence of `FittedNoise`, highest evidence first: the fits with a drift if a drift is detected, else without."""
         return self.models[self.drifts].fits
 
     @property
@@ -508,12 +504,12 @@ class _PhaseFit:
         jumps: Sequence[Jump],
         warmth: Array | None,
         rate: float,
-        report: Callable[[int], None],
+        report: Callable[[int], None] | None,
     ) -> _PhaseFit:
-        """`_PhaseFit` of a phase (s) without single outliers: noise, offset, frequency, steps, temperature and drift.
+        """`_PhaseFit` of a phase (s): noise, offset, frequency, steps, temperature and drift; single outliers are removed.
 
-        The temperature (`warmth`) is omitted if it is None, empty or constant. The drift is detected if it raises
-        logL by over ½ ln n. At most 32 steps are fitted; old samples are thinned out.
+        `there` is True where `phase` is finite. The temperature (`warmth`) is omitted if it is None, empty or constant.
+        The drift is detected if it raises logL by over ½ ln n. At most 32 steps are fitted; old samples are thinned out.
         """
         own, values = times[there], phase[there].copy()
         for jump in jumps:
@@ -538,9 +534,10 @@ class _PhaseFit:
             known = any(np.array_equal(step, other) for other in functions.values())
             if 0.0 < step.mean() < 1.0 and not known:
                 functions[f"jump {i}"] = step
-        without = _series_of(at, values[rows], functions)
+        design = np.array(list(functions.values()))
+        without = StampedSeries(at, values[rows], design)
         # A drift changes the phase in proportion to half the square of time.
-        drifting = _series_of(at, values[rows], {**functions, "drift": 0.5 * at**2})
+        drifting = StampedSeries(at, values[rows], np.vstack([design, 0.5 * at**2]))
         models = (
             PhaseModels(clock_noise(without, rate, report), without),
             PhaseModels(clock_noise(drifting, rate, report), drifting, drifts=True),
@@ -559,7 +556,10 @@ class _PhaseFit:
         return _estimate(name, value, factor * float(self.errors[i]), float(self.freedom[i]), unit)
 
     def frequency(self) -> Estimate:
-        """`Estimate` of the fractional frequency at the last sample, with flicker and random-walk FM, without white FM."""
+        """`Estimate` of the fractional frequency at the last sample, with 95 % interval.
+
+        It includes the flicker and random-walk FM up to this time, but not white FM, which has no value at an instant.
+        """
         slopes = np.array([float(name == "frequency") for name in self.names])
         value, variance = self.series.last_slope(self.best.noise, slopes)
         neighbors = [
@@ -611,11 +611,6 @@ class _PhaseFit:
         return [found[i] for i in places.tolist()]
 
 
-def _series_of(times: Array, values: Array, functions: Mapping[str, Array]) -> StampedSeries:
-    """`StampedSeries` of times (s), values and known functions at these times, by name."""
-    return StampedSeries(times, values, np.array(list(functions.values())))
-
-
 def _estimate(name: str, value: float, error: float, freedom: float, unit: str) -> Estimate:
     """`Estimate`, marked as detected, whose 95 % interval is that of Student's distribution with `freedom` degrees."""
     from scipy.special import stdtrit
@@ -627,8 +622,8 @@ def _estimate(name: str, value: float, error: float, freedom: float, unit: str) 
 def _verdict_text(verdict: Verdict, duration: float) -> str:
     """Line of text about one limit of a mask: ``G.8272-A tdev: passes: 1.2 ns at τ = 10 s, limit 3 ns``.
 
-    With the interval, if known. Without a measured value, or if undecided for a short record, the needed length
-    follows.
+    A known interval follows in parentheses. Without a measured value, or if undecided for a short record, the text ends
+    with the length of record that the mask needs. `duration` (s) is the length of the record.
     """
     head = f"{verdict.mask} {verdict.kind}: {verdict.result}"
     if verdict.measured is None or verdict.limit is None:

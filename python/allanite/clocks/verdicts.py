@@ -100,7 +100,7 @@ def _verdict_on_value(
 ) -> Verdict:
     """`Verdict` on one value (s) against its limit (s), for a record of this duration (s).
 
-    The result is ``undecided`` if the value is None, or if it keeps the limit and the record is shorter than 1000 s.
+    ``fails`` above the limit. Otherwise ``passes``, or ``undecided`` for a record shorter than 1000 s or the value None.
     """
     result = "undecided"
     if value is not None and value > limit:
@@ -115,8 +115,8 @@ def _verdict_on_value(
 def _verdict_on_deviation(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> Verdict:
     """`Verdict` on the deviation `kind` (``tdev``, ``mtie``) of a phase (s) against its limit at all averaging times.
 
-    ``fails`` if the low end of any interval exceeds the limit. ``passes`` if the record is long enough for the mask and
-    every high end keeps the limit, at τ up to 1/12 of the record (MTIE: the record). Otherwise ``undecided``, also
+    ``fails`` if the low end of any 95 % interval exceeds the limit. ``passes`` if the record is long enough for the mask
+    and no high end exceeds the limit at τ up to 1/12 of the record (MTIE: the record). Otherwise ``undecided``, also
     without any usable τ. A deviation without an interval is compared itself. The numbers are those at the worst τ.
     """
     _, high_tau = limit.span
@@ -196,12 +196,12 @@ def low_pass_filtered(phase: Array, rate: float, cutoff: float) -> Array:
     return np.where(there, out, np.nan)
 
 
-def window_means(phase: Array, rate: float, length: float = AVERAGING_TIME) -> Array:
-    """Mean over each window of `length` s in which at most half of the samples are missing, shape (k,).
+def window_means(phase: Array, rate: float) -> Array:
+    """Mean over each window of 1000 s in which at most half of the samples are missing, shape (k,).
 
     Windows begin at every sample. The result is empty for a record shorter than one window.
     """
-    m = round(length * rate)
+    m = round(AVERAGING_TIME * rate)
     if m < 1 or m > phase.size:
         return np.zeros(0)
     there = np.isfinite(phase)

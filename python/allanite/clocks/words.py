@@ -21,9 +21,10 @@ def time_text(seconds: float) -> str:
 
 
 def powered_text(values: tuple[float, float], between: str) -> str:
-    """Text of two numbers with one power of ten, ``(1.23 ± 0.03)·10⁻¹⁰``; the smaller one has two figures.
+    """Text of two numbers with one power of ten, ``(1.230 ± 0.030)·10⁻¹⁰``; the smaller one has two digits.
 
-    ``nan`` for a value that is not known.
+    `between` is the text between them. Without a power of ten if the larger number lies between 10⁻³ and 10⁴; ``nan`` for
+    NaN.
     """
     known = [abs(v) for v in values if math.isfinite(v) and v]
     if not known:

@@ -81,16 +81,19 @@ class Several(Mapping[str, T], Generic[T]):
         )
 
 
-def results_with_warning(columns: Sized, instead: str, compute: Callable[[], Several[T]]) -> T:
+def results_with_warning(
+    columns: Sized, instead: str, compute: Callable[[], Several[T]], stacklevel: int = 3
+) -> T:
     """The mapping `compute()` of results by column, after a `DeprecationWarning` that tells to call `instead`.
 
     For a function of one column that was called with several `columns`. Type checkers see the type of one result,
-    because the signature of that function promises one.
+    because the signature of that function promises one. `stacklevel` is that of `warnings.warn`: 3 if that function
+    calls this one directly.
     """
     warnings.warn(
         f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",
         DeprecationWarning,
-        stacklevel=3,
+        stacklevel=stacklevel,
     )
     return cast("T", compute())
 

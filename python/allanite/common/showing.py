@@ -103,6 +103,11 @@ def html_table(
     )
 
 
+def text_html(thing: Any) -> str:
+    """HTML for notebooks: `str(thing)`, escaped and preformatted. Use this function as ``_repr_html_`` of a class."""
+    return f"<pre>{escape(str(thing))}</pre>"
+
+
 def html_list(items: Sequence[str]) -> str:
     """HTML list (``<ul>``) of sentences, which are escaped; empty for an empty sequence."""
     return f"<ul>{''.join(f'<li>{escape(i)}</li>' for i in items)}</ul>" if items else ""

@@ -83,9 +83,9 @@ class FigureVerdict:
 
     @property
     def interval_text(self) -> str:
-        """Text of the 95 % interval with its unit: ``0.1 … 0.3 °/√h``.
+        """Text of the 95 % interval low … high with its unit: ``0.1 … 0.3 °/√h``.
 
-        ``at most 0.3 °/√h`` if `low` is 0; ``none`` if `low` is 0 and `high` is infinite.
+        ``at most 0.3 °/√h`` if the low end is 0; ``none`` if the high end is infinite, too.
         """
         if self.low > 0.0:
             return self.with_unit(f"{self.low:.4g} … {self.high:.4g}")
@@ -281,7 +281,10 @@ def accept(
 
 
 def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptance:
-    """`Acceptance` with the last model of a study; nothing is fitted. `own` has only figures of this kind of sensor."""
+    """`Acceptance` of the recording of a study, from the study's last fit; nothing is fitted again.
+
+    `own` is the data sheet with only the figures of this kind of sensor. `margin` is as in `accept`.
+    """
     fit = study.fit
     tested = []
     for figure in own.figures:
@@ -300,8 +303,8 @@ def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptanc
 def _verdict_on_coefficient(figure: Quoted, fit: Fit, margin: float) -> FigureVerdict:
     """`FigureVerdict` on a figure that states a coefficient, from the coefficient's 95 % interval in the fit.
 
-    Undecided, with a remark, if the model has no such coefficient or no interval of it. An undetected one has no value
-    and the low end 0. `margin` is the fraction by which the limit exceeds the figure.
+    Undecided, with a remark, if the model lacks the coefficient or has no interval of it. The measured value is None and
+    the low end is 0 if the coefficient is not detected. `margin` is the fraction by which the limit exceeds the figure.
     """
     unit = fit.recording.unit
     try:
@@ -364,7 +367,10 @@ def _needed_length(
 
 
 def _too_close_remark(verdict: str, needs: float | None) -> str:
-    """Remark on an undecided figure for which even a record of 30 days is too short; else an empty text."""
+    """Remark that even a record of 30 days would be too short, if `verdict` is undecided and `needs` None; else empty.
+
+    `needs` is the length of record, s, that would probably decide; None if that is more than 30 days.
+    """
     if verdict != UNDECIDED or needs is not None:
         return ""
     return "too close to the limit: even a record of 30 days would not be enough for a decision"

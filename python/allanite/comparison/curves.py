@@ -67,18 +67,15 @@ class Drawn:
         return float(self.deviation[i]) if abs(self.tau[i] / tau - 1) < 0.01 else None
 
     def near(self, tau: float) -> Drawn | None:
-        """`Drawn` with one point at the averaging time τ (s), interpolated in the logarithms; None outside of the curve.
+        """Copy of the curve with one point, at the averaging time τ (s), interpolated linearly in logarithms.
 
-        Logs with different rates have different averaging times, so that interpolation is needed.
+        None if τ is more than 0.1 % outside of the curve. Logs with different rates have different averaging times.
         """
         if not self.tau[0] * 0.999 <= tau <= self.tau[-1] * 1.001:
             return None
 
         def value(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-            """`values` interpolated at τ, shape (1,), linearly in logarithms; None for None.
-
-            Beyond the curve, its value at the end.
-            """
+            """`values` interpolated at τ, shape (1,), linearly in logarithms; beyond an end its value; None for None."""
             if values is None:
                 return None
             logs = np.interp(np.log(tau), np.log(self.tau), np.log(np.maximum(values, 1e-300)))
@@ -173,7 +170,10 @@ def _comparison_tables(curves: Sequence[Drawn], first: int, others: Sequence[int
     points = [base.near(tau) for tau in base.tau]
 
     def cells(i: int) -> list[tuple[str, ...]]:
-        """List of tuples, one per row with the head: deviation of curve `i`, and its ratio unless `i` is `first`."""
+        """List of tuples of texts, one per row of the table: deviation of curve `i`, and its ratio unless `i` is `first`.
+
+        The first tuple is the head; the others follow the averaging times of curve `first`.
+        """
         head = f"[{i + 1}] {printed(curves[i].unit)}"
         near = [curves[i].near(tau) for tau in base.tau]
         values = ["–" if p is None else number(float(p.deviation[0])) for p in near]
@@ -219,9 +219,8 @@ def _in_figure_unit(curve: Drawn) -> Drawn:
 def _ratio_text(one: Drawn | None, other: Drawn | None) -> str:
     """Text ``1.23 (1.1 … 1.4)``: ratio of the first points of two curves, and its 95 % interval if any point has one.
 
-    A dash if a curve is None or the deviation of `other` is 0.
-
-    The variances of the logarithms of the two deviations, taken as independent, are added.
+    A dash if a curve is None or the deviation of `other` is 0. The interval adds the variances of the logarithms of the
+    two deviations, taken as independent.
     """
     if one is None or other is None or not other.deviation[0] > 0.0:
         return "–"

@@ -98,7 +98,7 @@ def measured_text(figure: Quoted, value: float | None) -> str:
 
 
 def _measured_in_printed_unit(row: Row) -> float:
-    """Measured value in the unit that the sheet prints; NaN if the figure is 0."""
+    """Measured value in the unit that the sheet prints; NaN if the printed value is 0, which gives no factor."""
     return row.measured.value * row.figure.value / row.sheet if row.sheet else math.nan
 
 
@@ -273,9 +273,10 @@ def _log_ratio_tolerance(ratio: Estimate) -> float:
 def _remark_on_skipped_samples(
     figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Recording
 ) -> str:
-    """Text of a remark that samples seem to have been skipped, if skipping explains the ratio of N; else empty.
+    """Text of a remark that samples seem to have been skipped, if aliasing explains the ratio of N; else empty.
 
-    The log alone cannot show this, because skipping samples of white noise leaves white noise.
+    Skipping raises N by a factor that follows from the bandwidth or rate in the sheet. The log alone cannot show this,
+    because skipping samples of white noise leaves white noise.
     """
     if (
         figure.coefficient != "N"

@@ -174,9 +174,7 @@ class Accumulator:
             variance = total / (2.0 * m.astype(np.float64) ** 2 * n)
         alpha = _noise_exponents(m, variance, self.n)
         notes = ["stream: terms every 2^l samples, m/32 < 2^l ≤ m/16, for m ≥ 32"]
-        if self.missing:
-            share = lost / (n + lost)
-            notes.extend(gap_notes(self.missing, self.n, m / self.rate, share))
+        notes += gap_notes(self.missing, self.n, m / self.rate, n, lost)
 
         def freedom() -> NDArray[np.float64]:
             """Equivalent degrees of freedom at each averaging time, shape (k,)."""

@@ -100,9 +100,9 @@ def one_column(x: object) -> NDArray[Any]:
 
 
 def _array_of_object(x: Any) -> NDArray[Any]:
-    """Array of an object: masked samples become NaN, objects that hold numbers and empty arrays become float64.
+    """`np.asarray(x)`, but float64 for masked arrays (masked samples are NaN), arrays of Python numbers, and empty arrays.
 
-    Other objects stay an array of objects.
+    Python objects that are no numbers stay an array of dtype object.
     """
     if isinstance(x, np.ma.MaskedArray):
         return np.ma.filled(x.astype(np.float64), np.nan)

@@ -51,8 +51,8 @@ def modified_edf(alpha: float, m: int, count: int, points: int) -> float:
 def total_edf(alpha: float, m: int, count: int, points: int) -> float:
     """Equivalent degrees of freedom of the total variance (NIST SP 1065 table 8).
 
-    For phase noise (α > 0) they are those of the Allan variance. Otherwise they lie between 1 and those of an Allan
-    variance of `points` − 2 differences. α is rounded, at least −2. `count` is not used.
+    For phase noise (rounded α > 0) they are those of the overlapping Allan variance. Otherwise they lie between 1 and
+    those of an Allan variance of `points` − 2 differences. α is rounded, at least −2. `count` is not used.
     """
     if round(alpha) > 0:
         return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
@@ -72,8 +72,8 @@ def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
 def _published_edf(b: float, c: float, alpha: float, m: int, points: int, *, summed: bool) -> float:
     """Equivalent degrees of freedom b T/τ − c of a total variance, with the published constants b and c.
 
-    The result is at least 1. It is at most the number of an Allan variance (if `summed`, a modified Allan variance) of
-    `points` − 2 differences.
+    T/τ is (`points` − 1)/m. The result is at least 1, and at most that of an Allan variance (if `summed`, a modified
+    Allan variance) of `points` − 2 differences in noise with the exponent α.
     """
     # The published line is for long τ; at short τ, reflection adds no terms.
     most = degrees_of_freedom(alpha, m, points - 2, summed=summed)
@@ -105,7 +105,7 @@ def total_bias(alpha: int, m: int, points: int) -> float:
 def modified_total_bias(alpha: int, m: int, points: int) -> float:
     """Published ratio of the mean modified total variance to the true variance.
 
-    It depends only on alpha, limited to −2 … 2.
+    It depends only on alpha, limited to −2 … 2. `m` and `points` are not used.
     """
     return MODIFIED_TOTAL_BIAS[min(max(alpha, -2), 2)]
 
@@ -121,7 +121,7 @@ def hadamard_total_bias(alpha: int, m: int, points: int) -> float:
 def theo1_edf(alpha: float, m: int, count: int, points: int) -> float:
     """Equivalent degrees of freedom of Theo1 (NIST SP 1065 table 12) at the effective averaging time 0.75 m, at least 1.
 
-    α is rounded to −2 … 2; `count` is not used.
+    α is rounded to −2 … 2; `points` is the number of phase points, and `count` is not used.
     """
     law, n, tau = min(max(round(alpha), -2), 2), points, 0.75 * m
     if law == 2:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
 from allanite.common.several import Several, results_by_column
 from allanite.deviation.result import Deviation
 from allanite.deviation.table import estimator_named
-from allanite.recording import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
 
     from allanite.deviation.averaging import Taus
     from allanite.plots import Figure
+    from allanite.recording import Recording
 
 
 class Deviations(Several[Deviation]):
@@ -113,8 +113,3 @@ def deviations_by_column(
 ) -> Deviations:
     """`Deviations` with the result of `compute(column)` for each column of a recording."""
     return Deviations(recording, results_by_column(recording, compute))
-
-
-def has_columns(x: object) -> TypeGuard[Recording]:
-    """True if the object is a recording with several columns."""
-    return isinstance(x, Recording) and len(x.columns) > 1

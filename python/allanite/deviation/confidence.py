@@ -15,6 +15,7 @@ NODE_RATIO = 1.06
 WEIGHTS = {
     2: np.array([6.0, -4.0, 1.0]),
     3: np.array([20.0, -15.0, 6.0, -1.0]),
+    4: np.array([70.0, -56.0, 28.0, -8.0, 1.0]),
 }
 
 
@@ -59,9 +60,9 @@ def degrees_of_freedom(
 
 
 def _lag_nodes(m: int, count: int, order: int) -> NDArray[np.float64]:
-    """Ascending lags at which a sum over lags is evaluated, from 0 to min(`count` − 1, 40 (order + 1) m).
+    """Ascending integer lags, as floats, from 0 to min(`count` − 1, 40 (`order` + 1) m): nodes of a sum over all lags.
 
-    The lags are dense near 0 and near multiples of m.
+    All lags if there are at most 65. Otherwise they are dense near 0, m, … `order`·m, and neighbors differ by up to 6 %.
     """
     farthest = min(count - 1, 40 * (order + 1) * m)
     if farthest <= 64:
@@ -84,7 +85,8 @@ def _autocovariance(
     """
     # Differences of order o exist for d < o + ½.
     d = min(max((2.0 - alpha) / 2.0, 0.0), order + 0.25) + summed
-    weights = WEIGHTS[order] if not summed else WEIGHTS[3] if order == 2 else _FOURTH
+    # The sum over m samples is a difference of the integrated phase, so that it raises the order by one.
+    weights = WEIGHTS[order + summed]
     total = weights[0] * _generalized_covariance(lags, d)
     for i, weight in enumerate(weights[1:], start=1):
         total += weight * (
@@ -92,10 +94,6 @@ def _autocovariance(
             + _generalized_covariance(np.abs(lags - i * m), d)
         )
     return total
-
-
-#: The same weights of a fourth difference.
-_FOURTH = np.array([70.0, -56.0, 28.0, -8.0, 1.0])
 
 
 def _generalized_covariance(lag: NDArray[np.float64], d: float) -> NDArray[np.float64]:

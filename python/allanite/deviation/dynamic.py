@@ -136,6 +136,7 @@ class DynamicDeviation:
         return "\n".join([title, *lines, *remarks])
 
     def _repr_html_(self) -> str:
+        """HTML table for notebooks, with the remarks as a list."""
         title, head, body, remarks = self._table()
         return html_table(title, head, body, range(len(head))) + html_list(remarks)
 
@@ -226,14 +227,14 @@ def dynamic_oadev(
 def _gap_remarks(
     src: Samples, n: NDArray[np.int64], m: NDArray[np.int64], size: int
 ) -> tuple[str, ...]:
-    """Tuple of sentences on missing samples and on the averaged differences that they remove; empty if none is missing.
+    """Tuple of sentences on missing samples (as `gap_notes`), and on windows in which gaps leave no difference.
 
-    They state the number of missing samples, the share of removed differences, and the number of windows in which no
-    difference is left.
+    `n`, shape (windows, k), counts the averaged differences at the averaging factors `m`. A window has `size` samples.
+    The tuple is empty if no sample is missing.
     """
     missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
-    whole = n.shape[0] * OADEV.max_terms(m, size + (not src.angle))
-    share = 1.0 - n.sum(axis=0) / np.maximum(whole, 1)
-    notes = gap_notes(missing, src.samples.size, np.asarray(m / src.rate), share)
+    used = n.sum(axis=0)
+    lost = n.shape[0] * OADEV.max_terms(m, size + (not src.angle)) - used
+    notes = gap_notes(missing, src.samples.size, np.asarray(m / src.rate), used, lost)
     empty = np.count_nonzero(~n.any(axis=1))
     return (*notes, f"{empty} of {n.shape[0]} windows have too few samples") if empty else notes

@@ -52,9 +52,7 @@ def estimate(
     variance, n, alpha, gaps, step = kernel_results(row, src.samples, m, src.angle)
     tau = m / src.rate
     lost = row.max_terms(m, points) - n if gaps else np.zeros(n.size, np.int64)
-    if gaps:
-        share = lost / np.maximum(n + lost, 1)
-        notes = (*notes, *gap_notes(gaps, src.samples.size, tau, share))
+    notes += gap_notes(gaps, src.samples.size, tau, n, lost)
     if row.bias is not None:
         variance, more = _corrected_variance(
             row.bias, row.name, variance, alpha, m, points, unbiased

@@ -12,15 +12,15 @@ from allanite import _kernels
 from allanite.common.several import results_with_warning
 from allanite.deviation import bias
 from allanite.deviation.averaging import Taus, samples_of
-from allanite.deviation.columns import deviations_by_column, has_columns
+from allanite.deviation.columns import deviations_by_column
 from allanite.deviation.estimation import estimate
 from allanite.deviation.table import ESTIMATORS, Estimator
+from allanite.recording import Recording
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from allanite.deviation.result import Deviation
-    from allanite.recording import Recording
 
 #: Docstring of the functions.
 TEXT = """{title}: {source}.
@@ -114,9 +114,9 @@ def _register_estimator(**what: Any) -> Estimator:
 
 
 def _with_docstring(function: Any, row: Estimator, more: str, nbs14: str) -> Any:
-    """The function itself, after its name, module and docstring were set to those of its estimator.
+    """`function` itself. Side effect: it gets the name and the description of the estimator `row` as name and docstring.
 
-    `more` is a sentence of the docstring, `nbs14` the output of its example.
+    `more` is a sentence of the docstring, and `nbs14` the output of the docstring's example.
     """
     function.__name__ = function.__qualname__ = row.name
     function.__module__ = "allanite.deviation"
@@ -135,10 +135,36 @@ def _with_docstring(function: Any, row: Estimator, more: str, nbs14: str) -> Any
     return function
 
 
-def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
-    """Public function that computes a new estimator without a published bias; the estimator is added to `ESTIMATORS`.
+def _deviation_or_deviations(
+    row: Estimator,
+    x: ArrayLike | Recording,
+    rate: float,
+    taus: Taus,
+    factors: ArrayLike | None,
+    quantity: str,
+    unbiased: bool = True,
+) -> Deviation:
+    """`Deviation` of the record `x` by the estimator `row`; other parameters as of `allanite.totdev`.
 
-    `more` is a sentence of its docstring, `nbs14` the output of its example, `what` are attributes of `Estimator`.
+    A recording with several columns gives `Deviations` and a `DeprecationWarning`.
+    """
+    if isinstance(x, Recording) and len(x.columns) > 1:
+        return results_with_warning(
+            x.columns,
+            f"al.deviations(recording, {row.name!r})",
+            lambda: deviations_by_column(
+                x, lambda one: estimate(row, samples_of(one, 1.0, "rate"), taus, factors, unbiased)
+            ),
+            stacklevel=4,
+        )
+    return estimate(row, samples_of(x, rate, quantity), taus, factors, unbiased)
+
+
+def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
+    """Public function, such as `oadev`, that computes the deviation of a new estimator without a published bias.
+
+    Also adds the estimator to `ESTIMATORS`. `more` is a sentence of the function's docstring, `nbs14` the output of its
+    example, `what` are attributes of `Estimator`.
     """
     row = _register_estimator(**what)
 
@@ -149,17 +175,8 @@ def _uncorrected_estimator(more: str, nbs14: str, **what: Any) -> Deviate:
         factors: ArrayLike | None = None,
         quantity: str = "rate",
     ) -> Deviation:
-        """`Deviation` of a record by this estimator; several columns give `Deviations` and a `DeprecationWarning`."""
-        if has_columns(x):
-            log = x
-            return results_with_warning(
-                log.columns,
-                f"al.deviations(recording, {row.name!r})",
-                lambda: deviations_by_column(
-                    log, lambda column: deviation(column, taus=taus, factors=factors)
-                ),
-            )
-        return estimate(row, samples_of(x, rate, quantity), taus, factors)
+        """`Deviation` of the record `x`; several columns give `Deviations` (by column) and a `DeprecationWarning`."""
+        return _deviation_or_deviations(row, x, rate, taus, factors, quantity)
 
     function: Deviate = _with_docstring(deviation, row, more, nbs14)
     return function
@@ -181,18 +198,8 @@ def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
         quantity: str = "rate",
         unbiased: bool = row.unbiased,
     ) -> Deviation:
-        """`Deviation` of a record by this estimator; several columns give `Deviations` and a `DeprecationWarning`."""
-        if has_columns(x):
-            log = x
-            return results_with_warning(
-                log.columns,
-                f"al.deviations(recording, {row.name!r})",
-                lambda: deviations_by_column(
-                    log,
-                    lambda column: deviation(column, taus=taus, factors=factors, unbiased=unbiased),
-                ),
-            )
-        return estimate(row, samples_of(x, rate, quantity), taus, factors, unbiased)
+        """`Deviation` of the record `x`; several columns give `Deviations` (by column) and a `DeprecationWarning`."""
+        return _deviation_or_deviations(row, x, rate, taus, factors, quantity, unbiased)
 
     function: Correctable = _with_docstring(deviation, row, more, nbs14)
     return function
@@ -201,9 +208,9 @@ def _corrected_estimator(more: str, nbs14: str, **what: Any) -> Correctable:
 def _allan_of_samples(
     kernel: Any, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
 ) -> tuple[Any, Any, Any, int]:
-    """Tuple (variance, number of averaged differences, noise exponent, number of missing samples) of the Allan `kernel`.
+    """Result of an Allan `kernel`: variances, numbers of differences and noise exponents, shape (k,), and missing samples.
 
-    For samples of phase (`angle`), the variances are divided by m².
+    The variances at the factors `m` are those of mean rates: for samples of phase (`angle`), those of the kernel over m².
     """
     variance, *rest = kernel(samples, m, angle)
     return (variance / m**2 if angle else variance, *rest)

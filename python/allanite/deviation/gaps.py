@@ -18,7 +18,11 @@ MAX_ADVICE_TAU = 0.1
 
 
 def gap_notes(
-    missing: int, samples: int, tau: NDArray[np.float64], lost: NDArray[np.float64]
+    missing: int,
+    samples: int,
+    tau: NDArray[np.float64],
+    n: NDArray[np.int64],
+    lost: NDArray[np.int64],
 ) -> tuple[str, ...]:
     """Tuple of one to three sentences on missing samples of a deviation curve; empty if no sample is missing.
 
@@ -31,19 +35,20 @@ def gap_notes(
         Number of missing samples, and of all samples.
     tau : ndarray of shape (k,)
         Averaging times, s.
-    lost : ndarray of shape (k,)
-        Share of the averaged differences that the gaps remove at each averaging time.
+    n, lost : ndarray of shape (k,)
+        Numbers of differences that were averaged, and of those that gaps remove, at each averaging time.
     """
     if not missing:
         return ()
     notes = [f"{missing} of {samples} samples are missing"]
-    if lost.size and lost.any():
-        worst = int(np.argmax(lost))
+    share = lost / np.maximum(n + lost, 1)
+    if share.any():
+        worst = int(np.argmax(share))
         notes.append(
-            f"differences that touch them are not used: {percent_text(lost[0], 2)} at {tau[0]:g} s,"
-            f" {percent_text(lost[worst], 2)} at {tau[worst]:g} s"
+            f"differences that touch them are not used: {percent_text(share[0], 2)} at {tau[0]:g} s,"
+            f" {percent_text(share[worst], 2)} at {tau[worst]:g} s"
         )
-        many = np.flatnonzero(lost > MAX_LOST_SHARE)
+        many = np.flatnonzero(share > MAX_LOST_SHARE)
         # A single long gap costs only the longest τ most of their terms; decimation would not help.
         if many.size and tau[many[0]] < MAX_ADVICE_TAU * tau[-1]:
             notes.append(

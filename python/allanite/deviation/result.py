@@ -168,7 +168,9 @@ class Deviation:
         return replace(self, unit=unit, deviation=factor * self.deviation, _bands=bands)
 
     def _interval_array(self, name: str) -> NDArray[np.float64]:
-        """Array ``"low"``, ``"high"`` or ``"edf"``, shape (k,), not writable. All three are computed at the first call.
+        """Lower or upper ends of the interval, or degrees of freedom: `name` is ``low``, ``high`` or ``edf``; shape (k,).
+
+        The array is not writable. All three arrays are computed at the first call and kept.
 
         Without a formula for the degrees of freedom, all are NaN.
         """
@@ -239,6 +241,7 @@ class Deviation:
         )
 
     def _repr_html_(self) -> str:
+        """HTML table for notebooks, one row per averaging time."""
         own = self._title_with_unit
         head = "".join(f"<th>{name}</th>" for name in ("τ (s)", own, "low", "high", "edf", "n"))
         rows = "".join(

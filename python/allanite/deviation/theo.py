@@ -91,9 +91,8 @@ def _theo1_at_factors(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]
     """
     variance, n, alpha, gaps, step = kernel_results(THEO1, src.samples, m, src.angle)
     lost = THEO1.max_terms(m, src.points) - n
-    share = lost / np.maximum(n + lost, 1)
     tau = np.asarray(0.75 * m / src.rate)
-    notes = (*notes, *gap_notes(gaps, src.samples.size, tau, share))
+    notes += gap_notes(gaps, src.samples.size, tau, n, lost)
     return Deviation(
         THEO1.name,
         tau,
@@ -112,9 +111,9 @@ def _theo1_at_factors(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]
 def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "rate") -> Deviation:
     """TheoH deviation: overlapping Allan deviation up to a tenth of the record, then Theo1 without its bias.
 
-    The bias is the mean ratio of the Allan variance at m = 9 + 3i to Theo1 at m = 12 + 4i, the same
-    effective τ (NIST SP 1065 eq. 33), over at most 30 i spread evenly. `factors` of the result hold m of the Allan
-    variance, then m of Theo1. Parameters as of `allanite.oadev`.
+    The bias is the mean ratio of the Allan variance at m = 9 + 3i to the Theo1 variance at m = 12 + 4i, which has the
+    same effective τ (NIST SP 1065 eq. 33). The mean is over at most 30 values of i, spread evenly. `factors` of the
+    result hold m of the Allan variance, then m of Theo1. Parameters as of `allanite.oadev`.
 
     Returns
     -------
@@ -164,7 +163,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     tau = np.concatenate([near, 0.75 * far]) / src.rate
     whole_n = [OADEV.max_terms(near, src.points), THEOH.max_terms(far, src.points)]
     lost = np.concatenate(whole_n) - counts
-    notes = (*notes, *gap_notes(gaps, src.samples.size, tau, lost / np.maximum(counts + lost, 1)))
+    notes += gap_notes(gaps, src.samples.size, tau, counts, lost)
     beyond = f"beyond {near[-1] / src.rate:g} s"
     remark = (
         f"Theo1 {beyond}, its bias {bias:.4g} removed"
@@ -172,7 +171,6 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
         else f"nothing {beyond}: no bias of Theo1 could be estimated, as gaps leave too few samples at some"
         " averaging times"
     )
-    notes = (*notes, remark)
     return Deviation(
         THEOH.name,
         tau,
@@ -182,7 +180,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
         laws,
         src.rate,
         src.unit,
-        notes,
+        (*notes, remark),
         edf,
         lost=lost,
     )

@@ -76,9 +76,10 @@ class DeltaLoglLaw:
         return float(np.sqrt(variance + weights @ weights + 0.5 * (gain**2).sum()))
 
     def _projection(self) -> tuple[Array, Array, Array]:
-        """Tuple (weights of the score U in T, shape (p,); J⁻¹ − V⁻¹, shape (p, p); slopes, shape (bins, p)).
+        """Tuple (covariance of T and U, shape (p,); J⁻¹ − V⁻¹, shape (p, p); derivatives of ln S₀, shape (bins, p)).
 
-        U, T, J and V are defined in the class. The p coordinates are combinations of coefficients for which V = 1.
+        T is ΔlogL with fixed spectra, S₀ the power without the effect, U the score of the p coefficients of S₀, V the
+        covariance of U, and J the curvature of logL. The coefficients are combined so that V is the unit matrix.
         """
         none = np.zeros((0, 0))
         if self.slopes.shape[1] == 0:

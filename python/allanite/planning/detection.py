@@ -14,6 +14,7 @@ from allanite.common.documents import fields_dict
 from allanite.common.errors import InputError
 from allanite.common.numbers import duration_text, number
 from allanite.common.printing import printed
+from allanite.common.showing import text_html
 from allanite.common.units import coefficient_unit, conversion
 from allanite.common.validation import positive, positive_rate
 from allanite.effects import (
@@ -99,7 +100,10 @@ class Power:
         return float(effect.values[parameter])
 
     def _effect_and_parameter(self, name: str) -> tuple[Effect, str]:
-        """Pair (effect, name of its parameter) of a key of `standard_errors`; `InputError` for another name."""
+        """Tuple (effect of the model, name of its parameter) for the key `name` of `standard_errors`, such as ``GM.q_c``.
+
+        Raises `InputError` for any other name.
+        """
         from allanite.planning.standard_errors import effect_labels
 
         label, _, parameter = name.partition(".")
@@ -176,8 +180,7 @@ class Power:
         unit = sheet_unit(parameter, self.unit)
         return printed(unit), conversion(coefficient_unit(self.unit, power), unit)
 
-    def _repr_html_(self) -> str:
-        return f"<pre>{self}</pre>"
+    _repr_html_ = text_html
 
 
 def detection_power(
@@ -371,7 +374,10 @@ def _delta_logl_law(
 
 
 def _with_wandering_process(noise: Model) -> list[Model]:
-    """List of `Model`: `noise` plus one wandering process each; the process may absorb part of a slow function of time."""
+    """List of `Model`: `noise` plus one random process that drifts slowly (flicker, Gauss-Markov, random walk, …) each.
+
+    `check` compares a slow function of time with these models, because such a process can look like it.
+    """
     return [
         noise + blank
         for cls in CATALOGUE

@@ -10,6 +10,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.numbers import duration_text
+from allanite.common.showing import text_html
 from allanite.common.validation import positive, positive_rate
 from allanite.effects import as_model
 from allanite.planning import expected as _expected
@@ -91,8 +92,7 @@ class Plan:
             ]
         return "\n".join(lines)
 
-    def _repr_html_(self) -> str:
-        return f"<pre>{self}</pre>"
+    _repr_html_ = text_html
 
 
 def plan(
@@ -167,21 +167,21 @@ def plan(
         truth, other = models_to_distinguish(base, tell)
 
         def is_enough(data: Data, grid: Data) -> bool:
-            """True if the odds of the model against the other one reach `MIN_ODDS`."""
+            """True if a record like `data` distinguishes the two models: their expected odds reach 1000 : 1."""
             return log_odds(truth, other, data, grid) >= np.log(MIN_ODDS)
     elif know is not None:
         question = f"to know {know} to {100 * to:g} %"
         value = detection_power(base, duration=1e4, rate=1.0, covariates=covariates).value(know)
 
         def is_enough(data: Data, grid: Data) -> bool:
-            """True if the standard error of the parameter is small enough."""
+            """True if a record like `data` gives the parameter `know` with a relative standard error of at most `to`."""
             return standard_errors(base, data, grid)[know] <= to * abs(value)
     else:
         assert effect is not None
         question = f"to find {effect} with probability {power:g}"
 
         def is_enough(data: Data, grid: Data) -> bool:
-            """True if the effect is found with the wanted probability."""
+            """True if `check` finds the effect in a record like `data` with a probability of at least `power`."""
             return predicted_detection(base, effect, data, grid).probability >= power
 
     rates = RATES if rate is None else (rate,)
@@ -208,10 +208,13 @@ def plan(
 def _shortest_duration(
     is_enough: Callable[[Data, Data], bool], rate: float, covariates: Columns | None
 ) -> float | None:
-    """Shortest duration, s, of a record for which `is_enough` is True, to 2 %; None if ten years do not suffice."""
+    """Shortest duration, s, of a record for which `is_enough` is True, to 2 %; None if ten years do not suffice.
+
+    `is_enough` is called with the `Data` of a record and of its coarse grid. The search starts at 64 samples.
+    """
 
     def is_long_enough(duration: float) -> bool:
-        """True if a record of this duration, s, is long enough."""
+        """True if `is_enough` for the record of this duration, s, and its coarse grid."""
         data = _expected.blank_data(round(duration * rate), rate)
         return is_enough(data, _expected.coarse_data(data, covariates))
 

@@ -97,7 +97,7 @@ def random_part(model: Model) -> Model:
 def ordinates_of(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.int64]:
     """Integer array: ordinates j of the record at which a known function of time is evaluated.
 
-    Ordinates near the lines for a periodic effect; the lowest ordinates for a slow one.
+    The lowest ordinates for a slow function (`effect.low`), otherwise those near the frequencies of its lines.
     """
     if not effect.low:
         return ordinates_of_line(effect, data)
@@ -140,10 +140,10 @@ def signal_power(effect: Deterministic, data: Data, grid: Data) -> Array:
 def whitened_signal_power(
     effect: Deterministic, directions: Array, null: Solution, data: Data, grid: Data
 ) -> Array:
-    """Sum of squared whitened ordinates of a known function in each bin, shape (bins,).
+    """Sum over each bin of the squared ordinates of a known function, divided by the power of `null`, shape (bins,).
 
-    Whitened: divided by √S of `null`. For a slow function, the projection on `directions` (`known_directions`) is
-    subtracted first.
+    From a slow function, its projection on the columns of `directions` is subtracted first. These are the known functions
+    that the model without the effect has already (`known_directions`).
     """
     j = ordinates_of(effect, data, grid)
     values = signal_ordinates(effect, j, data, grid) / np.sqrt(null.spectrum[_bin_of(j, data)])
@@ -181,10 +181,10 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
 
 
 def known_directions(model: Model, null: Solution, data: Data, grid: Data) -> Array:
-    """Orthonormal basis of the slow known functions of a model, as whitened ordinates, shape (ordinates, directions).
+    """Orthonormal basis, shape (ordinates, directions), of the slow known functions of time of a model.
 
-    The basis spans the functions and their derivatives with respect to their shape parameters. Functions with held
-    parameters are left out. Shape (0, 0) without any.
+    It spans the ordinates, over the root of the power of `null`, of the functions and of their changes with their shape
+    parameters. Functions with held parameters are left out. Shape (0, 0) without any.
     """
     low = [e for e in model if isinstance(e, Deterministic) and e.low and not e.held]
     if not low:

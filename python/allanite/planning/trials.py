@@ -64,7 +64,10 @@ def family_of(
 
 
 def _arc_lengths(kinds: Sequence[Deterministic], null: Solution, grid: Data) -> tuple[float, ...]:
-    """Tuple of floats: arc length, rad, that each function covers when its shape parameter varies over its search grid."""
+    """Tuple with one angle, rad, per function: how far its direction turns as its shape varies over its search grid.
+
+    The direction is the unit vector of the function's ordinates, divided by the root of the power of `null`.
+    """
     out = []
     for blank in kinds:
         nothing = np.zeros(grid.n)

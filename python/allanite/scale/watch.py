@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import math
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -183,7 +184,7 @@ class Watch:
         """`Summary` of all samples so far, which can be fitted; None before the first sample."""
         if self._segment.stop == self._segment.start:
             return None
-        return Summary(self.rate, (self.unit,), ("x",), (), {}, None, (self._segment.copy(),))
+        return Summary(self.rate, (self.unit,), ("x",), (), {}, None, (deepcopy(self._segment),))
 
     @property
     def e_value(self) -> float:

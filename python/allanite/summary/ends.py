@@ -55,9 +55,9 @@ def depth_of(level: Level) -> int:
 
 
 def read_segment(level: Level, depth: int) -> Reading:
-    """`Reading`: octaves and low-rate samples of a stream segment after `depth` halvings of the rate.
+    """`Reading` of a stream segment: power in `depth` octaves, and the samples after `depth` halvings of the rate.
 
-    `depth` must be at least `depth_of(level)`; otherwise `AssertionError`.
+    `level` is the level of the segment at the full rate. Raises `AssertionError` if `depth` is below `depth_of(level)`.
     """
     octaves = []
     before, after = np.zeros(0), np.zeros(0)
@@ -97,11 +97,11 @@ def read_segment(level: Level, depth: int) -> Reading:
 def _halved_end(
     found: Octave, x: Array, start: int, record_ends: tuple[bool, bool], level: Level
 ) -> Array:
-    """Array of the samples of one end `x` of a level at half the rate. Side effect: adds the power of `x` to `found`.
+    """Array of `x`, the samples at one end of a level, at half the rate. Side effect: adds the power of `x` to `found`.
 
-    The result is NaN if the end is too short or all its samples are missing, and in long gaps. `x` begins at index
-    `start`. `record_ends` is True for each end of `x` (first, last) at which the record ends. At any other end, `x` has
-    `MARGIN` more samples.
+    The result is NaN in long gaps, and everywhere if `x` is too short for the filter or all samples are missing. `x`
+    begins at index `start`. The two flags `record_ends` say whether the record begins and ends with `x`. On any other
+    side, `x` has `MARGIN` samples more than the result covers. Power is added only if `level.spectral`.
     """
     if record_ends[0] and start % 2:
         x, start = x[1:], start + 1
@@ -138,12 +138,11 @@ def _add_segments(
     span: tuple[int, int],
     record_ends: tuple[bool, bool],
 ) -> None:
-    """Add the power of the transform segments within `span` to `found`, in place. Returns None.
+    """Add the power of the transform segments that lie within the indices `span` to `found`, in place. Returns None.
 
-    `record_ends` is True for each end of the span (first, last) at which the record ends, so that its transform segment
-    has no neighbor. Less than half a segment there joins its neighbor. Transform segments with more than 1/8 missing
-    samples are omitted. `x` are the samples without gaps from index `start` on, `gaps` the mask of those that were
-    missing.
+    `x` are samples from index `start` on; `gaps` is True for those that were missing and filled. Transform segments with
+    more than 1/8 filled samples are omitted. The two flags `record_ends` say whether the record begins and ends with the
+    span. There, a remainder of less than half a segment is added to the segment beside it.
     """
     low, high = span
     borders = np.arange(-(-low // SEGMENT), high // SEGMENT + 1) * SEGMENT

@@ -19,8 +19,9 @@ MAX_DRAWN_RUN, NEIGHBORS, SWEEPS = 16, 24, 2
 def fill_missing(x: Array) -> Array:
     """Copy of `x` with missing samples (NaN) replaced by plausible values; `x` itself if no sample is missing.
 
-    A run of more than 16 samples is filled by mirror images of both sides. A shorter run is a normal draw given its
-    neighbors, with the autocovariance of all samples. The fill preserves the spectrum and is reproducible.
+    A run of more than 16 samples, or within 24 samples of an end, is filled by mirror images of both sides. Any other run
+    is a normal draw given its neighbors, with the autocovariance of all samples. The fill preserves the spectrum and is
+    reproducible.
 
     Raises
     ------
@@ -77,9 +78,10 @@ def _fill_by_mirror_images(x: Array, bad: NDArray[np.bool_], starts: Places, end
 
 
 def _redraw_short_runs(x: Array, seen: NDArray[np.bool_], starts: Places, sizes: Places) -> None:
-    """Replace the filled values of missing runs of up to 16 samples in `x`, in place, by draws given their neighbors.
+    """Replace filled values of missing runs of up to 16 samples in `x`, in place, by random draws given their neighbors.
 
-    Runs within 24 samples of an end of `x` are unchanged. `seen` is True for present samples.
+    `starts` and `sizes` are the first indices and the lengths of the runs, `seen` is True for present samples. The draws
+    are normal with the autocovariance of `x`; their seed follows from `x`. Runs within 24 samples of an end are unchanged.
     """
     inside = (
         (sizes <= MAX_DRAWN_RUN) & (starts >= NEIGHBORS) & (starts + sizes + NEIGHBORS <= x.size)
@@ -105,9 +107,10 @@ def _neighbor_offsets(size: int) -> Places:
 
 
 def _conditional_normal(lags: Array, size: int) -> tuple[Array, Array]:
-    """Tuple (weights of the 48 neighbors in the conditional mean of a run, matrix root of the conditional covariance).
+    """Tuple (weights, root) of the normal distribution of a run of `size` samples, given 24 neighbors on each side.
 
-    Shapes (48, size) and (size, size); root @ root.T is the conditional covariance.
+    The mean is neighbors @ weights, shape (48, size), and the covariance is root @ root.T, shape (size, size). `lags` is
+    the autocovariance at lags 0, 1, …
     """
     neighbors, own = _neighbor_offsets(size), np.arange(size)
     among = lags[np.abs(neighbors[:, None] - neighbors)]

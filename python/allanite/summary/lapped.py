@@ -54,26 +54,30 @@ def kernel() -> _kernels.Lapped:
 
 
 def halved(x: Array) -> Array:
-    """Samples at half the rate after a low-pass, shape (n / 2 − 16,); their times are midway between two input samples.
+    """Samples of `x`, shape (n,), at half the rate after a low-pass, shape (n / 2 − 16,).
 
-    The first and the last `REACH`/2 values are omitted. Each sample is a sum in fixed order, so its value does not
-    depend on the samples computed with it.
+    Each one lies midway between two samples of `x`. The first and the last 8 are omitted, because the filter needs 16
+    samples on each side. The order of the sums is fixed, so a value does not depend on the samples computed with it.
     """
     return kernel().halved(np.ascontiguousarray(x))
 
 
 @lru_cache(maxsize=1)
 def _window() -> tuple[Array, Array]:
-    """Tuple (after, before), each (SEGMENT/2,): rising window at ½, 1½, … samples after and before a border. Cached."""
+    """Tuple (after, before), each (`SEGMENT`/2,): window of the transform at ½, 1½, … samples from a border. Cached.
+
+    It is the window of the segment that begins at the border: `after` the border it rises to 1, `before` it falls to 0.
+    """
     rise = np.cumsum(np.kaiser(SEGMENT + 1, np.pi * WINDOW_ALPHA))
     rise = np.sqrt(rise[:-1] / rise[-1])
     return rise[SEGMENT // 2 :], rise[: SEGMENT // 2][::-1].copy()
 
 
 def _fold_at_border(zones: Array) -> tuple[Array, Array]:
-    """Tuple (before, after): folded samples that contribute to the transform segments before and after a border.
+    """Tuple (before, after): windowed and folded samples for the transform segments before and after a border.
 
-    Both arrays begin at the border. `zones` has `SEGMENT`/2 samples on each side of the border.
+    `zones` has `SEGMENT`/2 samples on each side of the border in the last axis. Both arrays have `SEGMENT`/2 samples
+    there and begin at the border.
     """
     half = SEGMENT // 2
     after, before = _window()
@@ -84,20 +88,20 @@ def _fold_at_border(zones: Array) -> tuple[Array, Array]:
 def segments(x: Array) -> Array:
     """Coefficients of the lapped transform of consecutive segments, shape (segments, SEGMENT).
 
-    `x` has half a segment more than these segments at each end.
+    `x` has `SEGMENT`/2 samples more than these segments at each end.
     """
     return kernel().segments(np.ascontiguousarray(x)).reshape(-1, SEGMENT)
 
 
 def transform_at_end(x: Array, left: bool, right: bool) -> Array:
-    """Coefficients of the lapped transform of one segment at the beginning or end of the record, or of the whole record.
+    """Coefficients of the lapped transform of the first or the last segment of a record, or of a whole record.
 
-    The mean is subtracted first.
+    There is one coefficient per sample of the segment. The mean of `x` is subtracted first.
 
     Parameters
     ----------
     x : ndarray
-        The segment, with half of `SEGMENT` more on each side that has a neighbor.
+        The segment, with `SEGMENT`/2 samples more on each side on which the record continues.
     left, right : bool
         True if the record ends on this side.
     """

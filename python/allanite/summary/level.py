@@ -100,14 +100,17 @@ class Level:
         return self.tiles is None
 
     def samples(self) -> Array:
-        """Array of the samples in `head`: all samples of the level if `whole`, else those before the first halved tile."""
+        """Array of the kept samples at the beginning: all samples if `whole`, else those up to the first halved tile.
+
+        The latter include `MARGIN` samples of this tile (a block of `TILE` samples).
+        """
         return _joined(self.head)
 
     def extend(self, *pieces: Array) -> None:
-        """Append the samples that follow, in one or more arrays, to this level and to deeper levels.
+        """Append the samples that follow, in one or more arrays, to this level, and at half the rate to the deeper levels.
 
-        Above `MAX_KEPT_SAMPLES` only both ends are kept. Kept samples are copied, so that the caller may reuse the
-        memory.
+        A level with more than `MAX_KEPT_SAMPLES` samples keeps only those at both of its ends, and the power of the
+        others. Kept samples are copied, so that the caller may reuse the memory.
         """
         self.stop += sum(x.size for x in pieces)
         if not self.whole:
@@ -209,10 +212,9 @@ class Level:
     def restored(cls, state: dict[str, Any]) -> Level:
         """`Level`, with its deeper levels, from the dict that `state()` returned.
 
-        Without ``sections`` (older files), empty ones.
+        `sections`, the map of power in narrow bands, is empty if an old file has none.
         """
         sections = (
-            # Files of older versions have no fine map.
             Blocks.restored(state["sections"], SECTIONS)
             if "sections" in state
             else Blocks.empty(FINE, SECTIONS)
@@ -272,7 +274,8 @@ def halve_tile(x: Array, spectral: bool) -> tuple[Array, Array, float]:
     """Tuple (samples of one tile at half the rate, summed power of each coefficient, number of transform segments summed).
 
     `x` has `MARGIN` more samples than the tile at both ends. Samples in long gaps are NaN. Transform segments with more
-    than 1/8 missing samples are not summed. Without `spectral`, or with fewer than 16 samples, power and number are 0.
+    than 1/8 missing samples are not summed. Without `spectral`, or with fewer than 16 present samples, power and number
+    are 0.
     """
     gaps = np.isnan(x)
     lost = None
@@ -305,10 +308,10 @@ def long_gap_mask(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def add_bands(to: Level | Octave, tile: int, power: Array, frames: float) -> None:
-    """Add the power of consecutive tiles in `FINE` bands, shape (tiles, FINE), to the maps over time of a level, in place.
+    """Add `power`, shape (tiles, `FINE`), of consecutive tiles in each band to both maps of power over time of `to`.
 
-    The maps are its `blocks` and `sections`. `tile` is the index of the first tile, `frames` the number of transform
-    segments per tile.
+    The maps are `to.blocks`, in `BANDS` wider bands, and `to.sections`; both are changed in place. `tile` is the index of
+    the first tile, `frames` the number of transform segments per tile.
     """
     to.blocks.add(tile, power.reshape(power.shape[0], BANDS, -1).sum(axis=2), frames)
     to.sections.add(tile, power, frames)

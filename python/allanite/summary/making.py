@@ -89,8 +89,9 @@ def summary_of_chunks(
 ) -> Summary:
     """`Summary` as `summarize` returns it, computed with `threads` threads.
 
-    The number of threads does not change the result. Use one thread if other tasks occupy the processors. Raises the errors
-    of `summarize`, and `InputError` for a negative `start`.
+    The number of threads does not change the result. Use one thread if other tasks occupy the processors.
+    `taus_per_octave` is the number of averaging times of the Allan curve per octave. Raises the errors of `summarize`, and
+    `InputError` for a negative `start`.
     """
     if start < 0:
         raise InputError(f"start is {start}: the index of the first sample, from 0")
@@ -138,7 +139,8 @@ def _batches_of_rows(
 ) -> Iterator[list[NDArray[Any]]]:
     """Iterator over lists of one array per column and covariate, each list with the next rows of the tables.
 
-    A list has at least 2¹⁸ rows, except the last. Memory of the file mapping `mapped` is released after use.
+    Each list has the same number of rows, except the last: 2¹⁹ samples in all, but at least 2¹⁸ rows. If the tables lie in
+    the file mapping `mapped`, its memory is released after use.
     """
     seen, count = 0, tables[0].shape[1]
     step = max(MIN_ROWS_AT_ONCE, SAMPLES_AT_ONCE // sum(map(len, tables)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -157,9 +156,9 @@ class StreamSegment:
             task()
 
     def tasks(self, columns: list[NDArray[Any]]) -> list[Callable[[], None]]:
-        """List of functions that together do `update(columns)` and may run in parallel. `stop` is increased at once.
+        """List of functions that together append `columns`, as `update` does; they may run in parallel.
 
-        Call `tasks` again only after all functions have ended.
+        The caller must run all of them before the next call. Side effect: `stop`, the end index, is increased at once.
         """
         values = [np.require(x, np.float64, ["C", "A"]) for x in columns]
         at = self.stop
@@ -195,10 +194,6 @@ class StreamSegment:
             [self.curves[place]],
             [self.extremes[place]],
         )
-
-    def copy(self) -> StreamSegment:
-        """Copy of the segment: later changes of one do not affect the other."""
-        return deepcopy(self)
 
     def state(self) -> dict[str, Any]:
         """Dict of plain values and arrays from which `restored` makes the same segment."""

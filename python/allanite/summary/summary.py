@@ -157,7 +157,7 @@ class Summary(Record):
     def merge(self, *others: Summary) -> Summary:
         """New `Summary` of this summary and of `others`, which hold other segments of the same stream, in any order.
 
-        Adjacent segments are joined; empty ones are dropped. Neither summary is changed.
+        Adjacent segments are joined; empty ones are dropped. No given summary is changed.
 
         Raises
         ------
@@ -186,8 +186,8 @@ class Summary(Record):
                 )
             if joined and one.start == joined[-1].stop:
                 if not fresh[-1]:
-                    joined[-1], fresh[-1] = joined[-1].copy(), True
-                joined[-1].merge(one.copy())
+                    joined[-1], fresh[-1] = deepcopy(joined[-1]), True
+                joined[-1].merge(deepcopy(one))
             elif one.stop > one.start or not joined:
                 joined.append(one)
                 fresh.append(False)
@@ -254,9 +254,9 @@ class Summary(Record):
         return _deviation_of_stream([one.curves[0] for one in self.stretches])
 
     def lines(self) -> list[Line]:
-        """List of the spectral lines (`Line`) of the only column that lie in octaves without kept samples.
+        """List of the spectral lines (`Line`) of the only column at frequencies of which only the power is kept.
 
-        Fits exclude these lines.
+        Those are the frequencies above the kept low-rate samples; none if all samples are kept. Fits exclude these lines.
         """
         reading = self.reading()
         return [

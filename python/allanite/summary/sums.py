@@ -40,7 +40,7 @@ class Sum:
         return self.high + self.low
 
     def state(self) -> dict[str, Any]:
-        """Dict of the arrays ``high`` and ``low``."""
+        """Dict with the two arrays ``high`` and ``low`` whose sum is `value`."""
         return {"high": self.high, "low": self.low}
 
 
@@ -69,19 +69,19 @@ class Blocks:
 
     @classmethod
     def empty(cls, bands: int, most: int) -> Blocks:
-        """`Blocks` without blocks, for this number of bands and at most `most` blocks."""
+        """`Blocks`, a map of power over time and frequency, still empty: for `bands` bands and up to `most` time blocks."""
         return cls(0, 0, Sum.zeros((0, bands)), np.zeros(0), most)
 
     @classmethod
     def restored(cls, state: dict[str, Any], most: int) -> Blocks:
-        """`Blocks` from the dict that `state()` returned, with at most `most` blocks."""
+        """`Blocks` from the dict that `state()` returned; it will hold at most `most` time blocks."""
         sums = Sum(state["high"], state["low"])
         return cls(state["size"], state["first"], sums, state["frames"], most)
 
     def add(self, tile: int, power: Array, frames: float) -> None:
-        """Add the power of consecutive tiles from index `tile` on in each band, shape (tiles, bands), in place.
+        """Add `power`, shape (tiles, bands), of consecutive tiles (blocks of samples) to their time blocks, in place.
 
-        Each tile has `frames` transform segments.
+        `tile` is the index of the first tile. Each tile has `frames` transform segments.
         """
         end = tile + power.shape[0]
         self._extend_to(tile >> self.size, ((end - 1) >> self.size) + 1)
@@ -117,9 +117,10 @@ class Blocks:
         self.frames[place] += theirs.frames
 
     def _extend_to(self, first: int, end: int) -> None:
-        """Extend the map of power over time, in place, to blocks first … end − 1 of the present size.
+        """Extend the map, in place, by empty time blocks, so that it contains the blocks with indices first … end − 1.
 
-        While there are more than `most` blocks, pairs of blocks are merged.
+        The indices count blocks of the size before the call. While there are more than `most` blocks, neighbors are
+        merged in pairs, which doubles the size.
         """
         if self.frames.size == 0:
             self.first = first
@@ -155,5 +156,5 @@ class Blocks:
         self.size += 1
 
     def state(self) -> dict[str, Any]:
-        """Dict of plain values and arrays from which `restored` makes the same map."""
+        """Dict of plain values and arrays from which `Blocks.restored` makes the same map of power."""
         return {"size": self.size, "first": self.first, "frames": self.frames, **self.sums.state()}

@@ -20,6 +20,7 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import YEAR, duration_text, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.common.several import Several, results_by_column, results_with_warning
+from allanite.common.showing import text_html
 from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import require_recording
 from allanite.effects import Model, parse_model
@@ -219,8 +220,7 @@ class Trend:
         )
         return with_readable_numbers("\n".join(lines))
 
-    def _repr_html_(self) -> str:
-        return f"<pre>{self}</pre>"
+    _repr_html_ = text_html
 
 
 class Trends(Several[Trend]):
