@@ -205,7 +205,7 @@ class Check:
 def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
     """List of the lines of a suggestion in the printed check: explanation, evidence, alternatives, confirmation.
 
-    Alternatives are omitted if there are none. The misfit that it removes is given only if it is significant.
+    Alternatives are omitted if there are none. Only for a significant suggestion the lines state the misfit it removes.
     """
     costly = s.p_value < FALSE_ALARM_PROBABILITY
     mark = " (its parameters cost more than it explains)" if costly else " (not significant)"

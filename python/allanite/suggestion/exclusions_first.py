@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Modifier
+from allanite.fit import excludes_samples
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
 from allanite.suggestion.constants import (
@@ -48,10 +49,10 @@ def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
 def _disturbance_goes_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     """True if the suggestion `out` excludes a significant disturbance and must be added before all others in `found`.
 
-    This holds if no other significant event in time explains its segment. Separate levels of the octaves in the segment
-    raise logL. An event explains the segment if it lowers this rise below 14 nats or below 10 % (half for single
-    outliers), the larger limit.
-    Always True for a significant stuck value; never for an insignificant disturbance or one without times.
+    This holds if no other significant effect that acts at certain times explains its segment. Separate noise levels of
+    all octaves in the segment raise logL. An effect explains the segment if this rise, with the effect in the model, is
+    below 14 nats or below 10 % of the rise without. For scattered single outliers it is 50 % instead of 10 %. True for a
+    significant stuck value. False if `out` is not significant or excludes no segment.
     """
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:
@@ -86,13 +87,14 @@ def _is_scattered(effect: Effect, data: Data) -> bool:
 def _outliers_go_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     """True if the suggestion `out` excludes outliers and must be added before all others in `found`.
 
-    Outliers go first if `is_far_ahead` holds. They also go first if they lie at the ends of the record, lie in a few
-    clusters, or alone cause the best process or filter; but not if something else in time explains them. A settling
-    that begins high above the noise, or a loud segment, makes the first samples stand out. A tap looks like a
-    resonance, and lost samples look like a fast Gauss–Markov process.
+    Outliers go first if their score is ten times that of any other significant suggestion (`is_far_ahead`). They also go
+    first if all lie at the ends of the record, if they lie in a few clusters, or if the best process or filter has its
+    evidence from them. Then no other significant effect that acts at certain times may explain 90 % of their power.
     """
+    # A settling that begins high above the noise, or a loud segment, makes the first samples stand out. A tap looks like
+    # a resonance, and lost samples look like a fast Gauss–Markov process.
     effect = out.effect
-    if not isinstance(effect, Modifier) or not effect.removes or effect.when is not None:
+    if not isinstance(effect, Modifier) or not effect.removes:
         return False
     taken = effect.missing(fit.data.n, fit.data.rate)
     ends = excludes_only_ends(effect, fit.data)
@@ -102,13 +104,16 @@ def _outliers_go_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bo
         return False
 
     def power(one: Fit) -> float:
-        """Sum of squares of the outliers under the model of a fit: of scores at the ends, of whitened samples elsewhere."""
+        """Power of the outliers with the model of a fit: sum of squares of the whitened samples.
+
+        If all lie at the ends of the record, which are not whitened: sum of squares of their `end_outlier_scores`.
+        """
         if ends:
             return float(np.sum(end_outlier_scores(one.solution, one.data) ** 2))
         return float(np.sum(whiten(one.solution, one.data).samples[taken] ** 2))
 
     def explains(one: Effect) -> bool:
-        """True if the effect could explain the outliers: any effect in time, but at the ends only a transient."""
+        """True if the effect could explain the outliers: any that acts at certain times; at the ends only a transient."""
         return isinstance(one, Deterministic) and one.may_be(effect) if ends else acts_in_time(one)
 
     least = MAX_EXPLAINED_REMAINDER * power(fit)
@@ -172,10 +177,10 @@ def explained_by_process(level: Suggestion, found: list[Suggestion], fit: Fit) -
 
 
 def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
-    """True if no other significant suggestion has a score above a tenth of the score of `one`.
+    """True if every other significant suggestion has a score below a tenth of the score of `one`.
 
-    For a change of the noise level, other changes of the level do not count. False if burst noise or a disturbance is
-    significant.
+    If `one` is a change of the noise level, other changes of the noise level do not count. False if another significant
+    suggestion is burst noise or a disturbance.
     """
     others = [s for s in found if s.significant and s is not one]
     if any(s.effect.screened == "two levels" or excludes_segment(s.effect) for s in others):
@@ -187,7 +192,7 @@ def is_far_ahead(one: Suggestion, found: list[Suggestion]) -> bool:
 
 def excludes_segment(effect: Effect) -> bool:
     """True if the effect excludes one segment of samples (not single outliers)."""
-    return isinstance(effect, Modifier) and effect.removes and effect.when is not None
+    return excludes_samples(effect) and effect.when is not None
 
 
 def changes_level(effect: Effect) -> bool:
@@ -197,10 +202,9 @@ def changes_level(effect: Effect) -> bool:
 
 def excludes_or_changes_level(effect: Effect) -> bool:
     """True if the effect excludes samples or changes a noise level over time, and so leaves the mean spectrum as it is."""
-    return isinstance(effect, Modifier) and (effect.removes or effect.passing)
+    return excludes_samples(effect) or changes_level(effect)
 
 
 def acts_in_time(effect: Effect) -> bool:
     """True if the effect acts at certain times: an exclusion, a change of noise level, or a function of time."""
-    taken = isinstance(effect, Modifier) and effect.removes
-    return taken or changes_level(effect) or isinstance(effect, Deterministic)
+    return excludes_or_changes_level(effect) or isinstance(effect, Deterministic)

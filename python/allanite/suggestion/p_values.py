@@ -45,8 +45,9 @@ class Family:
 def log_p_value(family: Family, x: float) -> float:
     """Ln of the probability that any candidate of a family raises logL by x or more if its effect is absent.
 
-    At most 0; 0 for x ≤ 0. A family with a `width` (number of independent frequencies) uses Baluev's formula for lines.
-    Others use Davies' formula with `arcs`, the angles that their whitened shapes cover, and `sides` (1 or 2).
+    At most 0; 0 for x ≤ 0. A family is a search over several effects. Lines at any frequency (`family.width`, number of
+    frequencies) use Baluev's formula. Others use Davies' formula with `family.arcs`, the angle by which the whitened
+    shape turns along the grid of each kind, and `family.sides` (1 or 2).
     """
     from scipy.special import log_ndtr
 
@@ -106,12 +107,13 @@ def arc_length(directions: NDArray[np.float64]) -> float:
 
 
 def interval_trials(cells: int, length: int, x: float) -> float:
-    """Number of independent intervals of `length` … 2 `length` − 1 cells, times the number of octaves, at a ΔlogL of x.
+    """Number of trials of a search for one interval of `length` … 2 `length` − 1 cells whose best ΔlogL is `x`.
 
-    The record has `cells` cells; lengths have steps of an eighth. With little evidence, neighboring intervals share
-    more of it: 1.65 x intervals per length of the record are independent. This was found by simulation (256 cells of
-    normal noise, 160 000 records, x = 5 … 9: 7.5 to 14.9 at 16 … 128 cells; fewer for shorter ones).
+    The record has `cells` cells. It is the number of independent intervals of these lengths times the number of octaves
+    of lengths, log₂(`cells`). At small x neighboring intervals are not independent: at most 1.65 x `cells`/`length` count.
     """
+    # By simulation of 256 cells of normal noise, 160 000 records, x = 5 … 9, lengths 16 … 128 cells: 7.5 to 14.9 instead of
+    # 1.65 x = 8.3 to 14.9; fewer for shorter ones.
     step = max(1, length // 8)
     lengths = len(range(length, min(2 * length, cells), step))
     return min(lengths * (cells / step), 1.65 * x * cells / length) * int(np.log2(cells))
@@ -172,11 +174,11 @@ def delta_logl_of_two_levels(
 def refined_interval(
     power: NDArray[np.float64], freedom: float, start: int, end: int, min_values: int
 ) -> tuple[int, int, float]:
-    """Tuple (start, end, ΔlogL) of an interval of values whose boundaries are moved in turn to the largest ΔlogL.
+    """Tuple (start, end, ΔlogL) of an interval of `power`, a series over time, whose ends are moved to the largest ΔlogL.
 
-    In each of three rounds a boundary moves by up to two coarse cells, or by an eighth of a longer interval. The
-    interval keeps at least `min_values` values, since anything shorter is an outlier. ΔlogL is −inf if no interval
-    qualifies.
+    The ΔlogL is that of a separate mean power inside; `freedom` is the degrees of freedom of each value. In each of three
+    rounds, start and end move in turn by up to 1/128 of the series, or an eighth of the interval if that is more. The
+    interval keeps at least `min_values` values, since anything shorter is an outlier. ΔlogL is −inf if none qualifies.
     """
     reach = max(2 * power.size // LEVEL_CELLS, (end - start) // 8)
     total = np.concatenate([[0.0], np.cumsum(power)])

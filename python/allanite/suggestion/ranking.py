@@ -33,21 +33,20 @@ if TYPE_CHECKING:
 
 
 def min_score(effect: Effect) -> float:
-    """Smallest score with which a significant effect explains more than its parameters cost: 0.5 nats.
-
-    −∞ for exclusions and changes of level: their cost, that of BIC, counts all ordinates and is too high.
-    """
+    """Score above which a suggestion may be significant: 0.5 nats; −∞ for exclusions and changes of the noise level."""
+    # The cost of exclusions and changes of level, that of BIC, counts all ordinates and is too high.
     return -math.inf if excludes_or_changes_level(effect) else MIN_SCORE_GAIN
 
 
 def in_order(
     found: Iterable[Suggestion], fit: Fit, overdispersion: float
 ) -> tuple[Suggestion, ...]:
-    """Tuple of the suggestions in ranked order, significant ones first; `rivals` of each is filled.
+    """Tuple of the suggestions, best first, with the kinds of alternative explanations filled in as `rivals`.
 
-    Within significant ones, exclusions that go first (`goes_first`) lead. If `overdispersion` (that of the spectrum, 1
-    for a steady record) is above 1.1, changes of level follow that no process explains. Otherwise the score decides.
-    Other excluded segments are omitted.
+    Significant ones come first. Among them, exclusions of samples that nothing else explains (`goes_first`) lead. If
+    `overdispersion` (that of the spectrum, 1 for a steady record) is above 1.1, changes of the noise level that no
+    process explains follow. Other exclusions and changes of level come last, unless far ahead. Within each group the
+    score decides. Excluded segments that do not lead are omitted.
     """
     judged = list(found)
     # A disturbance that something else explains is not suggested, and delays no outliers.

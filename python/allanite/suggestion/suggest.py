@@ -37,7 +37,6 @@ from allanite.suggestion.screens.band_levels import best_levels, screen_band_lev
 from allanite.suggestion.screens.drifting_bands import bands_that_may_move, screen_drifting_bands
 from allanite.suggestion.screens.drifting_lines import bands_with_excess, screen_drifting_lines
 from allanite.suggestion.screens.level_changes import (
-    count_of_level_forms,
     overdispersion_without,
     screen_outliers_and_levels,
 )
@@ -283,7 +282,7 @@ def suggest(
     done = count(1)
 
     def progress() -> None:
-        """Report one more stage as done."""
+        """Call `on_progress`, if given, with one more stage done."""
         if on_progress is not None:
             on_progress(next(done), 5)
 
@@ -364,8 +363,8 @@ def _look_with_all_screens(fit: Fit, whitened: Whitened, progress: Callable[[], 
         screens = with_gains_next_to_best({name: f.result() for name, f in found.items()}, data)
         progress()
     families = _families(spectral, screens, data.n, bool(followed))
-    # Each further form of a change of level is one more search.
-    searches = len(families) + count_of_level_forms(data.covariates)
+    # Forms of a change of level beyond one interval: several levels, a period, one band, and each logged column.
+    searches = len(families) + 3 + len(data.covariates)
     candidates: tuple[Candidate, ...] = (
         *spectral.candidates,
         *lines,
@@ -381,9 +380,10 @@ def _look_with_all_screens(fit: Fit, whitened: Whitened, progress: Callable[[], 
 def suggestions_elsewhere(refused: Suggestion) -> Iterator[Suggestion]:
     """Iterator over significant suggestions of the kind of a refused band, at frequencies that this band does not occupy.
 
-    A check suggests only the best band of a kind. The p-values are multiplied by the trials of the refused band, which
-    are the most: trials rise with ΔlogL.
+    Each p-value is that of a single test times the number of trials of the refused band. Empty if the refused effect
+    replaces others or is no band found in the spectrum.
     """
+    # A check suggests only the best band of a kind. Its trials are the most, since trials rise with ΔlogL.
     fit, effect = refused.before, refused.effect
     if effect.screened != "spectral" or effect.occupies is None or refused.gives_way:
         return
@@ -407,9 +407,10 @@ def _best_drifting_process(candidates: Iterable[Candidate]) -> Solution | None:
 def _families(
     spectral: Screen, screens: dict[str, Screen], n: int, followed: bool
 ) -> dict[str, Family]:
-    """Dict from name to `Family`: a group of candidates that share one false-alarm probability.
+    """Dict from name to `Family`: all candidates that were searched together and share one false-alarm probability.
 
-    `followed` is True if a screen followed any band over time. Then the family ``course`` of moving bands is included.
+    `n` is the number of samples. `screens` are those of slow functions. `followed` is True if the frequency of a band was
+    followed over time. Then the family ``course`` of moving bands is included.
     """
     names = sorted({"spectral", *spectral.families})
     families = {name: Family(name) for name in ("level", "outlier")}
@@ -434,11 +435,12 @@ def _suggestion(
     surplus: float,
     scatter: float,
 ) -> Suggestion:
-    """`Suggestion` of a candidate: its ΔlogL, its p-value corrected for all `searches`, and its fit.
+    """`Suggestion` of a candidate, with its ΔlogL, its p-value times the number of `searches`, and its fit.
 
-    `surplus` is the ΔlogL that a discrepancy of the model without the effect explains. It is added if the model with
-    the effect needs no discrepancy. `scatter`, the overdispersion, raises the p-value, except that of levels, outliers
-    and excluded segments. `removes_percent` is NaN and `rivals` empty until later steps fill them.
+    `families` maps the name of a family to the trials of its search. `surplus` is the ΔlogL that a discrepancy of the
+    model without the effect explains. It is added if the model with the effect needs no discrepancy. `scatter` divides
+    the ΔlogL of which the p-value is taken, except for levels, outliers and excluded segments. `removes_percent` is NaN
+    and `rivals` is empty; callers fill them.
     """
     from scipy.special import log_ndtr
 
@@ -483,35 +485,22 @@ def _suggestion(
 
 
 def _with_shares(fit: Fit, judged: list[Suggestion]) -> list[Suggestion]:
-    """List of copies of the suggestions in which `removes_percent` is filled.
+    """List of copies of the suggestions in which `removes_percent` is filled: the part of the misfit of `fit` removed.
 
-    It is the part of the unexplained misfit that an effect removes. The whole is the misfit without any addition: what
-    a suggestion leaves, plus its ΔlogL. It is the largest such sum, since the bins of `fit.unexplained_misfit` do not
-    resolve a line. A study counts its first step in the same way (`misfit_left`).
+    An effect removes its ΔlogL. An exclusion, a change of level or a moving band removes the fall of the misfit of the
+    spectrum. 100 % is the largest of the misfit of `fit` and, for each other suggestion, its ΔlogL plus the misfit left.
     """
-    removed = [_removed_misfit(fit, s) for s in judged]
+    # The bins of `fit.unexplained_misfit` do not resolve a line. A study counts its first step in this way, too.
+    removed: list[float] = []
     whole = max(fit.unexplained_misfit, 0.0)
-    for suggestion, part in zip(judged, removed, strict=True):
-        if not _changes_over_time(suggestion.effect):
-            whole = max(whole, max(suggestion.found.unexplained_misfit, 0.0) + part)
+    for s in judged:
+        left = max(s.found.unexplained_misfit, 0.0)
+        if excludes_or_changes_level(s.effect) or s.effect.moving:
+            removed.append(max(fit.unexplained_misfit - left, 0.0))
+        else:
+            removed.append(max(s.delta_log_likelihood, 0.0))
+            whole = max(whole, left + removed[-1])
     return [
         replace(s, removes_percent=100.0 * min(part / whole, 1.0) if whole > 0.0 else 0.0)
         for s, part in zip(judged, removed, strict=True)
     ]
-
-
-def _removed_misfit(fit: Fit, suggestion: Suggestion) -> float:
-    """Misfit of the spectrum that a suggestion removes, nats, at least 0: its ΔlogL.
-
-    For exclusions, changes of level and moving bands, whose evidence is not in the spectrum, it is the fall of the
-    misfit of the remaining samples.
-    """
-    if _changes_over_time(suggestion.effect):
-        found = max(suggestion.found.unexplained_misfit, 0.0)
-        return max(fit.unexplained_misfit - found, 0.0)
-    return max(suggestion.delta_log_likelihood, 0.0)
-
-
-def _changes_over_time(effect: Effect) -> bool:
-    """True for effects whose evidence is not in the mean spectrum: exclusions, changes of level and moving bands."""
-    return excludes_or_changes_level(effect) or effect.moving

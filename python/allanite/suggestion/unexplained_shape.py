@@ -56,10 +56,10 @@ def unexplained_effect() -> Effect:
 
 
 def unexplained_shape(fit: Fit) -> UnexplainedShape | None:
-    """`UnexplainedShape` that would describe what a model lacks; or None.
+    """`UnexplainedShape`: a smooth hump or dip of the spectrum, without a physical name, that the model lacks; or None.
 
-    None if it raises logL by less than the BIC cost of its parameters, or if the model has such a shape. The fit is not
-    changed.
+    None if it raises logL by less than the BIC cost of its parameters, or if the model already has such a nameless shape.
+    The fit is not changed.
     """
     if any(effect.nameless for effect in fit.model):
         return None

@@ -167,13 +167,12 @@ def largest_delta_logl(power: Array) -> float:
 def _fitted_level_change(
     cells: list[Cell], begin: float, close: float
 ) -> tuple[float, float, float, Array]:
-    """Tuple (factor, ΔlogL, standard error of ln factor, steady power) of a change of level in an interval.
+    """Tuple (factor, ΔlogL, standard error of ln factor, steady power) of a change of the level of one process.
 
-    The factor is the standard deviation of a process inside over outside of the fractions `begin` to `close` of the
-    record. Each cell is a pair (power over time of some ordinates, share of the process). The steady power is that of the
-    most informative cell, with the change divided out. If the data do not exclude that the process is absent inside (or
-    outside), the factor is the end of its 95 % interval nearer to 1. (1, 0, 1, power of the first cell) is returned if no
-    cell resolves the interval.
+    The factor is its standard deviation inside over outside of the fractions `begin` to `close` of the record. Each cell
+    is a pair (power over time of some ordinates, share of the process). The steady power over time is that of the cell
+    with the most information, after the change is divided out. If the process may be absent inside or outside, the factor
+    is the end of its 95 % interval nearer to 1. (1, 0, 1, power of the first cell) if no cell resolves the interval.
     """
     from scipy.optimize import brentq, minimize_scalar
 

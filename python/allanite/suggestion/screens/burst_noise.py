@@ -137,10 +137,10 @@ class _Blocks:
 def _odds_above(
     slow: int, solution: Solution, spectrum: tuple[Array, Array], block: _Blocks
 ) -> float:
-    """Ln of the likelihood of two fitted levels over that of Gaussian noise, from block means.
+    """Ln of the likelihood of two fitted levels over that of Gaussian noise, from block means above the ordinate `slow`.
 
-    `spectrum` is a pair: expected squared ordinates of the other noise, and of the Gauss–Markov process. Ordinates 0 to
-    `slow` are left out. 0 if the process exceeds the other noise in too few of the others.
+    `spectrum` is a pair: expected squared ordinates of the other noise, and of the Gauss–Markov process. 0 if the process
+    exceeds the other noise in too few of the ordinates above `slow`.
     """
     from scipy.optimize import minimize
 

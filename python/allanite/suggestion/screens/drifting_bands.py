@@ -48,17 +48,20 @@ SEARCHES = (
 
 
 def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
-    """List of the bands of the model, strong enough to be located in 8 sections, whose center frequency may change.
+    """List of the band processes of the model whose center frequency can be followed in at least 8 sections of the record.
 
-    Empty if much of the record is missing. Bands within the range of a moving band of the model are excluded, because
-    what that band leaves moves as well.
+    A band must have power and no held parameter, and the catalog an effect like it with a moving frequency. Omitted are
+    bands in the frequency range of a moving band of the model, because what that band leaves moves as well. Empty if much
+    of the record is missing.
     """
     known = [e.occupies for e in solution.model if e.moving and e.occupies is not None]
-    bands = [own for own in solution.processes if _may_move(own, data)]
     return [
         own
-        for own in bands
-        if not any(bands_overlap(own.effect.occupies or (0.0, 0.0), course) for course in known)
+        for own in solution.processes
+        if own.theta > 0.0
+        and _is_movable(own.effect)
+        and _section_count(own.effect, data) >= MIN_BAND_SECTIONS
+        and not any(bands_overlap(own.effect.occupies or (0.0, 0.0), course) for course in known)
     ]
 
 
@@ -69,22 +72,8 @@ def screen_drifting_bands(
 
     The moving band may also replace other bands within its range of frequencies. Bands that do not move are omitted.
     """
-    if not bands:
-        return ()
     found = (_moving_band_candidate(own, solution, data) for own in bands)
     return tuple(c for c in found if c is not None)
-
-
-def _may_move(own: Process, data: Data) -> bool:
-    """True if the center frequency of the band `own` can be followed over time, in at least 8 sections of the record.
-
-    The band must have power, and the catalog an effect like it with a moving frequency; none of its parameters is held.
-    """
-    return (
-        own.theta > 0.0
-        and _is_movable(own.effect)
-        and _section_count(own.effect, data) >= MIN_BAND_SECTIONS
-    )
 
 
 def _is_movable(effect: Stochastic) -> bool:
@@ -113,8 +102,7 @@ def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Cand
 
     The moving band may also replace other bands within its range. None as well if it has no power after the refit.
     """
-    low, high = own.effect.occupies or (0.0, 0.0)
-    width = (high - low) / (high + low)
+    width = _relative_half_width(own.effect)
     sections = _Sections(own, solution, data)
     course = sections.course([width * w for w in WIDTH_RATIOS], own.theta, (own.effect,))
     if course is None:
@@ -124,7 +112,8 @@ def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Cand
     moving = refitted.processes[-1]
     for replaced in _replaceable_sets(own, moving, solution):
         if moving.theta > 0.0:
-            again = sections.course([_relative_half_width(moving.effect)], moving.theta, replaced)
+            width = _relative_half_width(moving.effect.segments[0])
+            again = sections.course([width], moving.theta, replaced)
             if again is not None and again.risen > course.risen:
                 course = again
                 refitted = _refitted_with(course, solution, data)
@@ -172,10 +161,9 @@ def _without(model: Model, replaced: tuple[Effect, ...]) -> tuple[Effect, ...]:
     return tuple(e for e in model if not any(e is other for other in replaced))
 
 
-def _relative_half_width(moving: Effect) -> float:
-    """Half-width of a moving band in its first segment, relative to its center frequency."""
-    assert isinstance(moving, Stochastic)
-    low, high = moving.segments[0].occupies or (0.0, 0.0)
+def _relative_half_width(band: Effect) -> float:
+    """Half-width of a band relative to its center frequency."""
+    low, high = band.occupies or (0.0, 0.0)
     return (high - low) / (high + low)
 
 
@@ -242,11 +230,10 @@ class _Sections:
     ) -> _Course | None:
         """Most likely course of the center frequency of a band over time (`_Course`), for one width of the band; or None.
 
-        The frequency stays `within` (low, high), Hz. The half-width of the band is `relative_width` times its frequency;
-        `theta` is its squared coefficient. The band replaces the effects `replaced`. The frequency is constant in each of
-        several sections of the record, or piecewise linear in time. The number of sections or linear parts maximizes
-        ΔlogL minus the cost of the course. None if the frequency grid has at most four values, or if the effect has no
-        band at one of them.
+        The frequency stays `within` (low, high), Hz. The half-width of the band is `relative_width` times its frequency,
+        `theta` its squared coefficient. The band takes the place of the effects `replaced`. The frequency is constant in
+        each section of the record or linear in each part. The number of sections or parts maximizes ΔlogL minus the cost
+        of the course. None if the range has at most four tried frequencies, or if the band cannot be at one of them.
         """
         step = relative_width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)
@@ -260,7 +247,8 @@ class _Sections:
         ]
         if len(bands) < places.size:
             return None
-        cells = self._cells(within, step)
+        aside = MARGIN * _half_width(effect)
+        cells = self.sections.cells((within[0] - aside, within[1] + aside), step)
 
         def log_likelihoods(other_power: Array, band: Stochastic, strength: float) -> Array:
             """Array of the logL of each section if `band`, with squared coefficient `strength`, replaces the searched band.
@@ -294,15 +282,9 @@ class _Sections:
         return best
 
     def _remaining_power(self, replaced: tuple[Effect, ...], cells: Cells) -> Array:
-        """Array of the expected squared ordinates of the model without the effects `replaced`, in each frequency cell."""
+        """Array of expected power in each frequency cell, shape (cells,), of the model without the effects `replaced`."""
         others = Model(_without(self.model, replaced))
         return cells.expected(self.data.terms(others) if others.stochastic else ())
-
-    def _cells(self, within: tuple[float, float], step: float) -> Cells:
-        """`Cells` (power of each section in frequency cells `step` Hz wide) of the range `within`, Hz, and a margin."""
-        low, high = self.own.effect.occupies or (0.0, 0.0)
-        aside = 0.5 * MARGIN * (high - low)
-        return self.sections.cells((within[0] - aside, within[1] + aside), step)
 
 
 def _half_width(band: Stochastic) -> float:
@@ -337,11 +319,11 @@ def most_likely_course(gains: Array) -> tuple[NDArray[np.int64], float]:
 
 
 def most_likely_polygon(gains: Array, parts: int) -> tuple[Array, float]:
-    """Pair: frequency index of the most likely piecewise linear course in each section, shape (sections,), and its score.
+    """Pair: most likely piecewise linear course, as a fractional frequency index in each section; and its score, nats.
 
-    The score is the sum of its gains minus its cost, nats. `gains` has shape (sections, frequencies). The course has
-    `parts` straight parts of equal length. At its start and at the end of each part, all frequencies are equally
-    probable. A score s occurs by chance with a probability of at most e⁻ˢ, as for `most_likely_course`.
+    `gains`, ΔlogL, has shape (sections, frequencies). The course has `parts` straight parts of equal length. The score is
+    the sum of the gains along the course minus ln of the number of possible courses: all frequencies are equally probable
+    at the start and at the end of each part. A score s occurs by chance with a probability of at most e⁻ˢ.
     """
     sections, places = gains.shape
     size, at = sections // parts, np.arange(places)

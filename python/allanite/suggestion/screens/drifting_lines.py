@@ -95,11 +95,12 @@ def blanks_of_screen(screened: str, solution: Solution, data: Data) -> list[Dete
 def solved_with(
     effect: Deterministic, solution: Solution, data: Data
 ) -> tuple[Solution, Deterministic, float]:
-    """Tuple (solution of the model plus `effect`, the fitted effect, its ΔlogL).
+    """Tuple (solution of the model plus the drifting or passing line `effect`, the fitted effect, its ΔlogL).
 
-    The ΔlogL is that of the effect alone and uses the noise of the new model, so that the line does not count as
-    discrepancy. It is at most the rise of logL of the whole fit.
+    The ΔlogL is that of the ordinates near the line, given the noise of the new model. It is at most the rise of logL of
+    the whole fit.
     """
+    # With the noise of the old model the line would count as discrepancy.
     refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
     last = refitted.model.deterministic[-1]
     j = ordinates_of_drift(last, data)

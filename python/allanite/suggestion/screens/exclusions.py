@@ -79,7 +79,7 @@ def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
     def distances(at: NDArray[np.int64] | int, way: int) -> NDArray[np.float64]:
         """Array of the absolute distances of the samples `at` from the median of neighbors in the direction `way` (±1).
 
-        The neighbors begin `gap` samples away.
+        The nearest neighbor used is `gap` samples away: 1, or more to leave out outliers in between.
         """
         behind = np.asarray(at)[..., None] + way * reach
         return np.abs(samples[at] - np.median(samples[behind + way * gap], axis=-1))
@@ -132,11 +132,11 @@ def _robust_std(size: NDArray[np.float64]) -> float:
 def screen_outliers(
     solution: Solution, data: Data, samples: NDArray[np.float64]
 ) -> Callable[[], Candidate | None] | None:
-    """Function without arguments that returns the refitted candidate to exclude outliers; None if there are none.
+    """Function without arguments that returns the refitted `Candidate` to exclude outliers; None if there are none.
 
-    Outliers are samples of the whitened record beyond the limit that normal noise reaches in 1 % of records. The scale
-    comes from quantiles. The ΔlogL is that of a separate level for each outlier, less ln n for choosing it. None as
-    well if it is not positive, if more than 20 % of the samples are outliers, for a summary, and for a record of few
+    Outliers are values of the whitened record `samples` beyond the limit that normal noise reaches in 1 % of records, or
+    beyond the tail of the record. The ΔlogL is that of a separate level for each outlier, less ln n for choosing it. None
+    as well if it is not positive, if more than 20 % of the samples are outliers, for a summary, and for a record of few
     codes.
     """
     from scipy.special import log_ndtr
@@ -332,10 +332,10 @@ def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
 def _power_ratio(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> float | None:
-    """Maximum, over the bands within an octave, of the power in a segment over the median power of other segments; or None.
+    """Maximum, over 7 bands of an octave, of the power in a segment over the median power in other segments; or None.
 
-    The octave has the ordinates `low` … `high`; `first` and `last` are fractions of the record. The ratio is divided by
-    10 if half of the other segments have a narrow peak in these ordinates, because such a peak may swell or wander.
+    The octave has the ordinates `low` … `high`. The segment lies between the fractions `first` and `last` of the record.
+    The maximum is divided by 10 if half of the other segments have a narrow peak in the octave: it may swell or wander.
     None if a band would have fewer than 8 ordinates or lie above the Nyquist frequency.
     """
     from scipy.fft import next_fast_len, rfft

@@ -21,11 +21,11 @@ MAX_ROUNDS = 20
 def most_likely_borders(
     power: Array, places: NDArray[np.int64], levels: Array, min_values: int
 ) -> NDArray[np.int64]:
-    """Array of the borders `places` between constant levels, each moved to its most likely index.
+    """Array of the borders `places` between constant levels, each moved to its most likely index in `power`.
 
-    `levels` are the mean powers before, between and after the borders. An interval between two borders keeps at least
-    `min_values` values, since anything shorter is an outlier. A border between equal levels, or without room to move,
-    stays.
+    A border is the index of the first value after it. `levels` are the mean powers of all intervals, in their order. An
+    interval between two borders keeps at least `min_values` values, since anything shorter is an outlier. A border
+    between equal levels, or without room to move, stays.
     """
     out = places.copy()
     for k, place in enumerate(places):
@@ -77,20 +77,20 @@ def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[f
 def borders_within_cells(
     power: Array, places: Sequence[float], factors: Sequence[float]
 ) -> tuple[list[float], list[float]]:
-    """Pair of lists: the times of level changes, in cells of a map of power over time; and the power after each change.
+    """Pair of lists: fractional index in `power` of each level change, and power after it relative to that at the start.
 
-    The power is relative to that before the first change. `places` are first estimates of the times, and `factors` the
-    levels after each change (square roots of power). A cell may be a mean over more than its own time. Levels come from
-    cells well inside the intervals, with one mean for all intervals of the same factor. The power within 12 cells of a
-    change gives its time between the two levels.
+    `power` is a series over time in which a value may mix the levels of its neighbors. `places` are estimates of the
+    indices. `factors` are the levels after each change (square roots of power); intervals of equal factor have one mean.
+    Means come from values more than 12 values away from a change, or a quarter of a shorter interval. The sum of the
+    power near a change gives its index.
     """
     known = [1.0, *factors]
     at = np.arange(power.size) + 0.5
 
     def levels(borders: Sequence[float]) -> list[float]:
-        """List of the mean power of each interval, without the 12 blurred cells at its borders.
+        """List of the mean power of each interval, without the 12 values (at most a quarter) next to each border.
 
-        Intervals of the same factor have one mean. An interval without other cells gets its factor squared.
+        Intervals of the same factor have one mean. It is the factor squared if no values remain.
         """
         ends = [0.0, *borders, float(power.size)]
         inside: dict[float, list[Array]] = {}

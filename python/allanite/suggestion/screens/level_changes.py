@@ -40,8 +40,6 @@ from allanite.suggestion.screens.level_forms import (
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
@@ -50,10 +48,10 @@ if TYPE_CHECKING:
 def screen_outliers_and_levels(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, list[Candidate]]:
-    """Pair: `Candidate` of outliers or None, and list of `Candidate` of level changes found without these outliers.
+    """Pair: `Candidate` of outliers or None, and list of `Candidate` of level changes.
 
-    The level changes are refitted to the given data. If a level change explains most of the louder samples of an
-    interval, the first element is None, and outliers are left for the next step.
+    The level changes are searched without the outliers and refitted to the given data. If a change found with all samples
+    also changes their median size, the louder samples are no outliers: the pair is None and the changes so found.
     """
     refit_outliers = screen_outliers(solution, data, whitened.samples)
     found = screen_levels(solution, data, whitened)
@@ -68,9 +66,10 @@ def screen_outliers_and_levels(
 
 
 def _changes_median_size(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
-    """True if the candidate changes the median size of the samples by at least half of the change of their rms.
+    """True if the median size of whitened samples changes by more than half of the change of their rms.
 
-    This tells a change of level from outliers. False for a p-value above 1 %, a constant level, or a summary.
+    Samples with a high level of the candidate are compared with all others. A change of level changes the median as well,
+    outliers only the rms. False for a p-value above 1 %, a constant level, or a summary.
     """
     effect = candidate.effect
     assert isinstance(effect, Modifier)
@@ -162,11 +161,11 @@ def is_deformed_by_rounding(data: Data) -> bool:
 
 
 def _makes_power_steadier(candidate: Candidate, data: Data, series: Series) -> bool:
-    """True if the refitted model makes the power over time steadier by at least half of the candidate's ΔlogL.
+    """True if the refitted model makes the white-noise power over time steadier by half of the candidate's ΔlogL or more.
 
-    Next to other level changes, the model may already contain this change; the remainder is then
-    not white noise. True as well if the power cannot be compared.
+    `series` is the power without the candidate. True as well if the power with it has another number of values.
     """
+    # The model may contain this change of level already; then the remainder is not white noise.
     assert candidate.solution is not None
     after = white_power(candidate.solution, data, whiten(candidate.solution, data))[0]
     power = series.power
@@ -175,15 +174,6 @@ def _makes_power_steadier(candidate: Candidate, data: Data, series: Series) -> b
     seen = (power > 0.0) & (after > 0.0)
     before, after = power[seen] / power[seen].mean(), after[seen] / after[seen].mean()
     return bool(-0.5 * series.freedom * np.log(before / after).sum() >= MAIN_SHARE * candidate.gain)
-
-
-def count_of_level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
-    """Number of searches for a changing noise level in addition to that for one interval.
-
-    It is 3 plus one for each logged column in `columns`: several levels, a periodic level, a level of one band, and a
-    level that follows a column.
-    """
-    return 3 + len(columns)
 
 
 def _with_refined_times(
@@ -283,9 +273,10 @@ def _refitted_candidate(candidate: Candidate, solution: Solution, data: Data) ->
 def overdispersion_without(
     base: Solution, data: Data, levels: list[Candidate], searches: int
 ) -> tuple[float, float]:
-    """Pair (overdispersion of the spectrum, largest relative power) caused by the best level change that the model lacks.
+    """Pair (overdispersion of the spectrum, largest relative power) caused by the best of the candidates `levels`.
 
-    Only changes with a p-value below 1 % after `searches` searches count; the pair is (1, 1) without one.
+    The candidates are changes of level that the model lacks. Only those with a p-value below 1 % after `searches` searches
+    count. (1, 1) without one.
     """
     significant = [
         c
@@ -316,7 +307,8 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     factor = float(np.sqrt(series.white_ratio(float(inside / outside))))
     changes = (
         cls.from_values(start=series.time(start), end=series.time(end), factor=factor)
-        for cls in _modifiers_of_screen("level")
+        for cls in CATALOGUE
+        if issubclass(cls, Modifier) and cls.screened == "level"
     )
     effect = next((change for change in changes if change is not None), None)
     # A change smaller than the discrepancy of the model, or than its standard error, is no effect.
@@ -324,8 +316,3 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     if effect is None or gain < MIN_SCREEN_GAIN or abs(factor - 1.0) < least:
         return None
     return Candidate(effect, gain, "level", None, 3, min(0.0, log_p))
-
-
-def _modifiers_of_screen(key: str) -> list[type[Modifier]]:
-    """List of the modifier classes of the catalog that are searched by the screen named `key`."""
-    return [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == key]

@@ -102,9 +102,9 @@ def series_of(
 ) -> Series:
     """`Series` of power over time, with its degrees of freedom divided by the overdispersion.
 
-    `power` measures levels, `judged` (with normal tails) decides on them. `freedom` is that of independent values,
-    `share` the share of white noise, `span` the time of start and end, s. The overdispersion is measured after changes
-    of level are divided out.
+    `power` measures levels. `judged`, the power of samples with normal tails, decides on them. `freedom` is the degrees
+    of freedom of each value, `share` the share of white noise in the power, `span` the (start, end) of the record, s. The
+    overdispersion is that of `judged` after all its changes of level are divided out.
     """
     places = _level_borders(judged, freedom, turns=False)
     steady = judged / np.repeat(
@@ -114,10 +114,11 @@ def series_of(
 
 
 def screen_several(series: Series, model: Model) -> list[Candidate]:
-    """List with one `Candidate` (not refitted): several changes of the white-noise level; empty if ΔlogL is too small.
+    """List with at most one `Candidate` (not refitted): the white-noise level changes at two or more times.
 
-    Each interval has its own level, or two levels alternate. ΔlogL must exceed the cost, ½ ln n per parameter; the
-    p-value is e^−(ΔlogL − cost). The list is also empty if a change in a single interval explains more.
+    Each interval has its own level, or two levels alternate. The form with the largest ΔlogL less cost (½ ln n for each
+    parameter) is taken; its p-value is e^−(ΔlogL − cost), at most 1. Empty if that form is a change in a single interval,
+    if fewer than two changes are found, or if the catalog has no such effect.
     """
     kinds = [type(blank) for blank in _level_effects(model, {})]
     freedom = series.freedom
@@ -218,13 +219,12 @@ def _alternating_borders(power: Array, count: Array, borders: list[int], price: 
     """
     if len(borders) < 2:
         return []
-    means = np.sort(_interval_sums(power * count, borders) / _interval_sums(count, borders))
+    starts = [0, *borders]
+    level = np.add.reduceat(power * count, starts) / np.add.reduceat(count, starts)
+    means = np.sort(level)
     best: tuple[float, list[int]] = (-np.inf, [])
     for split in np.sqrt(means[1:] * means[:-1]):
-        loud = np.repeat(
-            _interval_sums(power * count, borders) / _interval_sums(count, borders) > split,
-            np.diff([0, *borders, power.size]),
-        )
+        loud = np.repeat(level > split, np.diff([*starts, power.size]))
         for _ in range(4):
             if loud.all() or not loud.any():
                 break
@@ -234,11 +234,6 @@ def _alternating_borders(power: Array, count: Array, borders: list[int], price: 
             if score > best[0]:
                 best = (score, [int(b) + 1 for b in np.flatnonzero(np.diff(loud))])
     return best[1]
-
-
-def _interval_sums(values: Array, borders: list[int]) -> Array:
-    """Array of the sum of the values in each interval between `borders`."""
-    return np.asarray(np.add.reduceat(values, [0, *borders]))
 
 
 def _best_path(
@@ -284,7 +279,8 @@ def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
 def _without_needless_borders(
     power: Array, places: NDArray[np.int64], freedom: float, price: float
 ) -> NDArray[np.int64]:
-    """Array of those borders whose ΔlogL exceeds `price`; two borders within a coarse cell may stand for one change."""
+    """Array of the borders that remain if the one with the smallest ΔlogL is removed until all exceed `price`, nats."""
+    # Two borders within a coarse cell may stand for one change.
     while places.size:
         whole = _loss(power, places, freedom)
         without = [_loss(power, np.delete(places, k), freedom) for k in range(places.size)]
@@ -296,18 +292,18 @@ def _without_needless_borders(
 
 
 def _loss(power: Array, places: NDArray[np.int64], freedom: float) -> float:
-    """Negative logL of constant levels between borders, up to a constant."""
+    """Negative logL, up to a constant, of the power with one constant level between neighboring borders."""
     sizes = np.diff([0, *places, power.size])
     return float(0.5 * freedom * sizes @ np.log(_levels(power, places, turns=False)))
 
 
 def screen_cycle(series: Series, model: Model) -> Candidate | None:
-    """`Candidate` (not refitted) of a white-noise level that changes periodically, with the best period and gate; or None.
+    """`Candidate` (not refitted) of a white-noise level that is higher or lower in a part of each period; or None.
 
-    A gate is the part of each period with another level. None if H has a p-value above 1 %, the ΔlogL is at most 3, or
-    the catalog has no such level. H is the largest sum of harmonic powers less their cost, over all frequencies. None
-    as well for constant power and for too few values. The candidate's p-value is the larger of those of H and of the
-    gate.
+    The period comes from the H test: the largest sum of the powers of up to 6 harmonics, less 4 for each, over all
+    frequencies. None if that sum has a p-value above 1 %, or if the best level has a ΔlogL of at most 3. None as well for
+    constant power, too few values, or without such an effect in the catalog. The p-value is the larger of that of the H
+    test and that of the part of the period.
     """
     from scipy.special import log_ndtr
 
@@ -382,8 +378,8 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
     """Tuple (period, first sample, share) of the most likely gate near a coarse one, from the squares of single samples.
 
     A gate is the part of each period with another noise level; `share` is its length in periods. Period and start are
-    in samples. The coarse gate is known to 1/64 of a period at both ends of the record. It is returned if no finer one
-    is usable.
+    in samples. The search covers 1/32 of a period on both sides of the given edges, and periods that move them by 1/64
+    of a period at the ends of the record. The given values are returned if no gate there has at least one sample.
     """
     n, reach = square.size, 2 * FINE_PHASES
     phases = PHASES * FINE_PHASES

@@ -79,9 +79,9 @@ def screen_lines(
 ) -> tuple[Candidate, ...]:
     """Tuple of refitted `Candidate` of up to 12 lines of the residual, the clearest first, each with its harmonics.
 
-    `whitened` is the residual in time; `white` are its ordinates whitened by the model without a discrepancy. Evenly
-    spaced lines become one candidate. The search ends at a peak of at most 6, or less than 3 above ln of the trials. A
-    candidate without a gain is omitted.
+    `whitened` is the whitened residual in time; `white` are the ordinates whitened without a discrepancy. Evenly spaced
+    lines become one candidate. The search ends at a peak of at most 6 nats, or less than 3 above ln of the number of
+    trials. A candidate that does not raise logL is omitted.
     """
     if solution.best.scale is not None or data.gain is not None:
         # A discrepancy would absorb a line of a few cycles; a random draw for missing samples would dilute it.
@@ -163,9 +163,10 @@ def _refitted(
 
 
 def _clearest_line(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
-    """Pair: index of the clearest line of a periodogram, in half cycles per record, and its height minus ln of the trials.
+    """Pair: index of the clearest line of a periodogram, and its height minus ln of the number of trials, nats.
 
-    The height is −inf if no peak is above 6.
+    `ratio` is the periodogram over its expectation; index k is k/2 cycles per record. The second element is −inf if no
+    peak is above 6 nats.
     """
     # Octaves and known frequencies have their own shares of the trials.
     octaves = [(2**k, 2 ** (k + 1)) for k in range(1, (ratio.size - 1).bit_length())]
@@ -180,9 +181,10 @@ def _clearest_line(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
 
 
 def _line_indices(ratio: NDArray[np.float64], data: Data) -> list[int]:
-    """List of the indices, in half cycles per record, of at most 48 separate lines of a periodogram, clearest first.
+    """List of the indices, in half cycles per record, of at most 32 separate lines of a periodogram, clearest first.
 
-    It ends before a peak of at most 6, or less than 3 above ln of the trials.
+    `ratio` is the periodogram over its expectation. The list ends before a peak of at most 6 nats, or less than 3 above
+    ln of the number of trials.
     """
     left, found = ratio.copy(), []
     for _ in range(MAX_EVENTS):
@@ -292,10 +294,10 @@ def _wandering_note(frequency: float, width: int, surplus: float, data: Data) ->
 def _fundamental_and_multiples(
     ratio: NDArray[np.float64], top: int, width: int
 ) -> tuple[int, list[int]]:
-    """Pair: ordinate of the fundamental of the line at ordinate `top`, and list of its multiples that stand out.
+    """Pair: index of the fundamental of the line at index `top`, and list of the multiples that stand out: [1, 2, 3, …].
 
-    (`top`, [1]) without harmonics. The fundamental with the most multiples is taken: up to the 12th for the line
-    divided by 1 to 3, up to the 64th where 60 % of them stand out.
+    Of the fundamentals `top`/1, `top`/2, … the one with the most multiples is taken. Multiples up to the 12th count for
+    divisors up to 3; multiples up to the 64th count if 60 % of those below stand out. (`top`, [1]) without harmonics.
     """
     best = (top, [1])
     for divisor in range(1, MAX_PULSE_HARMONIC // 2 + 1):

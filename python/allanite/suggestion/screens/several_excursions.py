@@ -43,10 +43,11 @@ def _excursion_times(event: Deterministic) -> list[tuple[float, float]]:
 def several_excursions(
     kind: type[Deterministic], first: Deterministic, places: float, solution: Solution, data: Data
 ) -> tuple[Deterministic, float] | None:
-    """Pair: effect with the 2 to 32 excursions least likely by chance, and ln of the number of such sets; or None.
+    """Pair: one effect that contains 2 to 32 excursions, and ln of the number of such sets; or None.
 
-    The second element is the cost of the choice in ln p, relative to a single excursion. None if a second excursion
-    does not lower the p-value, or if they cannot be merged. `solution` is that of the model without excursions.
+    Excursions are added one by one as long as the p-value falls. The second element is relative to the number of single
+    excursions and lowers the evidence. None if a second excursion does not lower the p-value, or if the catalog has no
+    effect for several. `solution` is that of the model without excursions.
 
     Parameters
     ----------

@@ -186,11 +186,11 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
 
 
 def candidates_elsewhere(first: Effect, solution: Solution, data: Data) -> Iterator[Candidate]:
-    """Iterator over refitted `Candidate` bands of the kind of `first`, each at frequencies that no earlier one occupies.
+    """Iterator over refitted `Candidate` of the kind of the band `first`, at frequencies outside `first` and earlier ones.
 
-    `first` counts as the earliest. Each of the `MAX_FORMS_TRIED` best grid points is refitted by itself. A refit from
-    the best of many points would lead to `first` again.
+    Each of the 8 best points of the grid of shapes is refitted by itself, if it raises logL by 3 or more.
     """
+    # A refit from the best of many points would lead to `first` again.
     part = RandomPart(data, solution.power, solution.count)
     taken = [first.occupies]
 
@@ -223,10 +223,11 @@ def bands_overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
 def _narrow_band_candidate(
     point: Effect, base: Solution, part: RandomPart, white: NDArray[np.float64], arc: float
 ) -> Candidate | None:
-    """Refitted `Candidate` for the clearest band narrower than a bin, from single ordinates; or None.
+    """Refitted `Candidate` of the clearest band that is narrower than a bin of the spectrum; or None.
 
-    None if it cannot be significant, if the kind of `point` has no movable band, or if more than `MAX_MISSING_FRACTION`
-    of the samples are missing.
+    It is searched in `white`, the whitened single ordinates, and has the kind of the effect `point`. `arc` is the angle of
+    the grid of that kind, rad. None if the band cannot be significant, if effects of the kind cannot be put at a given
+    band, or if more than 10 % of the samples are missing.
     """
     data = part.data
     if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
@@ -253,10 +254,10 @@ def _log_p_narrow(gain: float, data: Data) -> float:
 def _residual_maxima(
     points: list[Effect], unit: NDArray[np.float64], solution: Solution
 ) -> list[Effect]:
-    """List, in grid order, of up to 60 grid points at which the residual is larger than at both neighbors.
+    """List, in grid order, of the up to 60 grid `points` with the largest local maxima of the residual spectrum.
 
-    The residual is projected on the unit vector of each point (`unit`); the largest are kept. For narrow effects only,
-    since effects elsewhere in the model cannot have absorbed them.
+    The residual at a point is its projection on the unit vector of the point, a row of `unit`. Suited to narrow effects
+    only, since other effects of the model cannot have absorbed them.
     """
     residual = (solution.power / solution.spectrum - 1.0) * np.sqrt(0.5 * solution.count)
     score = unit @ residual
@@ -346,8 +347,8 @@ def _refitted_candidate(
 ) -> Candidate | None:
     """Refitted `Candidate` from the best of many grid points of an effect, after the best few are optimized; or None.
 
-    None if no grid point raises logL by 0.5, or if `_candidate_of_last_effect` refutes the refitted effect. `arc` is
-    the angle of the grid, rad.
+    None if no grid point raises logL by 0.5, if the refit does not raise logL, or if the refitted effect does not differ
+    visibly from a simpler one. `arc` is the angle of the grid of shapes, rad.
     """
     scanned = scan_added_effect(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SCORE_GAIN:
@@ -373,10 +374,10 @@ def _refitted_candidate(
 def _candidate_of_last_effect(
     solution: Solution, base: Solution, data: Data, arc: float
 ) -> Candidate | None:
-    """`Candidate` of the last effect of a refitted model; None if it gains nothing or does not show its feature.
+    """`Candidate` of the last effect of the refitted `solution`; None if logL does not rise above that of `base`.
 
-    None as well for a narrow effect if the model without narrow bands is not flat near it. `arc` is the angle of its
-    grid, rad.
+    None as well if the effect does not differ visibly from a simpler one (`Effect.shows`), or if the rest of the model is
+    not flat near a band fitted to single ordinates. `arc` is the angle of its grid of shapes, rad.
     """
     fitted = solution.model.effects[-1]
     if not fitted.shows(solution.model, data.rate, data.duration):
