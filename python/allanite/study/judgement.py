@@ -46,10 +46,10 @@ def discrepancy_rises(before: Fit, after: Fit) -> bool:
 def no_error_rises(before: Fit, after: Fit) -> bool:
     """True if neither the discrepancy nor the Allan error rises by more than its own scatter.
 
-    The discrepancy rises if its interval lies above the old one. The Allan error (rms, %) may rise to the larger of
-    twice its expected scatter and √(old² + scatter²), but at no single τ by more than twice the scatter. Without an
-    Allan error only the discrepancy counts. If the last effect excludes a segment, single τ are not compared; if it
-    excludes outliers, the result is always True.
+    The discrepancy rises if its interval lies above the old one. The Allan error (rms, %) may rise to twice its expected
+    scatter or to √(old² + scatter²), whichever is larger. At no single τ may it rise by more than twice the scatter.
+    Without an Allan error only the discrepancy counts. If the last effect of `after` newly excludes a segment, single τ
+    are not compared. If it newly excludes outliers, the result is True.
     """
     old, new = before.curve, after.curve
     other = after.data is not before.data and excludes_samples(after.model.effects[-1])

@@ -28,10 +28,12 @@ def is_line(effect: Effect | None) -> bool:
 def is_same_feature(one: Effect, other: Effect, fit: Fit) -> bool:
     """True if two effects describe one hump or gap of the spectrum.
 
-    This holds for a line within 10/T of a band, and for two bands whose half-widths differ by less than a factor of 3,
-    if one has its middle in the other. It also holds for an effect whose middle is in the range of a moving band, and
-    for a band or line and a notch that overlaps it or is within 10/T. False for two lines, two filters, or an effect
-    without a frequency.
+    * A line within 10/T of a band. T is the duration of the record.
+    * Two bands, one with its middle in the other, whose half-widths differ by less than a factor of 3.
+    * An effect whose middle is in the range of a moving band.
+    * A band or line, and a notch that overlaps it or is within 10/T.
+
+    False for two lines, two filters, or an effect without a frequency.
     """
     a, b = one.occupies, other.occupies
     if a is None or b is None:

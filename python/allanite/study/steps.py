@@ -130,8 +130,8 @@ def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) 
 def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
     """Pair (`Rung`, suggestions that it adds): last step of a model that is already adequate; None if nothing helps.
 
-    The step never adds more effects than it removes. For example, a moving band replaces a band, one effect replaces
-    all excursions, a free shape replaces several effects, or an alternative with a higher score replaces an effect.
+    The step never adds more effects than it removes. For example, a moving band replaces a band, or one effect replaces
+    all excursions. A free shape may replace several effects, and an alternative with a higher score an effect.
     """
     before = state_of(ladder)
     for suggestion in check.significant:
@@ -269,8 +269,8 @@ def _step_with(
 ) -> Found | None:
     """Pair (`Rung`, suggestions): the step that adds `suggestion`, and all suggestions that it adds; or None.
 
-    None if the step does not help, if too few samples remain, if the time of an event is hardly known, or if an event
-    with p > 1e-4 raises the Allan error. With `alone`, None as well if a second effect is needed.
+    None if the step does not help or leaves too few samples. None as well if the time of an event is hardly known, or if
+    an event with p > 1e-4 raises the Allan error. With `alone`, None as well if a second effect is needed.
     """
     try:
         found = _merged_or_added(before, suggestion, check, alone)

@@ -93,8 +93,8 @@ class Check:
     def unexplained_shape(self) -> UnexplainedShape | None:
         """`UnexplainedShape`: a smooth part of the spectrum that the model and the catalog lack; or None. Cached.
 
-        None if the model is adequate or has such a shape, if a suggestion is significant, or if the shape gains less logL
-        than the BIC cost of its parameters.
+        None if the model is adequate or has such a shape, or if a suggestion is significant. None as well if the shape
+        gains less logL than the BIC cost of its parameters.
         """
         return None if self.adequate or self.significant else unexplained_shape(self.fit)
 

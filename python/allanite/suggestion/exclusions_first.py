@@ -87,9 +87,9 @@ def _is_scattered(effect: Effect, data: Data) -> bool:
 def _outliers_go_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     """True if the suggestion `out` excludes outliers and must be added before all others in `found`.
 
-    Outliers go first if their score is ten times that of any other significant suggestion (`is_far_ahead`). They also go
-    first if all lie at the ends of the record, if they lie in a few clusters, or if the best process or filter has its
-    evidence from them. Then no other significant effect that acts at certain times may explain 90 % of their power.
+    Outliers go first if their score is ten times that of any other significant suggestion (`is_far_ahead`). Otherwise
+    they must all lie at the ends of the record, lie in a few clusters, or cause the evidence of the best process or
+    filter. Then no other significant effect that acts at certain times may explain 90 % of their power.
     """
     # A settling that begins high above the noise, or a loud segment, makes the first samples stand out. A tap looks like
     # a resonance, and lost samples look like a fast Gauss–Markov process.

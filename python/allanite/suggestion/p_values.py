@@ -177,8 +177,8 @@ def refined_interval(
     """Tuple (start, end, ΔlogL) of an interval of `power`, a series over time, whose ends are moved to the largest ΔlogL.
 
     The ΔlogL is that of a separate mean power inside; `freedom` is the degrees of freedom of each value. In each of three
-    rounds, start and end move in turn by up to 1/128 of the series, or an eighth of the interval if that is more. The
-    interval keeps at least `min_values` values, since anything shorter is an outlier. ΔlogL is −inf if none qualifies.
+    rounds, start and end move in turn by up to 1/128 of the series or an eighth of the interval. The interval keeps at
+    least `min_values` values, since anything shorter is an outlier. ΔlogL is −inf if none qualifies.
     """
     reach = max(2 * power.size // LEVEL_CELLS, (end - start) // 8)
     total = np.concatenate([[0.0], np.cumsum(power)])

@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 def with_wandering_line(before: State, suggestion: Suggestion) -> State | None:
     """`State` in which one narrow band replaces the lines near a suggested line, that line included; or None.
 
-    Lines within 3/T count. The band is taken if its score is at most 3 nats below that of the lines, or 8 nats for
-    lines closer than 1/T, which beat. None without such lines, if one is the user's, if an error rises beyond its
-    scatter, or if more than 10 % of the samples are missing.
+    Lines within 3/T count (T is the duration). The band is taken if its score is at most 3 nats below that of the lines.
+    For lines closer than 1/T, which beat, the limit is 8 nats. None without such lines, or if one is the user's. None as
+    well if an error rises beyond its scatter, or if more than 10 % of the samples are missing.
     """
     fit, line = before.fit, suggestion.effect
     if not _is_single_line(line) or fit.data.lost > MAX_MISSING_FRACTION:
@@ -74,12 +74,11 @@ def _band(low: float, high: float) -> Stochastic | None:
 def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
     """`State` in which one free shape of the spectrum replaces several added effects that form a stack; None if they stay.
 
-    A stack is two or more added random effects that are broad bands, power laws, or of one kind, and of no kind in the
-    initial model. The shape replaces the stack if all three conditions hold:
+    A stack is two or more added random effects that are broad bands, power laws, or of one kind. None of them is of a
+    kind of the initial model. The shape replaces the stack if all three conditions hold:
 
-    * Its log evidence is at least 3 nats higher, without the part that a model discrepancy contributes. Or: an effect
-      of the initial model is detected with the shape but not with the stack, and the gain of the discrepancy rises by
-      less than 3 nats.
+    * Its log evidence is at least 3 nats higher, without the part that a model discrepancy contributes. Or: with the
+      shape, an effect of the initial model is newly detected, and the gain of the discrepancy rises by less than 3 nats.
     * It predicts unseen data as well as the stack.
     * No error rises by more than its scatter, compared with the last step of `ladder` without the kinds of the stack.
     """

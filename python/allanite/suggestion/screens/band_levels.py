@@ -65,9 +65,9 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     """Refitted `Candidate` for the frequency band whose level differs most between one time interval and all other times.
 
     The bands of the model's processes are searched first, octaves only if none is significant. None for a summary, for
-    coarsely rounded samples, for a p-value above 1 %, and for an interval shorter than 1/64 of the record or longer than
-    63/64. None as well if the band has a change of level, if another remains after this one, or if the factor is within
-    its error of 1.
+    coarsely rounded samples, and for a p-value above 1 %. The interval must be 1/64 to 63/64 of the record, and the factor
+    must differ from 1 by more than its error. None as well if the band already has a change of level, or if another
+    remains after this one.
     """
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "band level"]
     if not kinds or whitened.samples.size < data.n or is_deformed_by_rounding(data):

@@ -23,8 +23,8 @@ def without_ringing(
 
     A single octave of the spectrum rings long before and after a loud segment; windows of finite length do not. `low`
     and `high` are the ordinates of the octave, `first` and `last` the segment as fractions. None if the segment is
-    shorter than two windows, if fewer than 64 windows lie outside, or if no window has 100 times the median power
-    outside.
+    shorter than two windows, or if fewer than 64 windows lie outside. None as well if no window has 100 times the median
+    power outside.
     """
     n = samples.size
     length = WINDOW_PERIODS * 4 * n // (low + high)

@@ -298,8 +298,8 @@ def most_likely_course(gains: Array) -> tuple[NDArray[np.int64], float]:
 
     `gains` has shape (sections, frequencies). The score is the sum of the gains along the course minus the cost of the
     course. The first frequency is any with equal probability. A step of x half-widths between consecutive sections has
-    a probability proportional to 1/(1 + x²). By the union bound, a score s occurs by chance with a probability of at
-    most e⁻ˢ, since the mean of e^gain is at most 1 if nothing moves.
+    a probability proportional to 1/(1 + x²). A score s occurs by chance with a probability of at most e⁻ˢ (union
+    bound): the mean of e^gain is at most 1 if nothing moves.
     """
     sections, places = gains.shape
     steps = np.arange(places)

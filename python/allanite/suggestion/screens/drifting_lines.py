@@ -114,8 +114,8 @@ def _bands_to_search(
 ) -> Iterator[tuple[float, float]]:
     """Iterator over (low, high), Hz, of each band to search for drifting lines.
 
-    First all frequencies if the record has at most 131072 ordinates. Then, for each width from 64 to 65536 ordinates,
-    the band with the most power if its excess is significant (1 %) and over twice that of its neighbors. Last the band
+    First all frequencies if the record has at most 131072 ordinates. Then the band with the most power for each width
+    from 64 to 65536 ordinates. Its excess must be significant (1 %) and over twice that of its neighbors. Last the band
     of the resonance candidate with the largest ΔlogL (above 3), if it is narrower than 65536 cycles per record.
     """
     whole = white.size <= 2 * MAX_BAND_FREQUENCIES
@@ -162,8 +162,8 @@ def _best_candidate(
 ) -> Candidate | None:
     """Refitted `Candidate` of the best drifting line of one kind over all bands, or None.
 
-    None if its ΔlogL is less than 8 above that of the best steady line, if it drifts by less than one cycle per record,
-    or if it cannot become significant.
+    None if its ΔlogL is less than 8 above that of the best steady line in `lines`. None as well if it drifts by less than
+    one cycle per record, or cannot become significant.
     """
     noise, T = solution.noise(data), data.duration
     steady = max((c.gain for c in lines), default=0.0)

@@ -134,10 +134,10 @@ def screen_outliers(
 ) -> Callable[[], Candidate | None] | None:
     """Function without arguments that returns the refitted `Candidate` to exclude outliers; None if there are none.
 
-    Outliers are values of the whitened record `samples` beyond the limit that normal noise reaches in 1 % of records, or
-    beyond the tail of the record. The ΔlogL is that of a separate level for each outlier, less ln n for choosing it. None
-    as well if it is not positive, if more than 20 % of the samples are outliers, for a summary, and for a record of few
-    codes.
+    Outliers are values of the whitened record `samples` beyond two limits: that of normal noise, reached in 1 % of
+    records, and that of the record's own tail. The ΔlogL is that of a separate level for each outlier, less ln n for
+    choosing it. None as well if it is not positive, or if more than 20 % of the samples are outliers. None for a summary
+    and for a record of few codes.
     """
     from scipy.special import log_ndtr
 

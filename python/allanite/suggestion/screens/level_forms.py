@@ -103,8 +103,8 @@ def series_of(
     """`Series` of power over time, with its degrees of freedom divided by the overdispersion.
 
     `power` measures levels. `judged`, the power of samples with normal tails, decides on them. `freedom` is the degrees
-    of freedom of each value, `share` the share of white noise in the power, `span` the (start, end) of the record, s. The
-    overdispersion is that of `judged` after all its changes of level are divided out.
+    of freedom of each value, `share` the share of white noise in the power. `span` is the (start, end) of the record, s.
+    The overdispersion is that of `judged` after all its changes of level are divided out.
     """
     places = _level_borders(judged, freedom, turns=False)
     steady = judged / np.repeat(
@@ -117,8 +117,8 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
     """List with at most one `Candidate` (not refitted): the white-noise level changes at two or more times.
 
     Each interval has its own level, or two levels alternate. The form with the largest ΔlogL less cost (½ ln n for each
-    parameter) is taken; its p-value is e^−(ΔlogL − cost), at most 1. Empty if that form is a change in a single interval,
-    if fewer than two changes are found, or if the catalog has no such effect.
+    parameter) is taken; its p-value is e^−(ΔlogL − cost), at most 1. Empty if that form is a change in a single interval.
+    Empty as well for fewer than two changes, or without such an effect in the catalog.
     """
     kinds = [type(blank) for blank in _level_effects(model, {})]
     freedom = series.freedom
@@ -378,8 +378,8 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
     """Tuple (period, first sample, share) of the most likely gate near a coarse one, from the squares of single samples.
 
     A gate is the part of each period with another noise level; `share` is its length in periods. Period and start are
-    in samples. The search covers 1/32 of a period on both sides of the given edges, and periods that move them by 1/64
-    of a period at the ends of the record. The given values are returned if no gate there has at least one sample.
+    in samples. Both edges are moved by up to 1/32 of a period. Tried periods move them by up to 1/64 of a period at the end
+    of the record. The given values are returned if no gate there has at least one sample.
     """
     n, reach = square.size, 2 * FINE_PHASES
     phases = PHASES * FINE_PHASES

@@ -66,11 +66,11 @@ def screen_slow(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> Screen:
-    """`Screen` of a family of slow functions: `Candidate` of the best grid point of each effect, and of richer forms.
+    """`Screen` with a refitted `Candidate` of each slow function in `blanks`, and of its significant forms.
 
-    A grid point with a ΔlogL below 3 has no candidate. `rival` is the solution with the best slowly drifting random
-    process, beyond which a function must explain something. `whitened` returns the whitened record of the solution, if
-    it is needed.
+    The candidate is the best point of the grid of shapes, if its ΔlogL is at least 3. Forms have more parameters or
+    several excursions. `rival` is the solution with the best slowly drifting random process, beyond which a function must
+    explain something. `whitened()` returns the whitened record of `solution`; it is called only if needed.
     """
     found: list[Candidate] = []
     arcs: list[float] = []
@@ -112,11 +112,11 @@ def screen_slow(
 
 
 def has_known_time(own: object, data: Data) -> bool:
-    """False if the time of a fitted one-time event `own` is hardly known or may be outside the record; True otherwise.
+    """True if all times of the fitted effect `own` are known; always True for effects that are no one-time slow function.
 
-    True for all other fitted effects. The limit of a standard error is 2 % of the record. The 95 % interval of a time
-    must be inside the record: the level beyond a jump at an end of the record is not known.
+    A time is known if its standard error is at most 2 % of the record and its 95 % interval lies inside the record.
     """
+    # The level beyond a jump at an end of the record is not known.
     if not isinstance(own, Regressed) or not (own.effect.happens_once and own.effect.low):
         return True
     effect, variance = own.effect, float(own.covariance[0, 0])
@@ -138,10 +138,11 @@ def _richer_forms(
     solution: Solution,
     data: Data,
 ) -> dict[Deterministic, tuple[float, float, Noise]]:
-    """Dict from effects with more parameters, shapes optimized, to (angle of the grid, number of starts, noise used).
+    """Dict from each richer effect, shapes optimized, to (angle, starts, noise), needed for its p-value and matched filter.
 
-    They include excursions between any two times of the grid, which need not begin where the candidate `simple` was
-    found, and the richer forms of an excursion.
+    Richer effects are the forms of `simple` with more parameters, the best excursion between any two times, and the forms
+    of that excursion. The angle is that of the grid of shapes, rad. The effect could begin at so many
+    independent places (`starts`). The noise is that of the model with `simple`, and for excursions also without.
     """
     base, known = solution.noise(data), solution.model.deterministic
     with_simple = None if simple is None else simple.solution
@@ -149,7 +150,7 @@ def _richer_forms(
     found: dict[Deterministic, tuple[float, float, Noise]] = {}
 
     def add_extended(plain: Effect, starts: float, noise: Noise) -> None:
-        """Add the richer forms `plain.extended()` to `found`; each could start at any of `starts` independent places."""
+        """Add each form of `plain` with more parameters to the dict `found`: its value is (angle, `starts`, `noise`)."""
         for blank in plain.extended():
             assert isinstance(blank, Deterministic)
             grid = grid_points(blank, data)
@@ -180,11 +181,11 @@ def _significant_richer_forms(
     whitened: Callable[[], Whitened],
     others: Sequence[Candidate],
 ) -> list[Candidate]:
-    """List of refitted `Candidate` of those `forms` that explain significantly more (1 %) than the candidate `simple`.
+    """List of refitted `Candidate` of those `forms` that raise logL significantly (1 %) more than the candidate `simple`.
 
-    If `simple` is None, a form is compared with the model without it. Omitted are forms that are not significant by
-    themselves or next to a better candidate (also of the `others`), forms whose refit is rejected, and forms of an event
-    that is already in the list.
+    `forms` maps an effect to (angle of its grid, number of independent starts, noise), as from `_richer_forms`. None as
+    `simple` stands for no effect. A form must be significant alone and next to each better candidate, in the list or in
+    `others`. Omitted are forms that the refit refutes, or that describe an event in the list again.
     """
     found: list[Candidate] = []
 
@@ -228,8 +229,9 @@ def _several_excursions(
 ) -> list[Candidate]:
     """List with the refitted `Candidate` of several excursions as one effect; or empty.
 
-    Its `judged_gain` is reduced by the logarithm of the number of choices. Empty if a candidate in `singly` has a p-value
-    below 1e-4, if `forms` has no excursion, if the model has one, or if the search or the refit finds nothing.
+    Its `judged_gain` is reduced by ln of the number of sets of excursions to choose from. Empty if the model has an
+    excursion, or if a single one in `singly` has a p-value below 1e-4. Empty as well if no effect in `forms` (as from
+    `_richer_forms`) is an excursion, or if the search or the refit finds nothing.
     """
     alone = [
         (_matched_delta_logl(effect, solution, noise, data), arc * starts, effect)
@@ -271,9 +273,9 @@ def _is_explained_by_better(
     candidates: Sequence[Candidate],
     data: Data,
 ) -> bool:
-    """True if a form cannot be significant next to a candidate whose score is 3 nats higher (`with_gains_next_to_best`).
+    """True if `effect` cannot be significant in a model with one of the `candidates`, if that scores 3 nats higher.
 
-    `family` is that of the form alone, `max_gain` its largest ΔlogL.
+    `family` holds the trials of the search for the effect; `max_gain` is an upper limit of its ΔlogL.
     """
     max_score = max_gain - effect.numbers * parameter_cost(2.0 * max_gain)
     for other in candidates:
@@ -324,11 +326,11 @@ def _refitted_candidate(
 ) -> Candidate | None:
     """Refitted `Candidate` that adds the slow function `effect` to the solution `base`; None if the refit refutes it.
 
-    It is refuted if logL does not rise, if it contradicts its column at one of two time scales, or if an event rests on
-    a few samples. With `over` (ΔlogL, family), the rise above this ΔlogL must be significant (1 %), and the time of the
-    event must be known. The candidate's `gain` is the ΔlogL over `base`. Its `judged_gain`, used for the p-value, is at
-    most the ΔlogL over `rival`, the solution with the best slowly drifting random process. The rival is skipped if the
-    gain is not significant in the `family` of the effect alone.
+    It is refuted if logL does not rise, or if an event rests on a few samples. It is also refuted if its slope on a logged
+    column changes sign between slow and fast time scales. With `over` (ΔlogL, family), the rise above this ΔlogL must be
+    significant (1 %), and the times of the event must be known. `gain` is the ΔlogL over `base`. `judged_gain`, used for
+    the p-value, is at most the ΔlogL over `rival`, the solution with the best slowly drifting random process. It is not
+    compared with `rival` if the gain is not significant given the trials of `family`.
     """
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
@@ -361,8 +363,9 @@ def _refitted_candidate(
 def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> bool:
     """True if a short event depends on a few outliers: its trimmed mean is less than half of its mean.
 
-    The means are relative to an equal time before the event. False for events above 4096 samples, events without
-    duration, and summaries. With fewer than 16 samples in the event or before it: True if those in the event are fewer.
+    Both are means of the residual in the event minus that of an equal time before it. True as well for fewer than 16
+    samples in the event. False for fewer than 16 samples before it, for more than 4096 samples in the event, for an event
+    without duration, and for a summary.
     """
     if event.when is None or event.when[0] == event.when[1] or data.samples.size < data.n:
         return False
@@ -389,7 +392,8 @@ def _share_with_normal_tails(
 ) -> float:
     """Fraction, at most 1, of the ΔlogL of a short event that remains if the samples are replaced by normal scores.
 
-    It is 1 for long events. The mean of a few samples is not normal if they have heavy tails or are coarsely rounded.
+    It is 1 for events of more than 4096 samples and for summaries. The mean of a few samples is not normal if they have
+    heavy tails or are coarsely rounded.
     """
     assert event.when is not None
     first, last = (round((t - data.start) * data.rate) for t in event.when)
@@ -401,9 +405,9 @@ def _share_with_normal_tails(
 
 
 def _relative_noise_power(solution: Solution, data: Data) -> float:
-    """Noise power at the times where the last effect acts, relative to the mean noise power of the record; at least 1.
+    """Mean noise power at the times where the last effect acts, relative to that of the whole record; at least 1.
 
-    The ordinates contain only the mean power.
+    Times are weighted by the square of the effect less its mean. It is 1 without changes of the noise level in the model.
     """
     if not any(e.passing for e in solution.model.modifiers):
         return 1.0
@@ -434,11 +438,12 @@ def score(candidate: Candidate) -> float:
 
 
 def with_gains_next_to_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
-    """Dict from family to `Screen`, in which functions 3 nats or more below the best score get a smaller `judged_gain`.
+    """Dict from family to `Screen`, in which `judged_gain` is what a slow function explains beyond the best functions.
 
-    It is the smallest ΔlogL that the function has in a model with one of the best. A step at the start looks like a
-    warm-up, and like any temperature that rises from there. Without candidates, `screens` is returned.
+    The best are those within 3 nats of the highest score. The `judged_gain` of each other function is lowered to its
+    smallest ΔlogL in a model with one of the best. Without candidates, `screens` is returned.
     """
+    # A step at the start looks like a warm-up, and like any temperature that rises from there.
     found = [c for screen in screens.values() for c in screen.candidates]
     if not found:
         return screens
@@ -453,10 +458,10 @@ def with_gains_next_to_best(screens: dict[str, Screen], data: Data) -> dict[str,
             arcs.setdefault(family, []).append(arc)
 
     def with_smallest_gain(candidate: Candidate) -> Candidate:
-        """Copy of a candidate whose `judged_gain` is lowered to the smallest ΔlogL next to any of the best candidates.
+        """Copy of a candidate whose `judged_gain` is at most its ΔlogL in a model with any one of the best candidates.
 
-        ΔlogL is that of adding the candidate to a model with one of the best, at least 0. A larger value than the present
-        `judged_gain` is not used. A candidate that is one of the best, or cannot be significant, is returned unchanged.
+        Negative values of ΔlogL count as 0. A candidate that is one of the best, or cannot be significant, is returned
+        unchanged.
         """
         left = candidate.gain if candidate.judged_gain is None else candidate.judged_gain
         family = Family(candidate.family, tuple(arcs[candidate.family]), sides=2)

@@ -130,7 +130,7 @@ def directions(
 ) -> Iterator[tuple[type[Effect], list[Effect], NDArray[np.float64]]]:
     """Iterator over (kind, grid points, unit vectors) for the `kinds` that the model may lack.
 
-    A unit vector, shape (bins,), is the change of bin power by a grid point (an effect with shape values), divided by the
+    A grid point is an effect with shape values. Its unit vector, shape (bins,), is the change of bin power divided by the
     scatter of each bin and normalized. The part that the model's own effects can fit is projected out first. Grid points
     of which nothing remains are omitted.
     """
@@ -226,8 +226,8 @@ def _narrow_band_candidate(
     """Refitted `Candidate` of the clearest band that is narrower than a bin of the spectrum; or None.
 
     It is searched in `white`, the whitened single ordinates, and has the kind of the effect `point`. `arc` is the angle of
-    the grid of that kind, rad. None if the band cannot be significant, if effects of the kind cannot be put at a given
-    band, or if more than 10 % of the samples are missing.
+    the grid of that kind, rad. None if the band cannot be significant, or if the kind has no effects for a given band.
+    None as well if more than 10 % of the samples are missing.
     """
     data = part.data
     if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
@@ -347,8 +347,8 @@ def _refitted_candidate(
 ) -> Candidate | None:
     """Refitted `Candidate` from the best of many grid points of an effect, after the best few are optimized; or None.
 
-    None if no grid point raises logL by 0.5, if the refit does not raise logL, or if the refitted effect does not differ
-    visibly from a simpler one. `arc` is the angle of the grid of shapes, rad.
+    None if no grid point raises logL by 0.5, or the refit does not raise logL. None as well if the refitted effect does
+    not differ visibly from a simpler one. `arc` is the angle of the grid of shapes, rad.
     """
     scanned = scan_added_effect(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SCORE_GAIN:
@@ -376,8 +376,8 @@ def _candidate_of_last_effect(
 ) -> Candidate | None:
     """`Candidate` of the last effect of the refitted `solution`; None if logL does not rise above that of `base`.
 
-    None as well if the effect does not differ visibly from a simpler one (`Effect.shows`), or if the rest of the model is
-    not flat near a band fitted to single ordinates. `arc` is the angle of its grid of shapes, rad.
+    None as well if the effect does not differ visibly from a simpler one (`Effect.shows`). A band fitted to single
+    ordinates is returned only if the rest of the model is flat near it. `arc` is the angle of its grid of shapes, rad.
     """
     fitted = solution.model.effects[-1]
     if not fitted.shows(solution.model, data.rate, data.duration):

@@ -61,8 +61,8 @@ def _best_candidate(
 ) -> Candidate | None:
     """Refitted `Candidate` of the best tone burst over all bands; None if any of the following holds.
 
-    * Its ΔlogL, divided by the relative noise power of its segment, is less than 8 above that of a steady line at its
-      frequency, or of a candidate of the steady lines and bands `lasting` nearby.
+    * Its ΔlogL over the relative noise power of its segment is less than 8 above that of a steady line there. The line
+      is a new one at its frequency, or a line or band in `lasting` nearby.
     * It cannot become significant, has fewer than 4 periods, or has no positive frequency.
     * Its frequency lies in the range of a moving band, or it overlaps a burst of the model at the same line.
     * A model discrepancy is needed, with the burst or at frequencies away from it.
