@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
+from scipy.fft import dct
 from watch import CHANGES, MODEL, MOST, RATE
 
 import allanite as al
@@ -49,8 +50,8 @@ class NormalBets(any_bets.Bets):
     def take(self, samples):
         """Bet on the next segment."""
         self.segments += 1
-        z = any_bets._cosine_transform(samples)[1:] ** 2 / self._expected
-        total = any_bets._cumulative_sums(z)
+        z = dct(samples, norm="ortho")[1:] ** 2 / self._expected
+        total = np.cumulative_sum(z, include_initial=True)
         power = any_bets._line_sums(total)
         wide = np.diff(total[self._edges - 1]) @ self._wide_slope + self._wide_fixed
         gain = np.concatenate([wide, (power * self._narrow_slope + self._narrow_fixed).reshape(-1)])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
@@ -22,7 +22,6 @@ from allanite.common.threads import results_or_raise, side_by_side
 from allanite.readers import kind_of_sensor
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
 
     from numpy.typing import ArrayLike
@@ -137,9 +136,9 @@ class Characterization:
 
     @cached_property
     def averages(self) -> tuple[Averaged, ...]:
-        """Tuple of `Averaged`, one for each axis that several sensors measured: weights and gain in Allan deviation.
+        """Tuple of `Averaged`, one for each axis (such as x) that several sensors of the device measured; often empty.
 
-        Often empty; cached.
+        Each has the weights of the optimal mean for white noise, and its gain in Allan deviation. Cached.
         """
         return averaged(self.recordings, self.studies)
 
@@ -272,6 +271,7 @@ class Characterization:
         return f"Characterization({', '.join([*models, *(f'{n}: failed' for n in self.failed)])})"
 
     def _repr_html_(self) -> str:
+        """HTML text of all axes, which Jupyter shows."""
         from allanite.axes.table import html
 
         return html(self)
@@ -289,14 +289,14 @@ def common_of(studies: Mapping[str, Study]) -> Common:
     groups = columns_by_sensor(fit.recording for fit in fits.values())
     cross = cross_spectra(fits)
 
-    def sensor(names: tuple[str, ...]) -> Callable[[], Sensor]:
-        """Function without arguments that returns the `Sensor` of the named columns."""
+    def sensor(names: tuple[str, ...]) -> Sensor:
+        """`Sensor` of the named columns."""
         own = {name: fits[name] for name in names}
         kind = kind_of_sensor(names[0], own[names[0]].recording.unit)
         within = tuple(c for c in cross if own.keys() >= {*c.columns})
-        return lambda: Sensor(NAMES[kind], names, common_form(own), within)
+        return Sensor(NAMES[kind], names, common_form(own), within)
 
-    sensors = results_or_raise(side_by_side([sensor(names) for names in groups]))
+    sensors = results_or_raise(side_by_side([partial(sensor, names) for names in groups]))
     within = {c for one in sensors for c in one.cross}
     between = tuple(c for c in cross if c not in within)
     lines = common_lines(fits)

@@ -120,7 +120,7 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
 def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
     """Complex array: Fourier transform (`numpy.fft.rfft`) of the whitened residual of a fit.
 
-    The samples near both ends of the residual are set to 0 first.
+    Before the transform, the samples near both ends are set to 0 (`end_samples`).
     """
     white = whitened_ordinates(fit.solution, fit.data, fit.solution.level)
     samples = _kernels.inverse_cosine_transform(white)
@@ -151,9 +151,10 @@ def _cross_band(
     step: float,
     level: float,
 ) -> CrossBand:
-    """`CrossBand` of two whitened transforms in the octave `edge` (first, end index); significant if p is below `level`.
+    """`CrossBand`: coherence of two columns in the octave with the Fourier indices edge[0] to edge[1] − 1.
 
-    `step` is the frequency of index 1, Hz.
+    `x` and `y` are the Fourier transforms of their whitened residuals, `step` is the frequency of index 1, Hz. The band is
+    significant if its p-value is below `level`.
     """
     a, b = x[slice(*edge)], y[slice(*edge)]
     count = a.size

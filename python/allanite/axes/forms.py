@@ -42,17 +42,14 @@ class Agreement:
     columns : tuple of str
     parameter : Parameter
         Declaration of the parameter by its effect.
-    sample_unit : str
-        Unit of the samples of the first of the columns.
     """
 
     pooled: Pooled
     columns: tuple[str, ...]
     parameter: Parameter
-    sample_unit: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: entries of the pooled value, and columns."""
+        """Dict for JSON: columns, and the entries of `Pooled.to_dict` (value, interval, p-value, …)."""
         return {**self.pooled.to_dict(), "columns": list(self.columns)}
 
 
@@ -155,9 +152,9 @@ class _Axis:
     def allows(self, label: str, other: _Axis) -> bool:
         """True if the record of this axis does not exclude the effect `label` with the values that the `other` axis has.
 
-        The effect is held fixed; its coefficient is the lower end of the interval on the `other` axis. The other effects of
-        this axis are fitted again. True if logL falls by at most ½ χ²₁ (95 %). False if the model of this axis is not
-        adequate and lacks the effect.
+        The effect is held fixed; its coefficient is the lower end of the 95 % interval on the `other` axis. The other
+        effects of this axis are fitted again. True if logL falls by at most ½ χ²₁ (95 %). If the model of this axis lacks
+        the effect and is not adequate, nothing is fitted, and the result is False.
         """
         if label not in self.effects and not self.fit.adequate:
             return False
@@ -184,9 +181,10 @@ class _Axis:
 
 
 def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
-    """True if each axis detects the effect, or does not exclude the effect with the values of an axis that detects it.
+    """True if the effect `label` can be in the model of every axis.
 
-    If no axis detects the effect, True if every model has it.
+    Each axis must detect the effect, or its record must not exclude the values of an axis that does. If no axis detects the
+    effect, True if every model has it.
     """
     detecting = [axis for axis in axes if axis.detects(label)]
     if not detecting:
@@ -196,10 +194,10 @@ def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
 
 
 def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
-    """Yields one `Agreement` per parameter of an effect, over the axes that detect it, in the unit of the first one.
+    """Yields one `Agreement` (pooled value and p-value of equality) per parameter of the effect `label`.
 
-    Omitted are derived parameters, those known on fewer than two axes, and units that cannot be converted. Values are
-    compared in logarithms, by their standard errors.
+    Only axes that detect the effect, and the parameter with a standard error, count. Omitted are derived parameters,
+    parameters of fewer than two such axes, and units that cannot be converted to that of the first axis.
     """
     detecting = [axis for axis in axes if axis.detects(label)]
     for parameter in detecting[0].effects[label].parameters if detecting else ():
@@ -211,7 +209,7 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
         }
         if parameter.role == "derived" or len(known) < 2:
             continue
-        first, unit = next((axis, value.unit) for axis, value in known.items())
+        unit = next(iter(known.values())).unit
         try:
             estimates = [value.to(unit) for value in known.values()]
         except InputError:
@@ -219,34 +217,33 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
             continue
         name = parameter.name if parameter.name == label else f"{label}.{parameter.name}"
         columns = tuple(axis.column for axis in known)
-        pooled = pooled_by_errors(name, estimates)
-        yield Agreement(pooled, columns, parameter, first.fit.recording.unit)
+        yield Agreement(pooled_by_errors(name, estimates), columns, parameter)
 
 
 def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
     """List of tuples: labels of the effects of each model; corresponding effects of different axes have the same label.
 
     Several effects of a kind are numbered in the order of their first shape parameter, on the axis with the most effects
-    of this kind. On another axis, each effect gets the label of the effect with the nearest shape parameter.
+    of this kind. The effects of another axis get the labels with the nearest shape parameters (least sum of distances).
     """
-    most: dict[str, list[float]] = {}
+    shapes_of: dict[str, list[float]] = {}
     for model in models:
         for kind in Counter(e.kind for e in model):
             shapes = sorted(_first_shape(e) for e in model if e.kind == kind)
-            most[kind] = max(most.get(kind, []), shapes, key=len)
-    return [_labels_of_model(model, most) for model in models]
+            shapes_of[kind] = max(shapes_of.get(kind, []), shapes, key=len)
+    return [_labels_of_model(model, shapes_of) for model in models]
 
 
-def _labels_of_model(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
-    """Tuple of labels of the effects of one model, such as ``SIN`` and ``SIN2``.
+def _labels_of_model(model: Model, shapes_of: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
+    """Tuple of the label of each effect of a model, in the order of the effects, such as ``SIN`` and ``SIN2``.
 
-    `most` maps each kind to the logarithms of the first shape parameters of its labels 1, 2, …. Effects get the labels
-    whose sum of distances is least.
+    `shapes_of` maps each kind to the logarithms of the first shape parameter, such as a frequency, for its labels ``SIN``,
+    ``SIN2``, …. The assignment has the least sum of distances to these logarithms.
     """
     from scipy.optimize import linear_sum_assignment
 
     labels = [effect.short for effect in model]
-    for kind, known in most.items():
+    for kind, known in shapes_of.items():
         places = [i for i, e in enumerate(model) if e.kind == kind]
         own = np.array([_first_shape(model.effects[i]) for i in places])
         for at, number in zip(*linear_sum_assignment(np.abs(own[:, None] - known)), strict=True):

@@ -125,9 +125,9 @@ def _agreeing_groups(
 
 
 def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
-    """List of `_Occurrence`: frequencies (Hz) of the lines and bands of a fit, and rates at which bands or levels repeat.
+    """List of `_Occurrence`: frequency (Hz), its standard error and kind of each line and band of a fit.
 
-    A moving band counts with its mean frequency. Equal repetition rates are listed once.
+    Rates at which bands or noise levels repeat are listed too, equal ones once. A moving band has its mean frequency.
     """
     out: list[_Occurrence] = []
     repeating: list[_Occurrence] = []
@@ -157,9 +157,9 @@ def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
 
 
 def _event_times(column: str, fit: Fit) -> list[_Occurrence]:
-    """List of `_Occurrence`: times (s) at which steps, excursions and other single events of a fit begin.
+    """List of `_Occurrence`: time (s), its standard error and kind of each step, excursion or other single event of a fit.
 
-    Events whose time has no standard error are left out.
+    The time is that at which the event begins. Events whose time has no standard error are left out.
     """
     out = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):

@@ -55,7 +55,7 @@ def legend(studies: Mapping[str, Study]) -> str:
 
 
 def convention(fits: Iterable[Fit]) -> str:
-    """Text of sentences on how coefficients compare with the values of a data sheet; an empty text for clocks."""
+    """Text of sentences on how coefficients compare with data-sheet values; empty without gyroscopes or accelerometers."""
     inertial = (fit for fit in fits if parse_unit(fit.recording.unit).kind in SI)
     remarks = dict.fromkeys(effect.on_sheets for fit in inertial for effect in fit.model)
     return "; ".join(filter(None, remarks))
@@ -120,10 +120,10 @@ def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fi
 
 
 def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True) -> str:
-    """Text of a cell: value and 95 % interval, ``< limit`` if not detected, or a dash for None.
+    """Text of a cell (effect, parameter, estimate) without its unit: value and 95 % interval, converted to `unit` if given.
 
-    Without `interval`, only the value with four digits. If the value has no interval because it was not fitted, the
-    reason follows in brackets. A value that was not detected and has no limit is a dash.
+    With `interval` False, only the value with four digits. A value that was not fitted has its reason in brackets.
+    ``< limit`` if the parameter was not detected; a dash without a limit, and for None.
     """
     if cell is None:
         return ABSENT

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -102,14 +103,10 @@ def characterize(
         twice = next(name for name in names if names.count(name) > 1)
         raise InputError(f"the column {twice} is in two of the recordings: name the columns apart")
     starts = [model[name] if isinstance(model, Mapping) else model for name in names]
-    found = improve_columns(columns, starts, on_progress, limit, tolerance, seconds, on_study)
-    studies: dict[str, Study] = {}
-    failed: dict[str, AllaniteError] = {}
-    for column, result in zip(columns, found, strict=True):
-        if isinstance(result, AllaniteError):
-            failed[column.columns[0]] = result
-        else:
-            studies[column.columns[0]] = result
+    results = improve_columns(columns, starts, on_progress, limit, tolerance, seconds, on_study)
+    found = dict(zip(names, results, strict=True))
+    studies = {name: one for name, one in found.items() if not isinstance(one, AllaniteError)}
+    failed = {name: one for name, one in found.items() if isinstance(one, AllaniteError)}
     if not studies:
         raise next(iter(failed.values()))
     states = working_states(studies, at_work) if at_work else {}
@@ -124,10 +121,10 @@ def characterize(
 
 
 def _without_search_data(study: Study) -> Study:
-    """Copy of a study with only the significant suggestions and the first two. Saves memory.
+    """Copy of a study without the suggestions of its last check that are neither significant nor among the first two.
 
-    Side effect: the fits of all steps forget the data that only a search needs. A suggestion holds a fit, which is as
-    large as the record.
+    Each suggestion holds a fit, which is as large as the record. Side effect: the fits of all steps forget cached data that
+    only a search needs.
     """
     check = study.check
     for rung in study.ladder:
@@ -169,34 +166,30 @@ def improve_columns(
             return None
         return max((end - time.monotonic()) * min(max_parallel_columns(), left) / left, MIN_SECONDS)
 
-    def task(column: Recording, model: Start) -> Callable[[], Study]:
-        """Function without arguments that builds and returns the study of a column.
+    def study(column: Recording, model: Start) -> Study:
+        """`Study` of one column within its share of the time; calls `on_progress` and then `on_study`.
 
-        It calls `on_progress` and then `on_study`; data of the search are deleted from the study.
+        Data that only the search needs are deleted from the study.
         """
         name, most = column.columns[0], limit + 1
 
         def report(done: int, _total: int) -> None:
-            """Call `on_progress` with this column and its number of steps done, unless it is complete."""
+            """Call `on_progress` with (column, steps done, maximum), except for the last step, which comes at the end."""
             if on_progress is not None and done < most:
                 on_progress(name, done, most)
 
-        def study() -> Study:
-            """Build the study of this column within its share of the time; calls `on_progress` and `on_study`."""
-            own = time_share()
-            # Computed here, in the thread of the column; the column caches the audit.
-            _ = column.audit
-            try:
-                found: Study = improve(column, model, report, limit, tolerance, own)
-            finally:
-                if on_progress is not None:
-                    on_progress(name, most, most)
-            found = _without_search_data(found)
-            trim_memory(found.fit.data.n)
-            if on_study is not None:
-                on_study(found)
-            return found
+        own = time_share()
+        # Computed here, in the thread of the column; the column caches the audit.
+        _ = column.audit
+        try:
+            found: Study = improve(column, model, report, limit, tolerance, own)
+        finally:
+            if on_progress is not None:
+                on_progress(name, most, most)
+        found = _without_search_data(found)
+        trim_memory(found.fit.data.n)
+        if on_study is not None:
+            on_study(found)
+        return found
 
-        return study
-
-    return side_by_side([task(*one) for one in zip(columns, models, strict=True)])
+    return side_by_side([partial(study, *one) for one in zip(columns, models, strict=True)])

@@ -70,6 +70,7 @@ class SharedNoise:
         return f"shared noise at {where}: {', '.join(self.columns)}; {coherence}, {correlation}{of}"
 
 
+#: Names of two columns, and one octave in which they are coherent.
 _Pair = tuple[tuple[str, str], "CrossBand"]
 
 
@@ -78,8 +79,9 @@ def shared_noise(
 ) -> tuple[SharedNoise, ...]:
     """Tuple of `SharedNoise`, one per source of significant coherent noise: common lines, then others by frequency.
 
-    A line explains an octave if it makes at least half of its coherence. Pairs of one octave that share a column are
-    one source. Neighboring octaves are one source if the columns of one octave are among those of the other octave.
+    A line is the source of an octave if it would cause at least half of the measured coherence. Other pairs of columns in
+    one octave that share a column are one source. Neighboring octaves are one source if the columns of one octave are among
+    those of the other octave.
     """
     of_lines: dict[CommonLine, list[_Pair]] = {}
     unexplained: list[_Pair] = []
@@ -93,26 +95,32 @@ def shared_noise(
             else:
                 unexplained.append(one)
     octaves = _connected_groups(
-        unexplained, lambda a, b: _is_same_octave(a[1], b[1]) and not {*a[0]}.isdisjoint(b[0])
+        unexplained,
+        lambda a, b: (
+            (a[1].low, a[1].high) == (b[1].low, b[1].high) and not {*a[0]}.isdisjoint(b[0])
+        ),
     )
     groups = [
         [one for octave in group for one in octave]
         for group in _connected_groups(octaves, _are_neighbors)
     ]
     groups.sort(key=lambda group: min(band.low for _, band in group))
-    named = [_source_of(line.columns, pairs, line) for line, pairs in of_lines.items()]
+    named = [_noise_of_pairs(line.columns, pairs, line) for line, pairs in of_lines.items()]
     return (
         *named,
-        *(_source_of(tuple(c for c in fits if c in _columns_of_pairs(g)), g, None) for g in groups),
+        *(
+            _noise_of_pairs(tuple(c for c in fits if c in _columns_of_pairs(g)), g, None)
+            for g in groups
+        ),
     )
 
 
-def _source_of(
+def _noise_of_pairs(
     columns: tuple[str, ...], pairs: Sequence[_Pair], line: CommonLine | None
 ) -> SharedNoise:
-    """`SharedNoise` of some pairs of columns, with the values of the pair whose coherence is largest.
+    """`SharedNoise` of `columns` over the octaves of all `pairs`, with the coherence of the clearest pair.
 
-    The coherence is compared relative to its 95 % quantile for independent columns.
+    The clearest pair has the largest coherence relative to its 95 % quantile for independent columns.
     """
     # For few ordinates, independent axes have a larger coherence.
     pair, band = max(pairs, key=lambda one: one[1].coherence / one[1].chance)
@@ -121,17 +129,15 @@ def _source_of(
 
 
 def _columns_of_pairs(pairs: Iterable[_Pair]) -> set[str]:
-    """Set of the names of all columns of some pairs."""
+    """Set of the names of all columns in `pairs`, each (names of two columns, their coherence in an octave)."""
     return {column for pair, _ in pairs for column in pair}
 
 
-def _is_same_octave(one: CrossBand, other: CrossBand) -> bool:
-    """True if two bands have the same limits."""
-    return (one.low, one.high) == (other.low, other.high)
-
-
 def _are_neighbors(one: Sequence[_Pair], other: Sequence[_Pair]) -> bool:
-    """True if two octaves are adjacent in frequency and the columns of one are among those of the other."""
+    """True if two groups of coherent column pairs, each of one octave, are one source.
+
+    The octaves must be adjacent, and the columns of one group be among those of the other.
+    """
     (_, a), (_, b) = one[0], other[0]
     if a.high != b.low and a.low != b.high:
         return False
@@ -159,7 +165,7 @@ def _coherence_of_line(
 
     It is 0 if the line is not on both columns.
     """
-    shares = [_power_fraction(line, name, fits[name]) for name in pair if name in line.columns]
+    shares = [_resonance_share(line, name, fits[name]) for name in pair if name in line.columns]
     if len(shares) < 2:
         return 0.0
     data = fits[pair[0]].data
@@ -168,20 +174,17 @@ def _coherence_of_line(
     return float(width @ np.sqrt(shares[0] * shares[1]) / max(width.sum(), 1)) ** 2
 
 
-def _power_fraction(line: CommonLine, column: str, fit: Fit) -> Array:
-    """Power of a line's random process divided by the spectrum of the fit, in each bin, shape (bins,).
+def _resonance_share(line: CommonLine, column: str, fit: Fit) -> Array:
+    """Share of the fitted spectrum of `column` that a resonance causes, in each bin of the spectrum, shape (bins,).
 
-    If the fit has several processes of the line's kind, the process nearest to the line is used. If the line is a
-    known function of time, all fractions are 0, because the fit subtracts it.
+    The resonance is the random process of the line's kind whose band is nearest to the line. If the line is a sinusoid,
+    which the fit subtracts, all shares are 0.
     """
     kind = line.kinds[line.columns.index(column)]
     own = [process for process in fit.solution.processes if process.effect.kind == kind]
     if not own:
         return np.zeros(fit.solution.spectrum.size)
-
-    def distance(place: int) -> float:
-        """Distance in Hz from the line to the middle of the band of `own[place]`."""
-        middle = np.mean(own[place].effect.occupies or line.frequency)
-        return abs(float(middle) - line.frequency)
-
-    return np.asarray(own[min(range(len(own)), key=distance)].power / fit.solution.spectrum)
+    # A process without a band counts as being at the line.
+    middles = (np.mean(process.effect.occupies or line.frequency) for process in own)
+    nearest = np.argmin([abs(middle - line.frequency) for middle in middles])
+    return np.asarray(own[nearest].power / fit.solution.spectrum)

@@ -79,9 +79,9 @@ class TurnOn:
 def turn_on_biases(
     first: Sequence[Recording], others: Sequence[Sequence[Recording]]
 ) -> dict[str, TurnOn]:
-    """Dict from column name to its `TurnOn`, for each column of `first` that another log has, too; in the unit of `first`.
+    """Dict from column name to the `TurnOn` (bias at switch-on) of each column that `first` and another log have.
 
-    Empty without other logs. Raises `InputError` if a column has another kind of unit there.
+    Values are in the unit of `first`. Empty without other logs. Raises `InputError` if units of a column differ in kind.
 
     Parameters
     ----------
@@ -145,10 +145,11 @@ def turn_on_bias(
 def _best_temperature(
     means: Array, temperatures: Sequence[Mapping[str, float]]
 ) -> tuple[str, float, float, float]:
-    """Tuple (name, share of the variance, residual deviation, slope) of the logged column that explains most of the means.
+    """Tuple (name, R², residual standard deviation, slope) of the logged column that explains most of `means`.
 
-    The deviation has the unit of the means, the slope this unit per unit of the column. ("", 0, 0, 0) if no column is
-    significant (5 % over all columns), or if there are fewer than 4 logs.
+    `means` and the dicts of `temperatures` have one entry per log, and each column is a straight-line regressor. R² is
+    corrected for the degrees of freedom. If no column is significant (5 % over all columns), or with fewer than 4 logs, the
+    tuple is ("", 0, 0, 0).
     """
     from scipy.stats import linregress
 

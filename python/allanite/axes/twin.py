@@ -49,8 +49,9 @@ class Twin:
 def sample_statistics(study: Study) -> dict[str, Any]:
     """Dict for JSON of a column's sample statistics: mean, minimum, maximum, step, clipped and references.
 
-    `step` is the quantization step or None; `clipped` lists the values at which samples were clipped. Both are only
-    known for rates. `references` maps each logged column to its mean.
+    `step` is the quantization step or None; `clipped` lists the values at which samples were clipped. If the samples are
+    increments or angles, not rates, `step` is None and `clipped` is empty. `references` maps each logged column to
+    its mean.
     """
     recording = study.recording
     x = recording.rate_samples()
@@ -84,8 +85,9 @@ def twin(
 ) -> Twin:
     """`Twin`: simulated recording of every axis of a saved characterization, and what the simulation lacks.
 
-    Each axis is simulated independently with the same seed. It has the mean of the measured axis, is rounded to its
-    step and clipped where the measured axis was. Filters, lines, drifts and steps are those of its model.
+    The axes are simulated independently; `seed` and the number of the axis determine its noise. Each axis has the mean of
+    the measured axis, is rounded to its step and clipped where the measured axis was. Filters, lines, drifts and steps are
+    those of its model.
 
     Parameters
     ----------
@@ -209,8 +211,8 @@ def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Mo
 def _as_recorded(samples: Array, known: Mapping[str, Any], step: float | None) -> Array:
     """Array of simulated `samples` as the sensor would record them.
 
-    The measured mean is added, samples are rounded to `step` (unless None), and limited to the ends of the range at
-    which the measured samples are clipped.
+    `known` is the dict of `sample_statistics`. Its mean is added, and the sum is rounded to multiples of `step` (unless
+    None). It is then limited to the values in ``clipped``, the ends of the sensor's range.
     """
     out = samples + float(known.get("mean", 0.0))
     if step is not None:

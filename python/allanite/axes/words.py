@@ -76,8 +76,8 @@ def _list_text(words: Sequence[str]) -> str:
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
-def _over_axes(number: Agreement, sensor: Sensor) -> str:
-    """Text `` over gyro_x and gyro_y`` that names the axes with a value of the parameter; empty if all axes have one."""
+def _compared_axes_text(number: Agreement, sensor: Sensor) -> str:
+    """Text `` over gyro_x and gyro_y`` that names the compared axes; empty if they are all axes of the sensor."""
     return (
         "" if len(number.columns) == len(sensor.columns) else f" over {_list_text(number.columns)}"
     )
@@ -85,7 +85,7 @@ def _over_axes(number: Agreement, sensor: Sensor) -> str:
 
 def _difference_text(number: Agreement, sensor: Sensor) -> str:
     """Item ``N (p 0.01)`` or ``N (p 0.01 over gyro_x and gyro_y)`` for a list of parameters that differ between axes."""
-    return f"{number.pooled.name} (p {probability_text(number.pooled.p_value, 1)}{_over_axes(number, sensor)})"
+    return f"{number.pooled.name} (p {probability_text(number.pooled.p_value, 1)}{_compared_axes_text(number, sensor)})"
 
 
 def _agreement_text(number: Agreement, sensor: Sensor) -> str:
@@ -96,13 +96,13 @@ def _agreement_text(number: Agreement, sensor: Sensor) -> str:
     unit = "" if value.unit in ("", "1") else f" {printed(value.unit)}"
     assert value.interval is not None
     text = value_and_interval_text(float(value), value.interval)
-    return f"{pooled.name} = {text}{unit}, p {probability_text(pooled.p_value, 1)}{_over_axes(number, sensor)}"
+    return f"{pooled.name} = {text}{unit}, p {probability_text(pooled.p_value, 1)}{_compared_axes_text(number, sensor)}"
 
 
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:
     """List of texts below a table: failed columns, warnings of the audit, inadequate models, alternative explanations.
 
-    A column without a unit is a remark, too. An inadequate model has only its first failing range or doubt.
+    A column without a unit is a remark, too. For an inadequate model, only its first failing range or doubt is stated.
     """
     out = [f"{name}: not characterized: {why}" for name, why in found.failed.items()]
     warned = merged(f for study in found.studies.values() for f in study.recording.audit)

@@ -158,7 +158,7 @@ class Working:
         return out or ["nothing above the noise at rest"]
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: source, N, level, broad_hz, lines, bands, motion, model, effects and notes."""
+        """Dict for JSON of all results; the entry notes repeats `reasons`, and motion is None without motion."""
         return {
             **fields_dict(self, broad="broad_hz", interval="", rate="", unit=""),
             "N": {"value": self.N, "interval": list(self.interval)},
@@ -175,9 +175,9 @@ class Working:
 def working_states(
     studies: Mapping[str, Study], recordings: Sequence[Recording]
 ) -> dict[str, Working]:
-    """Dict from column name to its `Working`: the noise that running motors add to that of the fit at rest.
+    """Dict from column name to its `Working`: the model of the column with the noise that running motors add.
 
-    `studies` are those at rest, `recordings` the log with running motors. Columns of one log only are left out.
+    `studies` are those of the log at rest, `recordings` the log with running motors. Only columns of both logs are in it.
 
     Raises
     ------
@@ -230,10 +230,10 @@ def check_working(quiet: Sequence[Recording], recordings: Sequence[Recording]) -
 def _working_state(fit: Fit, log: Recording) -> Working:
     """`Working`: noise at work of one column, from its fit at rest and its working log.
 
-    The excess of white noise is measured above the frequencies of motion. The upper end is 10 Hz or twice the highest
-    frequency of motion, the larger of both, but at most a quarter of the rate.
-    Sinusoids in the model stand for spectral lines and for bands above this range. Raises `InputError` if the model at
-    rest has no white noise.
+    N grows by the mean excess of density above the frequencies of motion. The range ends at 10 Hz or at twice the end of
+    motion, the larger of both, but at most at a quarter of the rate. The model gets a sinusoid of the same rms for each
+    spectral line, and for each band of vibration above this range. Raises `InputError` if the model at rest has no white
+    noise.
     """
     recording = fit.recording
     model = fit.model.steady((0.0, recording.duration))
@@ -291,9 +291,9 @@ def _working_state(fit: Fit, log: Recording) -> Working:
 
 
 def _welch_spectrum(log: Recording) -> tuple[Array, Array, int, float]:
-    """Tuple (frequencies in Hz, two-sided Welch density, number of averaged segments, variance of the samples).
+    """Tuple (frequencies in Hz, two-sided Welch density in U²/Hz, number of averaged segments, variance of the samples).
 
-    The lowest `OMITTED_BINS` bins and the last one are omitted. Gaps are filled.
+    The three lowest frequencies and the last one are omitted. Missing samples are filled by `bridge_gaps`.
     """
     from scipy.signal import welch
 
@@ -328,17 +328,17 @@ def _lines_and_smooth_spectrum(
         middle = float((f[around] @ excess) / excess.sum())
         # A line has two halves of the two-sided density.
         found.append(Line(middle, float(np.sqrt(2.0 * width * excess.sum()))))
-    return tuple(_with_multiples(found, width, rate)), smooth
+    return tuple(_with_harmonics(found, width, rate)), smooth
 
 
-def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
-    """List of the lines; each (aliased) harmonic of the base line states its order and the base frequency.
+def _with_harmonics(lines: list[Line], width: float, rate: float) -> list[Line]:
+    """List of the `Line` objects, in which each harmonic of the base line gets its order (`multiple`) and `base` frequency.
 
-    The base is the line with the most harmonics among the lines, the strongest if several. `width` is the frequency
-    resolution, Hz.
+    The base is the line with the most harmonics, folded at half the rate, among the lines; of several, the strongest.
+    `width` is the frequency resolution, Hz.
     """
 
-    def multiples(base: Line) -> dict[int, int]:
+    def harmonics_of(base: Line) -> dict[int, int]:
         """Dict from the index of each line that is a harmonic of `base` (up to `MAX_MULTIPLE`) to the lowest such order.
 
         Harmonics above half the sampling rate are folded.
@@ -354,8 +354,8 @@ def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
 
     if len(lines) < 2:
         return lines
-    base = max(lines, key=lambda line: (len(multiples(line)), line.rms))
-    found = multiples(base)
+    base = max(lines, key=lambda line: (len(harmonics_of(line)), line.rms))
+    found = harmonics_of(base)
     return [
         Line(line.frequency, line.rms, found[place], base.frequency) if place in found else line
         for place, line in enumerate(lines)
@@ -363,10 +363,10 @@ def _with_multiples(lines: list[Line], width: float, rate: float) -> list[Line]:
 
 
 def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
-    """Frequency in Hz below which the log shows motion; the lowest frequency of the spectrum if there is no motion.
+    """Frequency in Hz below which the log shows motion; the lowest frequency f[0] if there is no motion.
 
-    It is the start of the band with the minimum excess over the `quiet` density below 10 Hz, if lower bands exceed it
-    by four standard errors.
+    `S` and `quiet` are the densities at work and at rest at the frequencies `f`, `nu` the degrees of freedom of each S. In
+    bands below 10 Hz, motion ends where the excess S − quiet is least, if a lower band exceeds this by 4 standard errors.
     """
     top = min(MAX_MOTION_FREQUENCY, f[-1] / 2.0)
     count = max(2, int(BANDS_PER_OCTAVE * np.log2(top / f[0])) + 1)

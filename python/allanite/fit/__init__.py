@@ -16,7 +16,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import Data, SampleData, prepare
 from allanite.fit.locked import locked_error
 from allanite.fit.measures import Error, Misfit
-from allanite.fit.missing.completion import complete_and_fit
+from allanite.fit.missing.completion import complete_and_fit, is_still_complete
 from allanite.fit.missing.ends import without_ends
 from allanite.fit.result import Fit
 from allanite.fit.summarized import of_summary, require_summary_supports
@@ -196,14 +196,18 @@ def refitted(fit: Fit, model: Model) -> Fit:
 
 
 def fit_again(fit: Fit, model: Model) -> Fit:
-    """`Fit` of another model to the recording of `fit` by the same method, with missing samples drawn anew.
+    """`Fit` of another model to the recording of `fit` by the same method.
 
-    The draws come from the new model. Only a Whittle fit without missing samples starts from the solution of `fit`; all
-    others, and those whose first and last sample must be masked (`without_ends`), are made anew.
+    A Whittle fit starts from the solution and the data of `fit`. The recording is prepared anew if draws of missing
+    samples from the new model would change logL by 0.02 nats or more, or if the first and last sample must be masked
+    (`without_ends`).
     """
-    if fit.method == "whittle" and fit.data.missing is None:
+    if fit.method == "whittle":
         found = refitted(fit, model)
-        if without_ends(found.data, found.solution) is None:
+        if found.data is not fit.data:
+            return found
+        settled = is_still_complete(fit.data, fit.solution, found.solution)
+        if settled and without_ends(found.data, found.solution) is None:
             return found
     return _fit(fit.recording, model, method=fit.method)
 

@@ -109,7 +109,8 @@ def _fit(
     if like is not None and model.deterministic:
         removed = like.removed_functions
         residual = _ResidualOrdinates(removed, like.ordinates, (False,) * len(removed))
-    ordinates = before = data.ordinates
+        part = RandomPart(data, like.power, np.minimum(like.count, free))
+    ordinates = before = residual.ordinates
     best = start if start is not None else _maximum_from_values(model, part)
     total, previous = -np.inf, -np.inf
     for turn in range(rounds):

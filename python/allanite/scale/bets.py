@@ -84,7 +84,7 @@ class Bets:
                 used[np.abs(j - at) <= 6.0] = 0.0
         self._deviation = np.sqrt(expected)
         self._used = used
-        count = np.concatenate([[0.0], np.cumsum(used)])
+        count = np.cumulative_sum(used, include_initial=True)
         # Largest ratio of the power of two bands while the model holds, and of a few ordinates to the level of all
         # others.
         contrast, line_contrast = (
@@ -127,12 +127,14 @@ class Bets:
         self.power = np.zeros(self.weights.size)
 
     def gains(self, total: Array) -> Array:
-        """Natural logarithms of the e-values (betting gains) of the shape of a spectrum, shape (…, bets).
+        """Natural logarithm of the factor by which each bet multiplies its capital, from the spectrum's shape, (…, bets).
+
+        The factor is an e-value: its mean is 1 if the model holds.
 
         Parameters
         ----------
         total : ndarray, shape (…, segment)
-            Sums of the squared ordinates of normal scores up to each ordinate, the first 0.
+            0, then the cumulative sums of the squared cosine ordinates of the normal scores of one segment.
         """
         half = 0.5 * self._used.sum()
         cells = np.diff(total[..., self._edges - 1])
@@ -148,12 +150,14 @@ class Bets:
 
         A segment with a missing sample is counted but not bet on.
         """
+        from scipy.fft import dct
+
         self.segments += 1
         if np.isnan(samples).any():
             return
         ordinates, white = self._whitened(samples)
-        scores = _cosine_transform(self._normal_scores(white))[1:]
-        gain = self.gains(_cumulative_sums(self._used * scores**2))
+        scores = dct(self._normal_scores(white), norm="ortho")[1:]
+        gain = self.gains(np.cumulative_sum(self._used * scores**2, include_initial=True))
         wide = self._wide_fixed.size
         if wide:
             gain[:wide] += self._power_bets.gains(white, self.clipped.bound())
@@ -168,21 +172,24 @@ class Bets:
         self.since[begun], self.power[begun] = self.segments - 1, 0.0
         self.best = np.maximum(self.best, fresh) + gain
         self.capital = float(self.kept + self.stake.sum())
-        total = _cumulative_sums(ordinates**2)
+        total = np.cumulative_sum(ordinates**2, include_initial=True)
         self.power += total[self.spans[:, 1] - 1] - total[self.spans[:, 0] - 1]
 
     def _whitened(self, samples: Array) -> tuple[Array, Array]:
-        """Tuple (cosine ordinates over their standard deviation under the model; whitened samples), both of finite values.
+        """Tuple (cosine ordinates divided by their standard deviation under the model, whitened samples), all finite.
 
-        The whitened samples are the inverse transform of the ordinates. They are scaled to variance 1 under the model.
-        Ordinates that are not used are 0. If some whitened samples exceed √`MAX_SQUARE`, all are shifted so that the others
-        have mean 0.
+        The whitened samples are the inverse transform of these ordinates, with variance 1 under the model. Ordinates near
+        the model's lines are 0. If whitened samples exceed 100 (√`MAX_SQUARE`), one constant is subtracted from all
+        samples, so that those below 100 have mean 0.
         """
+        # The compiled transform would start threads for each call, which takes longer than the transform of a segment.
+        from scipy.fft import dct, idct
+
         limited = np.clip(samples, -MAX_SAMPLE, MAX_SAMPLE)
         with np.errstate(over="ignore"):
-            ordinates = _cosine_transform(limited - limited.mean())[1:] / self._deviation
+            ordinates = dct(limited - limited.mean(), norm="ortho")[1:] / self._deviation
         ordinates = np.clip(ordinates, -MAX_VALUE, MAX_VALUE) * self._used
-        white = _inverse_cosine_transform(np.concatenate([[0.0], ordinates]))
+        white = idct(np.concatenate([[0.0], ordinates]), norm="ortho")
         white *= math.sqrt(self.segment / self._used.sum())
         wrong = np.abs(white) > math.sqrt(MAX_SQUARE)
         if wrong.any() and not wrong.all():
@@ -240,26 +247,6 @@ class Bets:
         self.capital = float(self.kept + self.stake.sum())
 
 
-def _cosine_transform(samples: Array) -> Array:
-    """Array: orthonormal cosine transform (DCT-II) of the samples."""
-    # The compiled transform would start threads for each call, which takes longer than the transform of a segment.
-    from scipy.fft import dct
-
-    return np.asarray(dct(samples, norm="ortho"))
-
-
-def _inverse_cosine_transform(ordinates: Array) -> Array:
-    """Array: samples with these cosine ordinates, the inverse of `_cosine_transform`."""
-    from scipy.fft import idct
-
-    return np.asarray(idct(ordinates, norm="ortho"))
-
-
-def _cumulative_sums(power: Array) -> Array:
-    """Array, shape (n + 1,): 0, followed by the cumulative sums of the n values."""
-    return np.concatenate([[0.0], np.cumsum(power)])
-
-
 @lru_cache(maxsize=4)
 def _rank_quantiles(n: int) -> Array:
     """Normal quantiles of the n ranks, ascending, shape (n,). Cached."""
@@ -271,8 +258,8 @@ def _rank_quantiles(n: int) -> Array:
 def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
     """Array like `ratios`: the nearest ratios whose maximum is at most `contrast` times their minimum.
 
-    The distance is the Kullback-Leibler divergence after the best common scaling. `count` is the number of ordinates of
-    each ratio.
+    They are clipped `ratios`, the nearest of 100 on a logarithmic grid. The distance is the Kullback-Leibler divergence
+    after the best common scaling. `count` is the number of ordinates of each ratio.
     """
     lows = np.geomspace(ratios.min(), max(ratios.max() / contrast, ratios.min()), 100)
     nulls = np.clip(ratios, lows[:, None], lows[:, None] * contrast)
@@ -283,7 +270,10 @@ def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
 
 
 def _line_sums(total: Array) -> Array:
-    """Array, shape (…, positions): sum of the values over each tested position of a line, from their cumulative sums."""
+    """Array, shape (…, positions): sum of `LINE_WIDTH` successive values that begin at each position, `LINE_STEP` apart.
+
+    `total` is 0 followed by the cumulative sums of the values, shape (…, segment).
+    """
     first = FIRST_LINE_ORDINATE - 1
     return total[..., first + LINE_WIDTH :: LINE_STEP] - total[..., first:-LINE_WIDTH:LINE_STEP]
 
@@ -307,8 +297,10 @@ _NOTHING = (np.ones((0, 1)), np.zeros((0, 2)), np.zeros(0))
 def _broad_alternatives(edges: NDArray[np.int64]) -> tuple[Array, Array, Array]:
     """Tuple (power ratios, shape (k, cells); spans, shape (k, 2); shares of the capital, shape (k,)) of k alternatives.
 
-    A span is the first ordinate of the strongest change, and its last one + 1. The alternatives are another level, filtered
-    noise, and octaves; each kind gets a quarter of the capital. The last quarter is for lines.
+    A ratio is the power of the alternative divided by that of the model, in the half octave between two `edges`. The
+    alternatives are another level, filtered noise, and octaves; each kind gets a quarter of the capital. The last quarter
+    is for lines. A span (first ordinate, last + 1) is where an alternative differs by at least half of its largest ratio,
+    in logarithms.
     """
     low, high, segment = edges[:-1], edges[1:], int(edges[-1])
     middle = np.sqrt(low * (high - 1.0))

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.common.child_process import safe_path
 from allanite.common.errors import AllaniteError, InputError
@@ -117,12 +116,12 @@ def _summary_task(array: Any, rate: float | None, unit: Any, columns: Sequence[s
         raise InputError("chunks of unknown size: call compute_chunk_sizes() first")
     starts = np.cumsum([0, *array.chunks[0]])
     level = [
-        delayed(_summary_of_block)(block, rate, unit, int(start), columns)
+        delayed(summary_of_chunks)(block, rate, unit, int(start), columns, None, TASK_THREADS)
         for block, start in zip(array.to_delayed().ravel(), starts, strict=False)
     ]
     while len(level) > 1:
         level = [
-            delayed(_merged_summary)(level[at : at + MERGED_AT_ONCE])
+            delayed(Summary.merge)(*level[at : at + MERGED_AT_ONCE])
             for at in range(0, len(level), MERGED_AT_ONCE)
         ]
     return level[0]
@@ -143,18 +142,6 @@ def _computed_tasks(tasks: list[Any], client: Any) -> list[Any]:
         from dask import compute
 
         return list(compute(*tasks))
-
-
-def _summary_of_block(
-    block: NDArray[Any], rate: float, unit: Any, start: int, columns: Sequence[str] | None
-) -> Summary:
-    """`Summary` of a block of an array that begins at index `start`."""
-    return summary_of_chunks(block, rate, unit, start, columns, None, TASK_THREADS)
-
-
-def _merged_summary(parts: list[Summary]) -> Summary:
-    """`Summary` merged from the summaries of consecutive parts."""
-    return parts[0].merge(*parts[1:])
 
 
 def _summary_of_log(path: str, rate: float | None, unit: Any, columns: Any) -> Summary | str:

@@ -21,6 +21,7 @@ import threading
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -144,9 +145,9 @@ class LogProcess:
         Raises `InputError` if the child refuses the setup.
         """
         used = self._process is not None
-        answer = self._try(path)
+        answer = self._answer_or_none(path)
         if answer is None and used:
-            answer = self._try(path)
+            answer = self._answer_or_none(path)
         return answer or Answer(path, "", [failed_row(path, self._why)])
 
     def close(self) -> None:
@@ -155,7 +156,7 @@ class LogProcess:
             self._closed = True
         self._end()
 
-    def _try(self, path: str) -> Answer | None:
+    def _answer_or_none(self, path: str) -> Answer | None:
         """`Answer` of the child for a log; None if no child starts or the log ended the child (reason in `_why`).
 
         A log that exceeds the deadline gets a failed row, and the child is killed.
@@ -175,10 +176,7 @@ class LogProcess:
             rows = [failed_row(path, f"not done after {self._setup.deadline:g} s: {MORE_TIME}")]
             self._end()
             return Answer(path, "", rows)
-        if message is not None:
-            self._why = message["why"]
-        else:
-            self._why = self._ending()
+        self._why = self._ending() if message is None else message["why"]
         self._end()
         return None
 
@@ -296,11 +294,12 @@ def serve() -> NoReturn:
 
     The process also ends, after a message to the parent, if the setup fails or a log needs too much memory.
     """
+    from allanite import _kernels
+
     _state["child"] = True
-    answers = os.dup(1)
+    say = partial(_write_line, os.dup(1))
     # Output of libraries must not mix with the answers.
     os.dup2(2, 1)
-    say = _line_writer(answers)
     orders: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_queue_messages, args=(orders,), daemon=True).start()
     try:
@@ -320,19 +319,16 @@ def serve() -> NoReturn:
             say({"why": f"needs more memory than the {most} of a log: set {VARIABLE} to more"})
             os._exit(0)
         _set_time_limit(0.0)
-        _free_memory()
+        # The memory of this log would count for the limit of the next one.
+        gc.collect()
+        _kernels.free_buffers()
 
 
-def _line_writer(answers: int) -> Callable[[dict[str, Any]], None]:
-    """Function that writes a dict as one line of JSON to the file descriptor `answers`."""
-
-    def write_line(value: dict[str, Any]) -> None:
-        """Write a dict as one line of JSON."""
-        line = memoryview(json.dumps(value).encode() + b"\n")
-        while line:
-            line = line[os.write(answers, line) :]
-
-    return write_line
+def _write_line(answers: int, value: dict[str, Any]) -> None:
+    """Write a dict as one line of JSON to the file descriptor `answers`."""
+    line = memoryview(json.dumps(value).encode() + b"\n")
+    while line:
+        line = line[os.write(answers, line) :]
 
 
 def _queue_messages(orders: queue.SimpleQueue[bytes]) -> None:
@@ -393,21 +389,11 @@ def _set_time_limit(seconds: float) -> None:
         signal.setitimer(signal.ITIMER_REAL, seconds)
 
 
-def _free_memory() -> None:
-    """Free the memory that a log used, in Python and in the compiled core.
-
-    It would otherwise count for the memory limit of the next log.
-    """
-    from allanite import _kernels
-
-    gc.collect()
-    _kernels.free_buffers()
-
-
 def _rows_of_log(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
-    """Dict of ``key`` and ``rows`` of a log: rows is None if the key is known; key is empty for a failed row.
+    """Dict for JSON with the journal ``key`` and the ``rows`` (list of dicts) of a log.
 
-    Side effect: extends the time limit with `say` before slow steps.
+    ``rows`` is None if `setup.done` has the key. ``key`` is empty if the log cannot be read or changes meanwhile; then one
+    row states the reason. Side effect: before slow steps, `say` asks the parent for more time.
     """
     from allanite.scale.logs import rows_of
 

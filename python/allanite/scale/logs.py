@@ -11,6 +11,7 @@ import sys
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
@@ -47,7 +48,7 @@ FORMULA_STARTS = tuple("=+-@")
 
 
 def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
-    """List of `Path`: logs of a folder, a pattern, a list in a text file or a sequence, sorted by name; or the single log.
+    """List of `Path`: logs of a folder, a pattern, a list in a text file or a sequence, sorted by path; or the single log.
 
     Folders are searched with their subfolders. Hidden files, journals, and tables that have a journal are not logs.
 
@@ -171,10 +172,11 @@ def _reason_text(error: Exception) -> str:
 
 
 def study_columns(study: Study) -> dict[str, Any]:
-    """Dict of the entries model, verdict, discrepancy_percent, effects (JSON) and numbers (JSON) of a row.
+    """Dict of the entries model, verdict, discrepancy_percent, effects and numbers of a row of the fleet's table.
 
-    ``numbers`` also contains the ``mean`` of the samples. ``effects`` maps each added effect that is still in the model
-    to its p-value, corrected for at least 1000 trials.
+    ``numbers`` is a JSON text: name → [value, low, high, standard error], also of the ``mean`` of the samples. ``effects``
+    is a JSON text: kind of each added effect that is still in the model → its smallest p-value. It is corrected for at
+    least 1000 trials.
     """
     from scipy.special import chdtrc
 
@@ -232,8 +234,9 @@ def run_fleet(
 ) -> list[dict[str, Any]]:
     """List of rows, one per axis of every log, each with its own model; the table is also written to `out`.
 
-    Child processes work on the logs. A log has one failed row if it cannot be read, crashes or fills its process, takes
-    longer than `deadline`, or changes while it is read. The other logs are not affected.
+    Child processes work on the logs. A log has one failed row if it cannot be read or changes meanwhile. The same holds
+    if it crashes its process, needs more memory than its limit, or takes longer than `deadline`. The other logs are not
+    affected.
 
     A journal next to the table stores each finished log. The next run with the same options takes these logs, recognized
     by content, from the journal. It works on all others, including failed ones.
@@ -336,14 +339,16 @@ def child_setup(
 ) -> Setup:
     """`Setup` (settings) of the child processes; each of `workers` gets an equal share of the memory budget.
 
-    A memory limit of the user (`VARIABLE`) applies to each child instead. `known` are the keys of finished logs.
+    If the user set ``ALLANITE_MEMORY``, this limit applies to each child instead. The keys of `known` are those of finished
+    logs.
     """
     from allanite._kernels import version
     from allanite.effects.files import as_model, model_to_dict
+    from allanite.effects.registry import CATALOGUE
     from allanite.readers import FORMATS
 
     start = as_model(model)
-    effects = _registered_effects()
+    effects = tuple(e for e in CATALOGUE if not e.__module__.startswith("allanite."))
     settings = {
         "version": version(),
         "model": model_to_dict(start),
@@ -382,13 +387,6 @@ def _name_with_digest(declared: Any) -> str:
     return f"{declared.__module__}.{declared.__qualname__} {digest}".strip()
 
 
-def _registered_effects() -> tuple[type[Effect], ...]:
-    """Tuple of classes: effect classes of the catalog that are not part of allanite."""
-    from allanite.effects.registry import CATALOGUE
-
-    return tuple(effect for effect in CATALOGUE if not effect.__module__.startswith("allanite."))
-
-
 def _main_program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...]:
     """Tuple of (key, value) by which another process imports the running program; () if it declares no effect.
 
@@ -414,8 +412,8 @@ def _answers_of(
 ) -> Iterator[Answer]:
     """Yields the `Answer` of each log as soon as it is known, in any order; raises the exception of a worker thread.
 
-    With a `scheduler`, Dask computes them, else `workers` threads with a child process each. They end with the
-    generator.
+    With a `scheduler` (address), Dask computes them, else `workers` threads with a child process each. When the generator
+    is closed, the child processes are killed.
     """
     if scheduler is not None:
         yield from _answers_by_dask(logs, setup, scheduler)
@@ -452,7 +450,7 @@ def _answers_of(
 def _answers_by_dask(logs: list[str], setup: Setup, scheduler: str) -> Iterator[Answer]:
     """Yields the `Answer` of each log from workers of a Dask scheduler at this address, in any order.
 
-    Raises `InputError` if no scheduler answers.
+    A log whose worker is lost has a failed row. Raises `InputError` if no scheduler answers.
     """
     from dask.distributed import Client, as_completed
 
@@ -476,11 +474,8 @@ def _answers_by_dask(logs: list[str], setup: Setup, scheduler: str) -> Iterator[
 
 def _answer_in_child(setup: Setup, path: str) -> Answer:
     """`Answer` of a log, from a new child process that ends afterwards."""
-    process = LogProcess(setup)
-    try:
+    with closing(LogProcess(setup)) as process:
         return process.answer(path)
-    finally:
-        process.close()
 
 
 def _write_sorted(rows: list[dict[str, Any]], target: Path) -> list[dict[str, Any]]:

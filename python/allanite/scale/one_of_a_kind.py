@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 def study_of_kinds(column: Recording, model: str | Model) -> Study:
-    """`Study` of one column as of `improve`, except that later checks add no effect of a kind that the model has.
+    """`Study` of one column as by `improve`, but no check adds an effect of a kind that the model already has.
 
-    Units are compared by their coefficients and by the kinds of their effects. All lines of one check are added. Weaker
-    lines of later checks would change neither, but each costs a fit of the whole model. Excluded samples and events are
-    added as in `improve`, because they change the coefficients. Errors are those of `fit_model`.
+    This saves fits of weak further lines, which change neither coefficients nor kinds of effects. All lines that one check
+    suggests are added together. Excluded samples and single events are added as by `improve`, because they change the
+    coefficients. Raises the errors of `fit_model`.
     """
     fit = fit_model(column, with_given_designs(as_model(model)))
     seconds = DEFAULT_SECONDS + DEFAULT_SECONDS_PER_SAMPLE * column.n
@@ -41,7 +41,10 @@ class SearchOfKinds(Search):
     """Search that adds effects of the same kind only from one check, and keeps its steps in the order of the search."""
 
     def _check_of_last_fit(self) -> Check:
-        """`Check` of the last fit without suggestions of kinds that the model has; `check` keeps all suggestions."""
+        """`Check` of the last fit, without suggested effects of kinds that the model already has.
+
+        Suggestions of excluded samples and single events stay. `self.check` is set to the check with all suggestions.
+        """
         check = super()._check_of_last_fit()
         kinds = {effect.kind for effect in check.fit.model}
         new = (
@@ -52,10 +55,13 @@ class SearchOfKinds(Search):
         return replace(check, suggestions=tuple(new))
 
     def _stop_reason(self, check: Check) -> str | None:
-        """Reason (text) to end the search after the last check, judged by all suggestions; None to continue."""
+        """Reason (text) to end the search after the last check; None to continue.
+
+        `self.check`, with all suggestions, replaces the argument.
+        """
         assert self.check is not None
         return super()._stop_reason(self.check)
 
-    def _steps(self, _: str) -> tuple[Rung, ...]:
-        """Tuple of the checked steps, oldest first; a table shows no steps, so that none is fitted for readers."""
+    def _steps(self, _stop: str) -> tuple[Rung, ...]:
+        """Tuple of the checked steps of the search, oldest first (`Search` would rearrange them for readers)."""
         return tuple(self.ladder[: self.checked])

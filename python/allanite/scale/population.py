@@ -178,16 +178,13 @@ class Fleet:
         table = [
             ["axis", "parameter", "units", "median", "95 %", "spread", "middle half", "95 % below"]
         ]
-        if self.too_few:
-            lines += [self.too_few, *([""] if self.population else [])]
         for p in sorted(self.population, key=lambda p: _sort_key(p.name)):
             spread = f"{p.spread:.2g}" if p.name == "mean" else f"{number(100 * p.spread, 2)} %"
             median, typical = (f"{a:.4g} … {b:.4g}" for a, b in (p.median_interval, p.typical))
             top = "–" if p.maximum is None else f"{p.maximum:.4g}"
             middle = (str(p.units), f"{p.median:.4g}", median, spread, typical, top)
             table.append([p.column, p.name, *middle])
-        if self.population:
-            lines += aligned_lines(table)
+        lines += aligned_lines(table) if self.population else [self.too_few]
         if self.biases:
             lines += ["", "bias between logs (of one sensor: the bias at switch-on):"]
             lines += [f"  {name}: {bias}" for name, bias in self.biases.items()]
@@ -296,7 +293,7 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
 def _biases_by_column(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
     """Dict from the name of a column to the `TurnOn` (mean and spread) of its bias over the logs.
 
-    Columns with fewer than two logs, without a mean in each log, or with several units are omitted.
+    Columns with fewer than two logs, without a finite mean in each log, or with several units are omitted.
     """
     out = {}
     for column in dict.fromkeys(str(row["column"]) for row in rows):
@@ -313,10 +310,10 @@ def _biases_by_column(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
 
 
 def _significant_deviations(found: list[Deviating]) -> tuple[Deviating, ...]:
-    """Tuple of the `Deviating` in `found` that are significant, sorted by p-value, at most one per axis.
+    """Tuple of the significant ones in `found` at a false discovery rate of 1 % (Benjamini & Hochberg 1995).
 
-    If an effect and a parameter of one axis are both significant, the effect is kept. Significance follows Benjamini &
-    Hochberg (1995) over all units and parameters, with a false discovery rate of 1 %.
+    `found` has all tests of a fleet, also those that show nothing. One per axis of a unit is kept: its clearest effect if
+    any is significant, else its clearest parameter. Axes are in the order of their smallest p-value.
     """
     found = sorted(found, key=lambda one: one.p_value)
     last = 0
@@ -337,8 +334,10 @@ def _population(
 ) -> tuple[Population, Array]:
     """Tuple (`Population` of a parameter over all units, p-value of each unit's deviation, shape (units,)).
 
-    `values` are [value, low, high, standard error] of each unit. Positive parameters, except the mean, are compared in
-    logarithms. Each side of the median has its own width.
+    `values` are [value, low, high, standard error] of each unit. If all values are positive, they are compared in
+    logarithms, except means. The p-value is two-sided, that of (value − median)/width. The distribution is Student's t with
+    half as many degrees of freedom as units (at least 2), and normal from 200 units on. The width is the larger of two
+    robust standard deviations: that on this side of the median, and that of all units with the unit's own error.
     """
     from scipy.special import ndtr, stdtr
 
@@ -398,7 +397,7 @@ def _upper_limit(order: Array) -> float | None:
 
 
 def _median_ranks(n: int) -> tuple[int, int]:
-    """Tuple of two indices: order statistics of n values that enclose the median with 95 % confidence."""
+    """Tuple of two indices into n sorted values: the values there enclose the median with 95 % confidence."""
     from scipy.special import bdtr
 
     low = int(sum(bdtr(k, n, 0.5) <= (1.0 - CONFIDENCE) / 2.0 for k in range(n // 2)))
@@ -453,7 +452,10 @@ def _parquet_rows(path: Path) -> list[dict[str, Any]]:
 
 
 def serve_parquet_rows(path: str) -> list[dict[str, Any]]:
-    """List of dicts: rows of a Parquet table with only texts and numbers; runs in the child process."""
+    """List of dicts: rows of a Parquet table; entries other than texts and numbers are omitted.
+
+    `_parquet_rows` runs this in a child process.
+    """
     from pyarrow import parquet
 
     with refused_as("a Parquet table"):

@@ -117,9 +117,10 @@ class PowerBets:
         )
 
     def gains(self, white: Array, clipped: float) -> Array:
-        """Natural logarithms of the e-values of whitened samples, in the order of `levels`, shape (n,).
+        """Natural logarithm of the e-value of each of the n `levels`, from the whitened samples of a segment, shape (n,).
 
-        0 for levels within the limits of the null hypothesis.
+        An e-value has a mean of at most 1 if the model holds. The logarithm is 0 for levels within the tolerance, and for
+        low levels that clipping alone could explain.
 
         Parameters
         ----------
@@ -139,27 +140,23 @@ class PowerBets:
         return out[self._place]
 
 
-@lru_cache(maxsize=4)
-def _squares_of_normal_samples(n: int) -> Array:
-    """Array, shape (n,): quantiles of χ²₁ at the probabilities (i + ½)/n, descending. Cached."""
-    from scipy.special import chdtri
-
-    return np.asarray(chdtri(1.0, (np.arange(n) + 0.5) / n))
-
-
 @lru_cache(maxsize=1024)
 def _kelly_fraction(level: float, low: float, high: float) -> float:
-    """Kelly fraction λ: largest expected logarithmic growth on normal samples of power `level`. Cached.
+    """Fraction λ of the capital to bet on the power `level` (Kelly criterion), for normal whitened samples w. Cached.
 
-    Positive above `high`, negative below `low`, 0 between them.
+    λ maximizes the mean of ln(1 + λ (v/m − 1)), v being w² clipped. Under the model, the mean of w² lies between `low` and
+    `high`. Above `high`, m = `high` and λ ≥ 0; below `low`, m = `low` and λ ≤ 0; between them λ is 0.
     """
     from scipy.optimize import minimize_scalar
+    from scipy.special import chdtri
 
     if low <= level <= high:
         return 0.0
     null = low if level < 1.0 else high
     sign, clip = (-1.0, LOW_CLIP) if level < 1.0 else (1.0, HIGH_CLIP)
-    gain = np.minimum(level * _squares_of_normal_samples(500), clip) / null - 1.0
+    # The squares of 500 normal samples at evenly spaced probabilities.
+    squares = chdtri(1.0, (np.arange(500) + 0.5) / 500)
+    gain = np.minimum(level * squares, clip) / null - 1.0
     most = (1.0 - MIN_FACTOR) / (LOW_CLIP / null - 1.0 if level < 1.0 else 1.0)
     found = minimize_scalar(
         lambda part: -np.log1p(sign * part * gain).mean(), bounds=(0.0, most), method="bounded"

@@ -158,11 +158,6 @@ class Watch:
         self._angle: float | None = None
         self.model, self.rate, self.unit = model, positive_rate(rate), unit
         self.tolerance = tolerance
-        for effect in model.stochastic:
-            if getattr(effect, effect.coefficient) is None:
-                raise InputError(
-                    f"{effect.kind}.{effect.coefficient} has no value: give a fitted model"
-                )
         self._bets = tuple(
             Bets(model, self.rate, SEGMENT * many, tolerance, lines=many > 1)
             for many in (1, SEGMENTS_IN_LONG)
@@ -176,7 +171,7 @@ class Watch:
 
     @property
     def segments(self) -> int:
-        """Number of complete segments of the shortest length tested so far, including those with missing samples."""
+        """Number of complete segments of 1024 samples so far, including those with missing samples."""
         return self._bets[0].segments
 
     @property
@@ -188,14 +183,14 @@ class Watch:
 
     @property
     def e_value(self) -> float:
-        """Evidence against the model: the larger capital, of short or long segments, times its share.
+        """Evidence against the model: the larger of two capitals, that of the bets on short and that on long segments.
 
-        It is 0.75 at the start; `CAPITAL_SHARES` are the shares.
+        They are 0.75 and 0.25 at the start. If the model holds, the probability that it ever reaches 100 is at most 1 %.
         """
         return max(self._capitals())
 
     def _capitals(self) -> list[float]:
-        """List of two floats: capital on short segments and on long segments, each times its initial share."""
+        """List of two floats: capital of the bets on short and on long segments, 0.75 and 0.25 at the start."""
         return [part * bets.capital for part, bets in zip(CAPITAL_SHARES, self._bets, strict=True)]
 
     def update(self, chunk: ArrayLike) -> Alarm | None:
@@ -241,31 +236,27 @@ class Watch:
                 if end % bets.segment == 0:
                     bets.bet_on(joined[end - bets.segment : end])
             if self.alarm is None and self.e_value >= 1.0 / FALSE_ALARM_PROBABILITY:
-                self._store_alarm()
-        self._pending = joined[
-            joined.size // (SEGMENT * SEGMENTS_IN_LONG) * (SEGMENT * SEGMENTS_IN_LONG) :
-        ].copy()
+                self.alarm = self._alarm_of_best_bet()
+        whole = SEGMENT * SEGMENTS_IN_LONG
+        self._pending = joined[joined.size // whole * whole :].copy()
         return self.alarm if before is None else None
 
     def interrupt(self) -> None:
-        """Mark a break before the next sample: the present short segment counts as one with missing samples."""
+        """Mark a break before the next sample: the short segment that is not yet complete counts as missing samples."""
         self._pending[self._pending.size // SEGMENT * SEGMENT :] = np.nan
         if self._angle is not None:
             self._angle = np.nan
 
-    def _store_alarm(self) -> None:
-        """Set `alarm` from the best bet on the segments with the larger capital."""
+    def _alarm_of_best_bet(self) -> Alarm:
+        """`Alarm` at the end of the last tested segment; start, frequencies and ratio are those of the best bet.
+
+        It is the best bet on short or on long segments, whichever have the larger capital.
+        """
         bets = self._bets[int(np.argmax(self._capitals()))]
         low, high, ratio, since = bets.best_bet()
         hz, seconds = self.rate / (2.0 * bets.segment), bets.segment / self.rate
-        self.alarm = Alarm(
-            self.segments * SEGMENT / self.rate,
-            since * seconds,
-            low * hz,
-            high * hz,
-            ratio,
-            self.e_value,
-        )
+        end = self.segments * SEGMENT / self.rate
+        return Alarm(end, since * seconds, low * hz, high * hz, ratio, self.e_value)
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/watch/1``: samples, time_s, segments, e_value, holds and alarm."""

@@ -28,7 +28,7 @@ class Documented(Protocol):
     """Protocol of results with `to_dict`: a fit, a study, a characterization."""
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict (JSON form) of the result, such as a document of schema ``allanite/fit/1``."""
+        """Dict for JSON with all content of a fit, a study or a characterization; its entry ``schema`` names the format."""
         ...
 
 
@@ -37,7 +37,7 @@ Source: TypeAlias = str | Path | Mapping[str, Any] | Model | Effect | Documented
 
 
 def is_source_file(text: str) -> bool:
-    """True for the name of a file, also of a missing JSON, TOML or YAML file; False for a model string."""
+    """True if `text` names an existing file, or ends with ``.json``, ``.toml``, ``.yaml`` or ``.yml``; else False."""
     if text.lower().endswith((".json", ".toml", ".yaml", ".yml")):
         return True
     return is_file(text)
@@ -126,17 +126,17 @@ def _documents_of_file(
 def _documents_of_json_file(path: Path) -> list[dict[str, Any]]:
     """List of model documents (dicts) in a JSON file: model file of allanite, data sheet, or loadparams file of MATLAB.
 
-    The keys show which of the three formats the file has. Raises `InputError` for another format; it names the path.
+    The keys show which of the three formats the file has. Raises `InputError` for another format.
     """
     from allanite.sources.datasheet import TABLES, datasheet_of, documents_of_sheet
-    from allanite.sources.matlab_parameters import documents_of_matlab_json, is_matlab_json
+    from allanite.sources.matlab_parameters import documents_of_parts, sensor_parts
 
     tree = json_of(path)
     if isinstance(tree, dict) and not str(tree.get("schema")).startswith("allanite/"):
         if any(isinstance(tree.get(table), dict) for table in TABLES):
             return documents_of_sheet(datasheet_of(tree, path.stem), str(path))
-        if is_matlab_json(tree):
-            return documents_of_matlab_json(tree, str(path))
+        if parts := sensor_parts(tree):
+            return documents_of_parts(parts, str(path))
     return _documents_of_record(tree)
 
 
@@ -163,7 +163,10 @@ def _documents_of_record(tree: object) -> list[dict[str, Any]]:
 
 
 def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Dict: copy of a document with the entries working, turn_on and samples of its column, if `tree` has them."""
+    """Dict: copy of the model document of one column, with the extras that the characterization `tree` has for the column.
+
+    The extras are ``working`` (noise at work), ``turn_on`` (bias at switch-on) and ``samples`` (their statistics).
+    """
     column = str((document.get("recording") or {}).get("column"))
     found = {}
     for name in ("working", "turn_on", "samples"):

@@ -175,7 +175,7 @@ class DataSheet:
         return replace(self, figures=tuple(f for f in self.figures if f.kind == kind))
 
     def folded(self, rate: float) -> tuple[float, float] | None:
-        """Tuple (smallest, largest factor) by which aliasing raises N if samples are skipped down to `rate` Hz, or None.
+        """Tuple (smallest, largest factor) by which aliasing raises N if samples are skipped down to `rate` Hz.
 
         Skipping samples without averaging folds all noise of the sensor's band below half the rate, so N rises by
         √(band/rate). The band is 2·bandwidth for a sharp filter and π·bandwidth for a filter of first order, but not
@@ -238,15 +238,10 @@ def read_datasheet(path: str | Path) -> DataSheet:
     """
     path = Path(path)
     with about(path):
-        return _read_sheet(path)
-
-
-def _read_sheet(path: Path) -> DataSheet:
-    """`DataSheet` read from a TOML or JSON file. Raises `InputError` without the path in its message."""
-    text = text_of(path)
-    with invalid_as_input_error("not a data sheet in TOML or JSON"):
-        parsed = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
-        return datasheet_of(parsed, path.stem)
+        text = text_of(path)
+        with invalid_as_input_error("not a data sheet in TOML or JSON"):
+            parsed = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
+            return datasheet_of(parsed, path.stem)
 
 
 def datasheet_of(parsed: object, name: str) -> DataSheet:

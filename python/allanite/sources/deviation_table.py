@@ -44,12 +44,10 @@ def is_deviation_table(path: Path) -> bool:
     differ by less than 30 % in the median.
     """
     try:
-        header, numbers = _header_and_numbers(text.first_rows_of(path)[0])
+        header, tau, values = _header_and_columns(text.first_rows_of(path)[0])
     except InputError:
         return False
-    tau, values = numbers[:, 0], numbers[:, 1:]
-    grows = tau.size >= MIN_ROWS and bool((np.diff(tau) > 0.0).all() and tau[0] > 0.0)
-    if not grows or not values.size or not bool((values > 0.0).all()):
+    if not _can_be_deviations(tau, values):
         return False
     if header:
         return bool(re.match(r"tau|averaging", header[0].strip().lower()))
@@ -82,14 +80,12 @@ def documents_of_table(
         The file is not a table, the unit or the record length is missing, or the record is shorter than twice the
         longest τ.
     """
-    header, numbers = _read_table(path)
-    tau, deviations = numbers[:, 0], numbers[:, 1:]
-    if not ((np.diff(tau) > 0.0).all() and tau[0] > 0.0 and (deviations > 0.0).all()):
+    names, tau, deviations = _read_table(path)
+    if not _can_be_deviations(tau, deviations):
         raise InputError(
             "not a table of Allan deviations (tau must grow, deviations must be positive):"
             " if this is a log, use allanite characterize"
         )
-    names = header[1:] or [f"deviation {i}" for i in range(1, numbers.shape[1])]
     if record_length is None:
         raise InputError(
             "a table of deviations does not state the length of the record"
@@ -132,10 +128,9 @@ def curves_of_table(path: Path, unit: str | None) -> list[tuple[str, str, Array,
     Raises `InputError` if the file is not a table or the unit is missing.
     """
     with about(path):
-        header, numbers = _read_table(path)
-        names = header[1:] or [f"deviation {i}" for i in range(1, numbers.shape[1])]
-        columns = zip(names, _column_units(unit, names), numbers[:, 1:].T, strict=True)
-        return [(name, own, numbers[:, 0], column) for name, own, column in columns]
+        names, tau, deviations = _read_table(path)
+        columns = zip(names, _column_units(unit, names), deviations.T, strict=True)
+        return [(name, own, tau, column) for name, own, column in columns]
 
 
 def _fitted_factors(tau: Array, rate: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -183,20 +178,31 @@ def _column_units(unit: str | None, names: list[str]) -> list[str]:
     )
 
 
-def _read_table(path: Path) -> tuple[list[str], Array]:
-    """Tuple (header, numbers) of a table: names of the columns (empty without any), and an array of shape (rows, columns).
+def _read_table(path: Path) -> tuple[list[str], Array, Array]:
+    """Tuple (name of each column of deviations, first column τ, deviations of shape (rows, columns)) of a table.
 
-    Raises `InputError` if the file is no text, a row has other cells than numbers, or the table is too small.
+    Without a header, the names are ``deviation 1``, …. Raises `InputError` if the file is no text, a row has other cells
+    than numbers, or there are fewer than two columns or five rows.
     """
-    return _header_and_numbers(read_table(path, text.all_numbers))
+    header, tau, deviations = _header_and_columns(read_table(path, text.all_numbers))
+    return header[1:] or [f"deviation {i + 1}" for i in range(deviations.shape[1])], tau, deviations
 
 
-def _header_and_numbers(table: Table) -> tuple[list[str], Array]:
-    """Tuple (header, numbers) of the columns of numbers of a table. Raises `InputError` if the table is too small."""
+def _header_and_columns(table: Table) -> tuple[list[str], Array, Array]:
+    """Tuple (header, first column of numbers, all further ones as array of shape (rows, columns)) of a table.
+
+    The header is empty if the table has none. Raises `InputError` for fewer than two columns of numbers or five rows.
+    """
     columns = text.all_numbers(table)
     if table.n < MIN_ROWS or len(columns) < 2:
         raise InputError(
             f"a table of tau and deviations needs two columns and at least {MIN_ROWS} rows"
         )
     header = [table.names[i] for i in columns] if table.named else []
-    return header, np.column_stack([table[i] for i in columns])
+    numbers = np.column_stack([table[i] for i in columns])
+    return header, numbers[:, 0], numbers[:, 1:]
+
+
+def _can_be_deviations(tau: Array, deviations: Array) -> bool:
+    """True if the averaging times are positive and increase, and all deviations are positive."""
+    return bool((np.diff(tau) > 0.0).all() and tau[0] > 0.0 and (deviations > 0.0).all())

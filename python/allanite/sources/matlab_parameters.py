@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from allanite.common.errors import InputError
@@ -51,22 +51,23 @@ def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
     return found
 
 
-def is_matlab_json(tree: object) -> bool:
-    """True if a parsed JSON document, or a value in it, is a mapping with a Gyroscope or an Accelerometer (loadparams)."""
-    return isinstance(tree, dict) and any(_has_sensor(part) for part in (tree, *tree.values()))
+def sensor_parts(tree: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """List of the dicts in a parsed loadparams file that have a dict Gyroscope or Accelerometer.
 
-
-def _has_sensor(part: object) -> bool:
-    """True if a JSON value is a mapping with a mapping Gyroscope or Accelerometer."""
-    return isinstance(part, dict) and any(isinstance(part.get(s), dict) for s, _, _ in SENSORS)
-
-
-def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[str, Any]]:
-    """List of model documents (dicts) from a parsed loadparams file, one per axis of each sensor in it.
-
-    Raises `InputError` if the file has more than one part (sensor product).
+    They are the document itself, or entries of it, one per sensor product. Empty if the document is no loadparams file.
     """
-    parts = [part for part in (tree, *tree.values()) if _has_sensor(part)]
+    return [
+        part
+        for part in (tree, *tree.values())
+        if isinstance(part, dict) and any(isinstance(part.get(s), dict) for s, _, _ in SENSORS)
+    ]
+
+
+def documents_of_parts(parts: Sequence[Mapping[str, Any]], source: str) -> list[dict[str, Any]]:
+    """List of model documents (dicts) from the `sensor_parts` of a loadparams file, one per axis of each sensor.
+
+    Raises `InputError` for more than one part (sensor product).
+    """
     if len(parts) > 1:
         raise InputError(
             f"contains {len(parts)} parts, but only one can be used: delete the others"

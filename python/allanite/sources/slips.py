@@ -31,8 +31,8 @@ SLIPS_OF_ALL = (
 def mistake_text(coefficient: str, ratio: float, tolerance: float) -> str:
     """Text ``looks as if …`` that names the mistake with units that explains `ratio` (measured over stated value); or "".
 
-    |ln ratio| must exceed the tolerance, and ln ratio must agree with that of a known factor to within the tolerance or
-    0.1, whichever is smaller.
+    |ln ratio| must exceed the tolerance. ln ratio must agree with the logarithm of a known factor to within the tolerance
+    or 0.1, whichever is smaller. `coefficient` is that of the figure; some mistakes concern only N.
     """
     if ratio <= 0 or abs(math.log(ratio)) <= tolerance:
         return ""

@@ -67,7 +67,8 @@ def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
         place = getattr(error, "problem_mark", None)
         row = f" (line {place.line + 1})" if place is not None else ""
         raise InputError(f"not a YAML file{row}") from None
-    nodes = _top_mappings(tree)
+    top = (tree, *tree.values()) if isinstance(tree, dict) else ()
+    nodes = [node for node in top if isinstance(node, dict)]
     kalibr = [n for n in nodes if any(f"{s}_{KALIBR[0]}" in n for s, _, _ in SENSORS)]
     if kalibr:
         return [d for node in kalibr for d in _kalibr_documents(node, str(path), len(kalibr) > 1)]
@@ -76,13 +77,6 @@ def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
     raise InputError(
         "neither a Kalibr file (gyroscope_noise_density) nor one of imu_utils (Gyr, Acc)"
     )
-
-
-def _top_mappings(tree: Any) -> list[dict[str, Any]]:
-    """List of the mappings in a parsed YAML document: itself, and those directly inside (``imu0:``); [] if it is none."""
-    if not isinstance(tree, dict):
-        return []
-    return [tree, *(value for value in tree.values() if isinstance(value, dict))]
 
 
 def _kalibr_documents(node: Mapping[str, Any], source: str, several: bool) -> list[dict[str, Any]]:

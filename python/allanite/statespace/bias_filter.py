@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.effects.terms import Exponential
+from allanite.statespace.growth import MAX_SAMPLES, variogram_of
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic, Model
@@ -39,8 +40,6 @@ UNKNOWN_BIAS_VARIANCE = 1e6
 LEVEL_HORIZONS = 30
 #: Maximum number of samples of the variogram (32 MB); the segment before aiding is shortened to fit.
 MAX_VARIOGRAM_SAMPLES = 2**22
-#: Maximum number of samples of aiding and coasting.
-MAX_SAMPLES = 2**24
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,14 +79,11 @@ class Errors:
     ----------
     weights : ndarray, shape (c, t, steps)
         Weight of the sensor's integral over each step.
-    fixes : ndarray, shape (c, t, aided)
-        Weight of the error of each fix.
     predicted : ndarray, shape (c, t)
         Variance that the filter predicts.
     """
 
     weights: Array
-    fixes: Array
     predicted: Array
 
 
@@ -118,10 +114,10 @@ def mission_of(horizon: float, rate: float) -> Mission:
     return Mission(step, max(1, aided), coasting)
 
 
-def bias_filter_errors(
-    mission: Mission, walk: ArrayLike, correlation_time: ArrayLike = np.inf, fix: float = 0.0
-) -> Errors:
-    """`Errors`: weights and predicted variances of the coasting errors of c bias filters, each with white noise N = 1.
+def bias_filter_errors(mission: Mission, walk: ArrayLike, correlation_time: ArrayLike) -> Errors:
+    """`Errors`: weights and predicted variances of the coasting errors of c bias filters, with white noise N = 1.
+
+    The fixes of the integral have no error.
 
     Parameters
     ----------
@@ -130,21 +126,18 @@ def bias_filter_errors(
         K/N of a random walk, or q_c/N of a Gauss-Markov bias, 1/s.
     correlation_time : array_like, shape (c,)
         Correlation time of the Gauss-Markov bias, s; infinite for a random walk.
-    fix : float
-        Variance of a fix divided by N², s.
 
     Returns
     -------
     Errors
     """
     q, T = np.broadcast_arrays(np.atleast_1d(np.asarray(walk, float)), correlation_time)
-    F, Q, start = _discrete(q, np.asarray(T, float), mission.step)
-    gains, P = _aided_gains(F, Q, start, mission.aided, fix)
+    F, Q, start = _bias_model(q, np.asarray(T, float), mission.step)
+    gains, P = _aided_gains(F, Q, start, mission.aided)
     size, last = q.size, int(mission.coasting[-1])
     rows = np.zeros((size, mission.coasting.size, 2))
     predicted = np.zeros(rows.shape[:2])
     weights = np.zeros((*rows.shape[:2], mission.steps))
-    fixes = np.zeros((*rows.shape[:2], mission.aided))
     whole = np.broadcast_to(np.eye(2), F.shape)
     for k in range(1, last + 1):
         whole = F @ whole
@@ -155,14 +148,13 @@ def bias_filter_errors(
             weights[:, place, mission.aided : mission.aided + k] = 1.0
     # Back from the last fix: a row of the error's transition, through each update and each step.
     for k in range(mission.aided - 1, -1, -1):
-        fixes[:, :, k] = (rows * gains[k][:, None, :]).sum(axis=2)
-        rows[:, :, 0] -= fixes[:, :, k]
+        rows[:, :, 0] -= (rows * gains[k][:, None, :]).sum(axis=2)
         weights[:, :, k] = rows[:, :, 0]
         rows = rows @ F
-    return Errors(weights, fixes, predicted)
+    return Errors(weights, predicted)
 
 
-def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
+def _bias_model(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
     """Tuple (F, Q, P₀) of the states (integral, bias), each (c, 2, 2): transition, noise of a step, first covariance.
 
     `q` is K/N or q_c/N, 1/s, and `T` the correlation time, s, infinite for a random walk; both have shape (c,).
@@ -191,29 +183,29 @@ def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
     return F, Q.transpose(2, 0, 1), start
 
 
-def _aided_gains(F: Array, Q: Array, P: Array, count: int, fix: float) -> tuple[Array, Array]:
-    """Tuple (Kalman gains at each fix, shape (count, c, 2), covariance after the last fix, shape (c, 2, 2)).
+def _aided_gains(F: Array, Q: Array, P: Array, count: int) -> tuple[Array, Array]:
+    """Tuple (Kalman gains at each of `count` fixes, shape (count, c, 2), covariance after the last, shape (c, 2, 2)).
 
-    `count` is the number of fixes, `fix` the variance of each. `P` is the first covariance; it is not changed.
+    The states of the c filters are (integral, bias). A fix measures the integral without error, after each step. `P` is
+    the first covariance; it is not changed.
     """
     gains = np.zeros((count, len(F), 2))
     for k in range(count):
         P = F @ P @ F.swapaxes(1, 2) + Q
-        total = P[:, 0, 0] + fix
-        gains[k] = P[:, :, 0] / total[:, None]
+        gains[k] = P[:, :, 0] / P[:, 0, :1]
         P = P - gains[k][:, :, None] * P[:, None, 0, :]
         # After an exact fix the variance of the integral is 0, which rounding would make negative.
-        P[:, 0, 0] = fix * gains[k][:, 0]
+        P[:, 0, 0] = 0.0
         P[:, 0, 1] = P[:, 1, 0]
     return gains, P
 
 
 def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -> Array:
-    """True variance of each filter's error due to the noise of a model, shape (c, t), in U² s², for exact fixes.
+    """True variance of the error of c filters after t coasting times, for a model's noise, shape (c, t), U² s².
 
-    Lines count with a random phase and a ramp with its square. Steps, warm-ups and effects of a column do not count,
-    because a filter must subtract them. The bias of a Gauss-Markov filter decays to the mean of the model. If the model
-    has no mean, it decays to the mean over a segment before aiding.
+    The fixes have no error. Lines count with a random phase, a ramp with its square. Steps, warm-ups and effects of a
+    logged column are left out, because the filter is expected to subtract them. A Gauss-Markov bias estimate decays to the
+    mean of the noise. Noise without a mean (a walk) is taken relative to its mean over 30 horizons before aiding.
 
     Parameters
     ----------
@@ -251,7 +243,7 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
     found = -((flat @ gamma[lags]) * flat).sum(axis=1)
     if before:
         share = -loose / before
-        summed = np.concatenate([[0.0], np.cumsum(gamma)])
+        summed = np.cumulative_sum(gamma, include_initial=True)
         across = summed[places + before + 1] - summed[places + 1]
         h = np.arange(1, before)
         within = before * gamma[0] + 2.0 * float((before - h) @ gamma[1:before])
@@ -266,7 +258,7 @@ def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -
 
 
 def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights: Array) -> Array:
-    """Array, one error per row of `weights`: weighted sum of a known function's integrals over each step, in U s."""
+    """Array, shape (rows,): `weights`, shape (rows, steps), times the integral of a known function over each step, U s."""
     m = round(mission.step * rate)
     signal = effect.signal(np.arange(m * mission.steps) / rate, {})
     return np.asarray(weights @ (signal.reshape(-1, m).sum(axis=1) / rate))
@@ -276,27 +268,25 @@ def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights:
 def _step_variogram(
     terms: tuple[Term, ...], rate: float, m: int, count: int
 ) -> tuple[Array, float]:
-    """Tuple (variogram of u, U² s², shape (count,); a constant, U²). Cached.
+    """Tuple (v, U² s², shape (count,); c, U²), from which variances of step integrals of the noise follow. Cached.
 
-    u is the integral of the noise over successive steps of m samples, and its variogram ½ E(u(k+h) − u(k))² at h = 0 …
-    count − 1. The constant, the last value of the variogram of the samples, was subtracted from that variogram before
-    summation.
+    u(k) is the integral of the noise over step k of m samples. A sum Σ w(k) u(k) with Σ w = 0 has the variance
+    −Σ w(k) w(l) v(|k − l|). v(h) is the sum of g − c over all pairs of samples of two steps h apart, divided by rate². g is
+    the variogram of the samples, ½ E(x(k+h) − x(k))², and c its value at the longest lag.
     """
-    top = m * (count + 1)
-    g = np.zeros(top + 1)
-    for term in terms:
-        g += term.variogram(top + 1)
+    g = variogram_of(terms, m * (count + 1))
     # Weights with the sum 0 ignore a constant; without the constant, little cancels.
     last = float(g[-1])
     g -= last
     # The second difference of `total` is g, an even function.
-    total = np.concatenate([[0.0], np.cumsum(np.cumsum(g))]) - 0.5 * g[0] * np.arange(g.size + 1)
+    total = np.cumulative_sum(np.cumsum(g), include_initial=True)
+    total -= 0.5 * g[0] * np.arange(g.size + 1)
     h = m * np.arange(count)
     return (total[h + m] - 2.0 * total[h] + total[np.abs(h - m)]) / rate**2, last
 
 
 def _line_terms(model: Model, rate: float) -> list[Term]:
-    """List of `Term`: one undamped term of random phase per spectral line of a model."""
+    """List of `Term`, one `Exponential` with |φ| = 1 per spectral line of a model: a sinusoid of random phase."""
     return [
         Exponential(0.5 * amplitude**2, complex(np.exp(2j * np.pi * multiple * (e.base_frequency or 0.0) / rate)))
         for e in model.deterministic

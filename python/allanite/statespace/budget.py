@@ -12,6 +12,7 @@ fix, at which attitude, velocity and position are right.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,12 +60,12 @@ def _schuler_response(u: Array) -> Array:
 
 
 def _integrated_sine(u: Array) -> Array:
-    """Integral of `_schuler_response` from 0 to u, (1 − cos ωu)/ω². For small u it is about u²/2."""
+    """Integral of sin(ωu)/ω from 0 to u, (1 − cos ωu)/ω², s², at the times u (s), with the Schuler frequency ω."""
     return np.asarray(2.0 * (np.sin(0.5 * SCHULER * u) / SCHULER) ** 2)
 
 
 def _twice_integrated_sine(u: Array) -> Array:
-    """Second integral of `_schuler_response`, (u − sin(ωu)/ω)/ω².
+    """Second integral of sin(ωu)/ω from 0 to u, (u − sin(ωu)/ω)/ω², s³, at the times u (s), with the Schuler frequency ω.
 
     For small u it is about u³/6, and a series avoids cancellation.
     """
@@ -88,28 +89,35 @@ RESPONSES: dict[str, dict[str, Callable[[Array], Array]]] = {
 SENSORS = {ANGULAR_RATE: "gyroscopes", ACCELERATION: "accelerometers"}
 
 
+@dataclass(frozen=True, eq=False)
 class _SchulerCoasting(Coasting):
-    """Coasting with `weights` of a horizontal channel: differences of the step response `integral`, m samples."""
+    """Coasting of a horizontal channel. `step_response` is a function of the time, s, since a unit step of the error."""
 
-    def __init__(self, back: int, m: int, rate: float, integral: Callable[[Array], Array]) -> None:
-        """Set the m weights to the differences of the step response `integral`, and compute their autocorrelation."""
-        super().__init__(back, m, rate, 1)
-        edges = integral((m - np.arange(m + 1)) / rate)
-        weights = edges[:-1] - edges[1:]
-        size = 1 << (2 * m - 1).bit_length()
-        spectrum = np.fft.rfft(weights, size)
-        # Replaces the values of the cached properties of the base class.
-        self.__dict__["weights"] = weights
-        self.__dict__["_correlation"] = np.fft.irfft(np.abs(spectrum) ** 2, size)[:m]
+    step_response: Callable[[Array], Array]
+
+    @cached_property
+    def weights(self) -> Array:
+        """Weights of the samples since the fix, shape (m,): differences of the step response."""
+        edges = self.step_response((self.m - np.arange(self.m + 1)) / self.rate)
+        return np.asarray(edges[:-1] - edges[1:])
+
+    @cached_property
+    def _correlation(self) -> Array:
+        """Autocorrelation Σ_l r(l) r(l+h) of `weights` r at the lags h = 0 … m − 1, by FFT, shape (m,)."""
+        size = 1 << (2 * self.m - 1).bit_length()
+        spectrum = np.fft.rfft(self.weights, size)
+        return np.fft.irfft(np.abs(spectrum) ** 2, size)[: self.m]
 
 
 def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tuple[Growth, ...]:
-    """Tuple of two `Growth`: horizontal velocity error and horizontal position error; budget: gyroscopes, accelerometers.
+    """Tuple of two `Growth`: horizontal velocity error, then position error, of a strapdown system at rest.
+
+    `Growth.budget` has the parts due to gyroscopes and accelerometers.
 
     Parameters
     ----------
     axes : sequence of Axis
-        At least one gyroscope and one accelerometer. Of axes named by letters only x and y count.
+        At least one gyroscope and one accelerometer. If axes of one kind are named x and y, only these two count.
     aided : float
         Seconds of aiding before the fix.
     tau : array_like
@@ -174,6 +182,6 @@ def _horizontal_variance(
         terms = [term for own_terms in parts.values() for term in own_terms]
         sums = Sums(variogram_of(terms, back + max(ahead)))
         scale = parse_unit(axis.unit).scale
-        found = [_SchulerCoasting(back, m, rate, step_response).deviation(sums) for m in ahead]
+        found = [_SchulerCoasting(back, m, rate, 1, step_response).deviation(sums) for m in ahead]
         total += (scale * np.array(found)) ** 2
     return np.asarray(2.0 * total / len(axes))

@@ -28,23 +28,6 @@ def integration_weights(m: int, rate: float, order: int) -> Array:
     return np.asarray(powers[:-1] - powers[1:])
 
 
-def correlation(m: int, rate: float, order: int) -> Array:
-    """Array of the autocorrelation Σ_l r(l) r(l+h) of the weights r of `integration_weights`, shape (m,).
-
-    The lags are h = 0 … m − 1; `order` is 1, 2 or 3.
-    """
-    h = np.arange(m, dtype=float)
-    u = m - h
-    if order == 1:
-        return np.asarray(u / rate**2)
-    s1, s2 = u**2 / 2.0, u * (4.0 * u**2 - 1.0) / 12.0
-    if order == 2:
-        return np.asarray((s2 + h * s1) / rate**4)
-    s3, s4 = u**2 * (2.0 * u**2 - 1.0) / 8.0, u * (48.0 * u**4 - 40.0 * u**2 + 7.0) / 240.0
-    both = 0.25 * (s4 + 2.0 * h * s3 + h**2 * s2)
-    return np.asarray((both + (2.0 * s2 + 2.0 * h * s1 + h**2 * u) / 48.0 + u / 576.0) / rate**6)
-
-
 @dataclass(frozen=True, eq=False)
 class Sums:
     """Variogram g(0) … g(top) and its cumulative sums.
@@ -57,13 +40,13 @@ class Sums:
 
     @cached_property
     def g(self) -> Array:
-        """Variogram minus its last value, shape (top + 1,)."""
+        """Variogram ½ E(x(k+h) − x(k))² of the noise at the lags h = 0 … top, minus its last value, shape (top + 1,)."""
         return np.asarray(self.variogram - self.variogram[-1])
 
     @cached_property
     def below(self) -> Array:
-        """Cumulative sums of `g`: element i is g(0) + … + g(i − 1), shape (top + 2,)."""
-        return np.concatenate([[0.0], np.cumsum(self.g)])
+        """Cumulative sums of `g`, the shifted variogram: element i is g(0) + … + g(i − 1), shape (top + 2,)."""
+        return np.cumulative_sum(self.g, include_initial=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,17 +60,27 @@ class Coasting:
 
     @cached_property
     def weights(self) -> Array:
-        """Weights of the samples since the fix, shape (m,)."""
+        """Weights w of the m samples x since the fix: their `order`-fold integral is Σ w x, in U·s^`order`. Shape (m,)."""
         return integration_weights(self.m, self.rate, self.order)
 
     @cached_property
     def _correlation(self) -> Array:
-        """Autocorrelation Σ_l r(l) r(l+h) of `weights`, h = 0 … m − 1, shape (m,)."""
-        return correlation(self.m, self.rate, self.order)
+        """Autocorrelation Σ_l r(l) r(l+h) of `weights` r at the lags h = 0 … m − 1, in closed form, shape (m,)."""
+        h, rate = np.arange(self.m, dtype=float), self.rate
+        u = self.m - h
+        if self.order == 1:
+            return np.asarray(u / rate**2)
+        s1, s2 = u**2 / 2.0, u * (4.0 * u**2 - 1.0) / 12.0
+        if self.order == 2:
+            return np.asarray((s2 + h * s1) / rate**4)
+        s3, s4 = u**2 * (2.0 * u**2 - 1.0) / 8.0, u * (48.0 * u**4 - 40.0 * u**2 + 7.0) / 240.0
+        both = 0.25 * (s4 + 2.0 * h * s3 + h**2 * s2)
+        ends = (2.0 * s2 + 2.0 * h * s1 + h**2 * u) / 48.0 + u / 576.0
+        return np.asarray((both + ends) / rate**6)
 
     @cached_property
     def _aiding_weight(self) -> float:
-        """Weight of each sample of aiding in the subtracted mean: the sum of `weights` divided by `back`."""
+        """Weight of each of the `back` samples before the fix: their mean is subtracted, so Σ `weights` / `back`."""
         return float(self.weights.sum()) / self.back
 
     def deviation(self, sums: Sums) -> float:
@@ -102,13 +95,13 @@ class Coasting:
         return float(np.sqrt(max(0.0, variance)))
 
     def line_error(self, angle: float) -> float:
-        """Maximum over all phases of the error due to a spectral line of amplitude 1 and `angle` rad per sample."""
+        """Error after coasting due to a sinusoid of amplitude 1 and `angle` rad per sample; maximum over all phases."""
         aided = fourier_sum(np.ones(self.back), angle)
         since = fourier_sum(self.weights, angle) * np.exp(1j * angle * self.back)
         return float(abs(since - self._aiding_weight * aided))
 
     def signal_error(self, values: Array) -> float:
-        """Absolute error due to a known function with these values during aiding and coasting, shape (back + m,)."""
+        """Absolute error after coasting due to a known function; `values` are its samples, shape (back + m,)."""
         since = self.weights @ values[self.back : self.back + self.m]
         return float(abs(since - self._aiding_weight * values[: self.back].sum()))
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from allanite.common.arrays import Array
-from allanite.statespace.sections import Section
+from allanite.statespace.sections import Section, stationary_covariance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,14 +15,23 @@ if TYPE_CHECKING:
 
 
 def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float) -> Section:
-    """One `Section` for the sum of all sections after a filter.
+    """One `Section` for the sum of all sections after a filter, at `rate` Hz.
 
     White noise becomes a state, because it drives the filter's states as well as the sample. States of unknown level
     come first. The filter's states are differences from their equilibrium at this level, so that they are stationary.
     States of a level that the filter blocks are omitted.
     """
+    from scipy.linalg import block_diag
+
     terms = filtering.passed(tuple(t for s in sections for t in s.terms), rate)
-    F, Q, H, levels = _joined_matrices(sections)
+    white = np.array([[sum(s.R for s in sections)]])
+    if white.any():
+        zero = np.zeros((1, 1))
+        sections = [*sections, Section(zero, white, np.ones(1), white, ())]
+    F, Q = (block_diag(*(getattr(s, name) for s in sections)) for name in ("F", "Q"))
+    H = np.concatenate([s.H for s in sections])
+    # Marks the states of unknown level.
+    levels = np.concatenate([np.arange(s.states) < s.diffuse for s in sections])
     response = filtering.response(rate)
     a, b = response.a[1:], response.b
     inside, order = H.size, a.size
@@ -45,7 +52,7 @@ def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float
     first = np.flatnonzero(np.pad(levels, (0, order)))
     stationary = np.setdiff1d(np.arange(size), first)
     P0 = np.zeros((size, size))
-    P0[np.ix_(stationary, stationary)] = _stationary_covariance(
+    P0[np.ix_(stationary, stationary)] = stationary_covariance(
         whole[np.ix_(stationary, stationary)], noise[np.ix_(stationary, stationary)]
     )
     seen = bool(response.at_zero)
@@ -59,31 +66,3 @@ def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float
         terms,
         diffuse=seen and first.size > 0,
     )
-
-
-def _joined_matrices(sections: Sequence[Section]) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Tuple (F, Q, H, mask) of all sections together: block-diagonal F and Q; the mask marks states of unknown level.
-
-    White noise is the last state.
-    """
-    white = sum(s.R for s in sections)
-    size = sum(s.states for s in sections) + bool(white)
-    F, Q, H = np.zeros((size, size)), np.zeros((size, size)), np.zeros(size)
-    levels = np.zeros(size, dtype=bool)
-    at = 0
-    for s in sections:
-        here = slice(at, at + s.states)
-        F[here, here], Q[here, here], H[here] = s.F, s.Q, s.H
-        levels[at : at + bool(s.diffuse)] = True
-        at += s.states
-    if white:
-        Q[-1, -1], H[-1] = white, 1.0
-    return F, Q, H, levels
-
-
-def _stationary_covariance(F: Array, Q: Array) -> Array:
-    """Array: stationary covariance Σ F^k Q F^kᵀ of states with transition F and process noise Q."""
-    total, step = Q, F
-    for _ in range(64):
-        total, step = total + step @ total @ step.T, step @ step
-    return np.asarray(0.5 * (total + total.T))

@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.arrays import Array
+from allanite.common.documents import rows_of
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.validation import require_recording
 from allanite.effects import as_model
@@ -144,8 +145,6 @@ class Innovations:
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/innovations/1``."""
         by_tau = self.by_tau
-        columns = (x.tolist() for x in (by_tau.tau, by_tau.nis, by_tau.low, by_tau.high))
-        keys = ("tau_s", "nis", "low", "high")
         return {
             "schema": "allanite/innovations/1",
             "recording": self.recording.describe(),
@@ -155,7 +154,7 @@ class Innovations:
             "mean_nis": self.mean_nis,
             "coverage_95": self.coverage,
             "whiteness_p_value": self.whiteness,
-            "nis": [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)],
+            "nis": rows_of(tau_s=by_tau.tau, nis=by_tau.nis, low=by_tau.low, high=by_tau.high),
         }
 
     def __str__(self) -> str:

@@ -213,8 +213,8 @@ def error_growth(
     Raises
     ------
     InputError
-        No unit or rate, a unit of a magnetic field, a missing value, times that are not positive or too long, or more than
-        64 effects.
+        No unit or rate, a unit of a magnetic field, a missing value, or more than 64 effects. Also times that are not
+        positive or too long.
 
     Examples
     --------
@@ -353,18 +353,18 @@ def sample_count(seconds: float, rate: float, name: str) -> int:
 def terms_by_label(
     model: Model, rate: float
 ) -> tuple[dict[str, tuple[Term, ...]], tuple[Effect, ...]]:
-    """Tuple (dict from label to the scaled terms of each predictable effect, tuple of the effects that are omitted).
+    """Tuple (dict from label to the terms of each predictable effect, tuple of the effects that are omitted).
 
-    Ramps and lines are predictable without terms: their value is (). Raises `InputError` if a coefficient has no value.
+    The sum of the terms (`effects.terms`) is the noise process at its present values. Ramps and lines are predictable
+    without terms: their value is (). Omitted are functions of time and level changes of single parts of a record. Raises
+    `InputError` if a coefficient has no value.
     """
     out: dict[str, tuple[Term, ...]] = {}
     left_out: list[Effect] = []
     for effect, label in zip(model.limited("a prediction").effects, model.labels, strict=True):
         if isinstance(effect, Stochastic):
-            value = getattr(effect, effect.coefficient)
-            if value is None:
-                raise InputError(f"{effect.kind}: {effect.coefficient} has no value yet: fit it")
-            out[label] = tuple(t.scaled(value**2) for t in model.unit_terms(effect, rate))
+            square = effect.squared_coefficient
+            out[label] = tuple(t.scaled(square) for t in model.unit_terms(effect, rate))
         elif isinstance(effect, Deterministic):
             # An effect with an Allan variance is the same at every time of the record.
             if effect.own_allan_variance(np.ones(1), rate)[0] > 0.0:
@@ -382,9 +382,9 @@ def variogram_of(terms: Sequence[Term], count: int) -> Array:
 
 
 def _known_error(model: Model, label: str, coasting: Coasting) -> float:
-    """Error after coasting due to the effect `label`: absolute error of a ramp, rms over all phases of lines.
+    """Error after coasting due to the known function `label` of the model, in U·s^order (`Coasting`).
 
-    Other effects count as their signal from the start of aiding on.
+    For lines, the rms over all phases; for a ramp, the absolute error with the ramp starting at the start of aiding.
     """
     effect = model.effects[model.labels.index(label)]
     assert isinstance(effect, Deterministic)

@@ -15,7 +15,7 @@ from allanite.effects import Model, as_model
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic
 from allanite.effects._modifier import Modifier
-from allanite.statespace.sections import Section, is_line, line, sections_of
+from allanite.statespace.sections import Section, allan_variance_of, density_of, line, sections_of
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
@@ -85,12 +85,10 @@ class StateSpace:
 
     def _block_diagonal(self, name: str) -> Array:
         """Block-diagonal matrix, shape (d, d), of the attribute `name` (``F``, ``Q`` or ``P0``) of all sections."""
-        out = np.zeros((self.states, self.states))
-        at = 0
-        for section in self.sections:
-            out[at : at + section.states, at : at + section.states] = getattr(section, name)
-            at += section.states
-        return out
+        from scipy.linalg import block_diag
+
+        blocks = (getattr(section, name) for section in self.sections)
+        return np.asarray(block_diag(np.zeros((0, 0)), *blocks))
 
     @property
     def F(self) -> Array:
@@ -115,14 +113,10 @@ class StateSpace:
     @property
     def diffuse(self) -> NDArray[np.bool_]:
         """Mask of the state whose initial level is unknown (the bias), shape (d,): at most one is True."""
-        out = np.zeros(self.states, dtype=bool)
-        at = 0
-        for section in self.sections:
-            if section.diffuse and not out.any():
-                # One unknown level is enough: the samples determine only the sum of several.
-                out[at] = True
-            at += section.states
-        return out
+        each = (np.arange(s.states) < s.diffuse for s in self.sections)
+        unknown = np.concatenate([np.zeros(0, dtype=bool), *each])
+        # One unknown level is enough: the samples determine only the sum of several.
+        return unknown & (np.cumsum(unknown) == 1)
 
     @property
     def P0(self) -> Array:
@@ -140,7 +134,7 @@ class StateSpace:
 
     @property
     def terms(self) -> tuple[Term, ...]:
-        """Tuple of `Term`: primitive terms of the noise that the matrices represent."""
+        """Tuple of `Term` (white noise, exponential, …) whose sum is the noise of the matrices, lines included."""
         return tuple(t for s in self.sections for t in s.terms)
 
     @property
@@ -153,17 +147,15 @@ class StateSpace:
     def psd(self, f: ArrayLike) -> Array:
         """Two-sided power spectral density at the frequencies `f` (Hz), without lines, in U²/Hz; shape of `f`."""
         w = 2.0 * np.pi * np.asarray(f, dtype=float) / self.rate
-        noise = (t for t in self.terms if not is_line(t))
-        return np.asarray(sum((t.spectrum(w) for t in noise), np.zeros_like(w)) / self.rate)
+        return density_of(self.terms, w) / self.rate
 
     def allan_variance(self, tau: ArrayLike) -> Array:
-        """Allan variance at the averaging times `tau` (s), in U²; shape of `tau`."""
+        """Allan variance at the averaging times `tau` (s), in U²; shape of `tau`. Times are rounded to samples."""
         m = np.maximum(np.round(np.asarray(tau, dtype=float) * self.rate), 1.0)
-        total = sum((t.allan_variance(m.ravel()) for t in self.terms), np.zeros(m.size))
-        return np.asarray(total).reshape(m.shape)
+        return allan_variance_of(self.terms, m.ravel()).reshape(m.shape)
 
     def with_level(self) -> StateSpace:
-        """State space with one more state, a constant of unknown value; the same object if it has an unknown level."""
+        """State space with one more state, a constant of unknown value; `self` if a state's initial level is unknown."""
         if self.diffuse.any():
             return self
         one = np.ones((1, 1))
@@ -249,7 +241,8 @@ def state_space(
     known: list[Effect] = []
     for effect, label in zip(model.effects, model.labels, strict=True):
         if isinstance(effect, Stochastic):
-            terms = _terms_of(model, effect, fs)
+            square = effect.squared_coefficient
+            terms = [term.scaled(square) for term in model.unit_terms(effect, fs)]
             own = sections_of(terms, n)
             exact += terms
         elif isinstance(effect, Deterministic) and effect.periodic:
@@ -313,13 +306,3 @@ def _is_known_in_time(effect: Effect) -> bool:
     if isinstance(effect, Modifier):
         return effect.passing
     return isinstance(effect, Deterministic) and not effect.periodic
-
-
-def _terms_of(model: Model, effect: Stochastic, rate: float) -> tuple[Term, ...]:
-    """Tuple of the terms of a noise process, scaled by the square of its coefficient; `InputError` without a value."""
-    value = getattr(effect, effect.coefficient)
-    if value is None:
-        raise InputError(
-            f"{effect.kind}: {effect.coefficient} has no value: give a value, or fit the model first"
-        )
-    return tuple(t.scaled(value**2) for t in model.unit_terms(effect, rate))

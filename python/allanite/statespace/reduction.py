@@ -14,7 +14,7 @@ from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.effects.terms import Exponential
-from allanite.statespace.sections import Section, ar1, is_line, resized
+from allanite.statespace.sections import Section, allan_variance_of, ar1, density_of, resized
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -58,7 +58,7 @@ class Cost:
 def cost(space: StateSpace) -> Cost:
     """`Cost` of a state space: error of its Allan deviation and loss of likelihood, relative to the exact noise terms."""
     m = _averaging_factors(space.samples, 16)
-    error = np.sqrt(_allan_variance(space.terms, m) / _allan_variance(space.exact, m)) - 1.0
+    error = np.sqrt(allan_variance_of(space.terms, m) / allan_variance_of(space.exact, m)) - 1.0
     worst = int(np.argmax(np.abs(error)))
     # Both log and linear spacing: half of the ordinates lie above a quarter of the rate, slow noise below a thousandth.
     low = np.pi / space.samples
@@ -121,14 +121,15 @@ def _largest_share(section: Section, space: StateSpace) -> float:
 def _fitted_sections(
     space: StateSpace, fixed: list[Section], count: int
 ) -> tuple[list[Section], list[Section]]:
-    """Tuple (`fixed` with fitted variances, up to `count` fitted AR(1) sections), least squares to the exact model.
+    """Tuple of two lists of `Section`: copies of `fixed` with fitted variances, and up to `count` fitted AR(1) processes.
 
-    Fitted are the logarithms of Allan variance and density. Lines and states of constant level keep their variances.
+    Least squares fits their sum to the exact model, in the logarithms of Allan variance and density. Lines and constants of
+    unknown level keep their variances.
     """
     m = _averaging_factors(space.samples, PER_DECADE)
     low = 2.0 * np.pi / space.samples
     w = np.geomspace(low, np.pi, max(8, int(PER_DECADE * np.log10(np.pi / low))))
-    target = np.log(np.concatenate([_allan_variance(space.exact, m), _density(space.exact, w)]))
+    target = np.log(_allan_and_density(space.exact, m, w))
     weight = np.concatenate([np.ones(m.size), np.full(w.size, DENSITY_WEIGHT)])
     movable = [i for i, s in enumerate(fixed) if s.Q.any() or s.R > 0.0]
     bound = [i for i in range(len(fixed)) if i not in movable]
@@ -137,26 +138,25 @@ def _fitted_sections(
         -1, target.size
     )
     decays = _start_decays(space, count)
-    unit = np.array([_ar1_curves(g, m, w) for g in decays]).reshape(-1, target.size)
-    sizes = np.log(_start_factors(np.vstack([plain, unit]), base, np.exp(target), len(movable)))
+    start = np.vstack([plain, _ar1_curves(decays, m, w)])
+    sizes = np.log(_start_factors(start, base, np.exp(target), len(movable)))
     logs = np.log(decays)
     damping, best = 1e-3, np.inf
 
     def evaluate(sizes: Array, logs: Array) -> tuple[Array, Array, Array, float]:
-        """Tuple (curves of the sections, total with the fixed curves, weighted residuals, sum of squared residuals).
+        """Tuple (scaled curve of each fitted section, sum of all curves, weighted residuals, sum of squared residuals).
 
-        A curve is the Allan variance and density. `sizes` are the logarithms of the factors of the sections, `logs`
-        those of 1 − φ of the AR(1) sections.
+        A curve holds the Allan variance at all m, then the density at all w. `sizes` are the logarithms of the factors by
+        which the sections are scaled, `logs` those of 1 − φ of the AR(1) sections.
         """
-        unit = np.array([_ar1_curves(g, m, w) for g in np.exp(logs)]).reshape(-1, target.size)
-        parts = np.exp(sizes)[:, None] * np.vstack([plain, unit])
+        parts = np.exp(sizes)[:, None] * np.vstack([plain, _ar1_curves(np.exp(logs), m, w)])
         total = base + parts.sum(axis=0)
         residuals = weight * (np.log(total) - target)
         return parts, total, residuals, float(residuals @ residuals)
 
     parts, total, residuals, best = evaluate(sizes, logs)
     for _ in range(MAX_ROUNDS):
-        up = np.array([_ar1_curves(g, m, w) for g in np.exp(logs + 1e-4)]).reshape(-1, target.size)
+        up = _ar1_curves(np.exp(logs + 1e-4), m, w)
         moved = np.exp(sizes[len(movable) :])[:, None] * up - parts[len(movable) :]
         jacobian = weight[:, None] * np.vstack([parts, moved / 1e-4]).T / total[:, None]
         normal = jacobian.T @ jacobian
@@ -187,10 +187,10 @@ def _fitted_sections(
 
 
 def _start_decays(space: StateSpace, count: int) -> Array:
-    """Start values of 1 − φ for `count` AR(1) processes, log-spaced over the values of the model's AR(1) sections.
+    """Start values of 1 − φ for `count` AR(1) processes u(k+1) = φ u(k) + w, shape (count,), spaced logarithmically.
 
-    Shape (count,). Sections that stay below 2 % of the density at every frequency are ignored, unless all do. Empty if the
-    model has no AR(1) section.
+    They span the values of the model's AR(1) sections that exceed 2 % of the density at some frequency, or of all if none
+    does. Empty if the model has no AR(1) section.
     """
     own = [(1.0 - s.F[0, 0], s) for s in space.sections if s.is_ar1]
     if not own or not count:
@@ -207,8 +207,8 @@ def _start_decays(space: StateSpace, count: int) -> Array:
 def _start_factors(columns: Array, base: Array, target: Array, plain: int) -> Array:
     """Array of start values of factors a > 0, shape (curves,), so that Σ a·curve + `base` approximates `target`.
 
-    Each row of `columns` is one curve. The factors are a non-negative least-squares solution for relative errors, limited
-    from below: the first `plain` factors to 0.1.
+    Each row of `columns` is one curve. The factors are a non-negative least-squares solution for relative errors. They are
+    raised until each curve reaches 0.1 % of `target` somewhere, and the first `plain` factors to at least 0.1.
     """
     from scipy.optimize import nnls
 
@@ -222,30 +222,28 @@ def _start_factors(columns: Array, base: Array, target: Array, plain: int) -> Ar
 
 
 def _allan_and_density(terms: Sequence[Term], m: Array, w: Array) -> Array:
-    """Array: Allan variance, U², of the sum of `terms` at the factors m, then its density at w, rad per sample."""
-    return np.concatenate([_allan_variance(terms, m), _density(terms, w)])
+    """Array: Allan variance, U², of the sum of `terms` at the factors m, then its density at w, rad per sample.
+
+    The density omits lines and is at least 1e-300.
+    """
+    return np.concatenate([allan_variance_of(terms, m), _density(terms, w)])
 
 
-def _ar1_curves(decay: float, m: Array, w: Array) -> Array:
-    """Array: Allan variance at m, followed by the density at w, of an AR(1) process: variance 1, φ = 1 − `decay`."""
-    return _allan_and_density((Exponential(1.0, 1.0 - decay),), m, w)
-
-
-def _averaging_factors(n: int, per_decade: int) -> Array:
-    """Array: averaging factors from 1 to a tenth of a record of n samples, about `per_decade` per decade."""
-    top = max(2.0, n / 10.0)
-    return np.unique(np.round(np.geomspace(1.0, top, int(per_decade * np.log10(top)) + 2)))
-
-
-def _allan_variance(terms: Sequence[Term], m: Array) -> Array:
-    """Array: Allan variance, U², of the sum of `terms` at the averaging factors m, shape of m."""
-    return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
+def _ar1_curves(decays: Array, m: Array, w: Array) -> Array:
+    """Array, one row per AR(1) process of variance 1 with φ = 1 − decay: Allan variance at all m, then density at all w."""
+    curves = [_allan_and_density((Exponential(1.0, 1.0 - g),), m, w) for g in decays]
+    return np.array(curves).reshape(-1, m.size + w.size)
 
 
 def _density(terms: Sequence[Term], w: Array) -> Array:
-    """Array: two-sided spectrum per unit sampling rate, U², of the sum of some terms, without lines, at w rad per sample.
+    """Array: two-sided spectrum, U² per cycle per sample, of the sum of terms without lines, at w rad per sample.
 
-    It is at least 1e-300.
+    It is at least 1e-300, so that logarithms and ratios are finite.
     """
-    noise = (t for t in terms if not is_line(t))
-    return np.asarray(sum((t.spectrum(w) for t in noise), np.full(w.size, 1e-300)))
+    return np.maximum(density_of(terms, w), 1e-300)
+
+
+def _averaging_factors(n: int, per_decade: int) -> Array:
+    """Array: averaging factors from 1 to a tenth of n samples (at least to 2), about `per_decade` per decade."""
+    top = max(2.0, n / 10.0)
+    return np.unique(np.round(np.geomspace(1.0, top, int(per_decade * np.log10(top)) + 2)))

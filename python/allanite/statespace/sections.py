@@ -101,7 +101,7 @@ def sections_of(terms: Iterable[Term], n: int) -> list[Section]:
         if isinstance(term, Blue):
             out.append(_difference(0.0, term.variance, (term,)))
         elif isinstance(term, RandomWalk):
-            out.append(_walk(term.variance))
+            out.append(_random_walk(term.variance))
         elif isinstance(term, Flicker):
             out += _power_law(-1.0, term.variance, n)
         elif isinstance(term, PowerLaw):
@@ -138,7 +138,7 @@ def _white(variance: float) -> Section:
     return Section(empty, empty, np.zeros(0), empty, (White(variance),), R=max(variance, 0.0))
 
 
-def _walk(step: float) -> Section:
+def _random_walk(step: float) -> Section:
     """Section of a random walk of unknown initial level; `step` is the variance of its steps."""
     one = np.ones((1, 1))
     return Section(one, step * one, np.ones(1), 0.0 * one, (RandomWalk(step),), diffuse=True)
@@ -178,34 +178,38 @@ def _exponential(term: Exponential) -> Section | None:
 
 
 def _arma(terms: tuple[Term, ...]) -> Section:
-    """Section of the ARMA process whose spectrum is the sum of the terms (exponentials and white noise)."""
+    """Section of the ARMA process whose spectrum is the sum of the terms (`Exponential` and `White`)."""
     from allanite.simulate import arma
 
     return _harvey(*arma(terms), terms)
 
 
 def _harvey(gain: float, b: list[float], a: list[float], terms: tuple[Term, ...]) -> Section:
-    """Section in Harvey's form of the ARMA process with numerator `gain`·b and denominator a.
+    """Section of the ARMA process `gain`·b(1/z) / (1 + a[0]/z + a[1]/z² + …), in Harvey's state-space form.
 
-    a[0] is the coefficient of 1/z; the leading 1 is omitted.
+    b[0] is the coefficient of the present white sample. `terms` describe the same process and become those of the section.
     """
     d = max(1 + max((i for i, value in enumerate(b) if value), default=0), len(a))
     F = np.eye(d, k=1)
     F[: len(a), 0] = -np.array(a)
     drive = gain * np.array(b[:d] + [0.0] * (d - len(b)))
     Q = np.outer(drive, drive)
-    # Σ F^k Q F^kᵀ by doubling.
-    P0, step = Q, F
+    return Section(F, Q, np.eye(d)[0], stationary_covariance(F, Q), terms)
+
+
+def stationary_covariance(F: Array, Q: Array) -> Array:
+    """Array: stationary covariance Σ F^k Q F^kᵀ of states with transition F and process noise Q."""
+    total, step = Q, F
     for _ in range(64):
-        P0, step = P0 + step @ P0 @ step.T, step @ step
-    return Section(F, Q, np.eye(d)[0], 0.5 * (P0 + P0.T), terms)
+        total, step = total + step @ total @ step.T, step @ step
+    return np.asarray(0.5 * (total + total.T))
 
 
 def _moving_average(lags: tuple[float, ...]) -> Section:
-    """Section of the moving average with the autocovariance `lags` = r(0), r(1), ….
+    """Section of the moving average with the autocovariance `lags` = r(0), r(1), …; white noise if only r(0) is given.
 
-    The coefficients are the limits of the gains of its Kalman filter (Bauer 1955). If the spectrum has a zero, the
-    error after k steps is about 1/k.
+    The coefficients are the limits of the gains of its Kalman filter (Bauer 1955), after at least 1000 steps. If the
+    spectrum has a zero, the error after k steps is about 1/k.
     """
     order = len(lags) - 1
     if order == 0:
@@ -222,7 +226,7 @@ def _moving_average(lags: tuple[float, ...]) -> Section:
 def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Section:
     """Section of the differences u(k) − u(k−1) of an AR(1) process u with coefficient φ and this variance.
 
-    Without `terms`, they are an exponential and white noise.
+    `terms` describe the autocovariance of the differences; by default an exponential plus white noise, which needs φ ≠ 0.
     """
     F = np.array([[phi, 0.0], [1.0, 0.0]])
     Q = np.diag([variance * (1.0 - phi**2), 0.0])
@@ -238,7 +242,10 @@ def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Se
 
 
 def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Section:
-    """Section of the running sum z(k+1) = z(k) + u(k) of an AR(1) process u; spectrum: that of u over 4 sin²(w/2)."""
+    """Section of the running sum z(k+1) = z(k) + u(k) of an AR(1) process u of this variance; z(0) is unknown.
+
+    `terms` become those of the section; they may be empty if another section contains them.
+    """
     F = np.array([[1.0, 1.0], [0.0, phi]])
     Q = np.diag([0.0, variance * (1.0 - phi**2)])
     P0 = np.diag([0.0, variance])
@@ -246,14 +253,14 @@ def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Sectio
 
 
 def _power_law(exponent: float, level: float, n: int) -> list[Section]:
-    """List of `Section`: spectrum level·(2 sin(w/2))^exponent within 0.1 % over [1/(4n), ½] cycles per sample.
+    """List of `Section` whose sum has the spectrum level·(2 sin(w/2))^exponent, w in rad per sample.
 
-    Empty for the level 0; one random walk for the exponent −2.
+    The error is below 0.1 % from 1/(4n) to ½ cycles per sample. Empty for the level 0; one random walk for exponent −2.
     """
     if level == 0.0:
         return []
     if exponent == -2.0:
-        return [_walk(level)]
+        return [_random_walk(level)]
     if exponent > 0.0:
         bank = _kernels.power_law_bank(exponent - 2.0, n)
         return [_difference(phi, v * level, () if phi else (Blue(v * level),)) for phi, v in bank]
@@ -278,3 +285,13 @@ def resized(section: Section, factor: float) -> Section:
 def is_line(term: Term) -> bool:
     """True if a term is a spectral line, which has no finite density."""
     return isinstance(term, Exponential) and abs(complex(term.phi)) >= 1.0
+
+
+def density_of(terms: Iterable[Term], w: Array) -> Array:
+    """Array: two-sided spectrum, U² per cycle per sample, of the sum of terms at w rad per sample, without lines."""
+    return np.asarray(sum((t.spectrum(w) for t in terms if not is_line(t)), np.zeros_like(w)))
+
+
+def allan_variance_of(terms: Iterable[Term], m: Array) -> Array:
+    """Array: Allan variance, U², of the sum of terms at the averaging factors m (samples), shape of m."""
+    return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))

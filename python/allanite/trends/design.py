@@ -15,6 +15,8 @@ from allanite.common.numbers import YEAR
 
 #: Name of a unit of time for a rate → its length, s.
 PER = {"year": YEAR, "day": 86400.0, "hour": 3600.0, "second": 1.0}
+#: Time of J2000.0 (2000-01-01T12:00:00), s since 1970.
+J2000 = 946728000.0
 #: Pattern of a time since the first sample (``3.5yr``), and the length of its units, s.
 _SPAN = re.compile(r"\+?(?P<number>\d+(?:\.\d*)?|\.\d+)\s*(?P<unit>s|h|d|y|yr)")
 _SPANS = {"s": 1.0, "h": 3600.0, "d": 86400.0, "y": YEAR, "yr": YEAR}
@@ -45,6 +47,12 @@ class Functions:
     steps: tuple[float, ...]
     periods: tuple[float, ...]
     origin: float = 0.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Tuple of the name of each function, in the order of the rows of `at`: offset, rate, step, cosine or sine."""
+        waves = ("cosine", "sine") * len(self.periods)
+        return ("offset", "rate", *("step",) * len(self.steps), *waves)
 
     def at(self, times: Array) -> Array:
         """Design matrix: values of all functions at the times (s), shape (2 + steps + 2 · periods, n)."""
@@ -78,7 +86,7 @@ def seconds_of(text: str, epoch: float | None) -> float:
     if span is not None:
         return float(span["number"]) * _SPANS[span["unit"]]
     if _DECIMAL.fullmatch(text):
-        date = (float(text) - 2000.0) * YEAR + 946728000.0  # J2000.0
+        date = (float(text) - 2000.0) * YEAR + J2000
     else:
         try:
             moment = dt.datetime.fromisoformat(text)

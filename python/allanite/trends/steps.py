@@ -15,18 +15,22 @@ if TYPE_CHECKING:
     from allanite.fit.stamped.likelihood import StampedSeries
     from allanite.fit.stamped.noise import StampedNoise
 
+#: Probability that a record without steps has a false step.
+FALSE_ALARM_PROBABILITY = 0.01
 #: Number of candidate steps that are whitened together; limits memory.
 STEPS_PER_BLOCK = 256
 #: Distance in samples of the candidate steps of the first pass. The second pass tries every sample near the best one.
 COARSE_DISTANCE = 8
 
 
-def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
-    """Tuple (row of the most significant step, square of (height / standard error) of this step).
+def significant_step(series: StampedSeries, noise: StampedNoise) -> float | None:
+    """Time, s, of the sample at which the most significant step begins, or None if no step is significant.
 
-    A step at row i changes rows i and later. The amplitudes of the known functions are fitted together with each step.
-    Every eighth row is tried first, then all rows around the best one; the first of equal ones counts.
+    Each step is fitted together with the known functions of `series`, under this noise. Every eighth sample is tried
+    first, then all samples around the best one. The false-alarm probability is 1 % for the whole series (Bonferroni).
     """
+    from scipy.special import chdtrc
+
     there = np.ones(series.n, dtype=bool)
     columns = np.vstack([series.values, series.design])
     found, variances = innovations(noise, series.times, there, columns)
@@ -36,7 +40,7 @@ def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
     values = values - basis @ (basis.T @ values)
 
     def squares(rows: NDArray[np.int64]) -> Array:
-        """Array, shape of `rows`: square of (height / standard error) of a step at each row.
+        """Array, shape of `rows`: square of (height / standard error) of a step that begins at each of these samples.
 
         0 for a step that is a sum of the known functions.
         """
@@ -64,4 +68,6 @@ def best_step(series: StampedSeries, noise: StampedNoise) -> tuple[int, float]:
         dtype=np.int64,
     )
     height = squares(near)
-    return int(near[np.argmax(height)]), float(height.max())
+    if series.n * float(chdtrc(1, height.max())) >= FALSE_ALARM_PROBABILITY:
+        return None
+    return float(series.times[near[np.argmax(height)]])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
@@ -25,11 +26,11 @@ from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import require_recording
 from allanite.effects import Model, parse_model
 from allanite.fit.stamped.candidates import Candidate, FittedNoise, fit_noise
-from allanite.fit.stamped.likelihood import StampedSeries
+from allanite.fit.stamped.likelihood import Regressed, StampedSeries
 from allanite.fit.stamped.noise import sampled_noise
 from allanite.fit.stamped.uncertainty import amplitude_errors
-from allanite.trends.design import PER, Functions, date_of, seconds_of
-from allanite.trends.steps import best_step
+from allanite.trends.design import J2000, PER, Functions, date_of, seconds_of
+from allanite.trends.steps import significant_step
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -42,8 +43,6 @@ PERIODS = (YEAR, 0.5 * YEAR)
 MIN_YEARS = 1.0
 #: Minimum number of samples, in addition to one for each known function. Chosen by judgment; not measured.
 MIN_SAMPLES = 16
-#: Probability that a record without steps has a false step.
-FALSE_ALARM_PROBABILITY = 0.01
 #: Maximum number of steps that the search adds. Chosen by judgment; not measured.
 MAX_STEPS = 50
 #: Multiples of the length of the record for which the standard error of the rate is predicted.
@@ -168,7 +167,8 @@ class Trend:
     def predicted(self, times: float) -> float:
         """Predicted standard error of `rate`, in its unit, for a record that is `times` times as long as this record.
 
-        The longer record is assumed to have the same noise, sampling interval and periodic terms, and no further steps.
+        The longer record is assumed to have the same noise, sampling interval and periodic terms, and no further steps. The
+        uncertainty of the noise, which `rate.std_error` includes, is left out.
         """
         return _predicted_error(self._fitted, self._series, self._functions, times)
 
@@ -294,7 +294,7 @@ def trend(
         Noise model: ``N``, ``B``, ``K``, ``N+B``, ``N+K``, ``N+B+K``, ``PL`` or ``N+PL``. By default all are compared
         and the one with the highest evidence is used.
     progress : callable, optional
-        Called with a column, the number of fits done and the number of all fits.
+        Called with (column, noise models fitted, all noise models to fit), from zero again after each step that is found.
 
     Returns
     -------
@@ -303,7 +303,8 @@ def trend(
     Raises
     ------
     InputError
-        The noise model or `per` is unknown, or a step is outside the record or at the same sample as another.
+        The noise model or `per` is unknown, all samples are equal, or a step is outside the record or at the same sample as
+        another.
     TooShortError
         There are too few samples for the known functions and the noise.
 
@@ -339,11 +340,7 @@ def trend(
             ),
         )
 
-    def report(done: int, total: int) -> None:
-        """Call `progress`, if given, with the column's name, the number of fits done, and the number of all fits."""
-        if progress is not None:
-            progress(recording.columns[0], done, total)
-
+    report = partial(progress, recording.columns[0]) if progress is not None else lambda *_: None
     return _trend_of_column(
         recording,
         unit or recording.unit,
@@ -424,105 +421,50 @@ def _trend_of_column(
     find_steps: bool,
     periods: Sequence[float] | None,
     candidates: tuple[Candidate, ...],
-    report: Callable[[int, int], None],
+    report: Callable[[int, int], object],
 ) -> Trend:
-    """`Trend` of one column; `report` is called with the number of fits done and the number of all fits.
+    """`Trend` of one column; `report` is called with the number of noise models fitted so far and the number of all.
 
-    With `find_steps`, up to 50 significant steps are added, one by one. Raises `TooShortError` for too few samples, and
-    `InputError` if all samples are equal or a step is unsuitable.
+    With `find_steps`, up to 50 significant steps are added one by one; after each, all noise models are fitted again.
+    Raises `TooShortError` for too few samples, and `InputError` if all samples are equal or a step is unsuitable.
     """
-    from scipy.special import stdtrit
-
-    name = column.columns[0]
-    samples = np.asarray(column.samples, dtype=np.float64)
-    there = np.isfinite(samples)
-    times, values = column.seconds()[there], samples[there]
-    if times.size < MIN_SAMPLES:
-        raise TooShortError(
-            f"{name}: {times.size} samples are too few: at least {MIN_SAMPLES} are needed"
-        )
-    if np.ptp(values) == 0.0:
-        raise InputError(
-            f"{name}: all samples are equal",
-            missing="column",
-            remedy=": select another column with {column}",
-        )
-    span = float(times[-1] - times[0])
-    chosen = periods if periods is not None else (p for p in PERIODS if span >= YEAR * MIN_YEARS)
-    # For a log with dates, phases refer to J2000.0.
-    origin = 0.0 if column.epoch is None else 946728000.0 - column.epoch
-    functions = Functions(
-        middle=0.5 * float(times[0] + times[-1]),
-        per=PER[per],
-        steps=_given_step_times(steps, column.epoch, times, name),
-        periods=tuple(float(p) for p in chosen),
-        origin=origin,
-    )
-    needed = MIN_SAMPLES + len(functions.steps) + 2 + 2 * len(functions.periods)
-    if times.size < needed:
-        raise TooShortError(
-            f"{name}: {times.size} samples are too few for {needed - MIN_SAMPLES} known functions:"
-            f" at least {needed} are needed"
-        )
-
-    def fit(known: Functions) -> tuple[StampedSeries, list[FittedNoise]]:
-        """Tuple (series with these known functions, list of the fits of all noise candidates, highest evidence first)."""
-        series = StampedSeries(times, values, known.at(times))
-        return series, _fits_of_candidates(series, candidates, column.rate, report)
-
-    series, fits = fit(functions)
+    times, values = _finite_samples(column)
+    functions = _known_functions(column, times, per, steps, periods)
     found: list[float] = []
-    while find_steps and len(found) < MAX_STEPS:
-        row, square = best_step(series, fits[0].noise)
-        if not _is_significant(square, times.size):
+    while True:
+        series = StampedSeries(times, values, functions.at(times))
+        fits = _fits_of_candidates(series, candidates, column.rate, report)
+        search = find_steps and len(found) < MAX_STEPS
+        step = significant_step(series, fits[0].noise) if search else None
+        if step is None:
             break
-        found.append(float(times[row]))
-        functions = replace(functions, steps=tuple(sorted((*functions.steps, found[-1]))))
-        series, fits = fit(functions)
+        found.append(step)
+        functions = replace(functions, steps=tuple(sorted((*functions.steps, step))))
     best = fits[0]
-    regressed = best.regressed
-    errors, freedom = amplitude_errors(best)
-
-    def estimate(at: int, name: str, of: str = unit) -> Estimate:
-        """`Estimate` of the amplitude with index `at`, with its 95 % interval (Student's t), in the unit `of`."""
-        value, error = float(regressed.amplitudes[at]), float(errors[at])
-        half = float(stdtrit(freedom[at], 0.975)) * error
-        # A rate or a height can have either sign, so that it always counts as detected.
-        return Estimate(value, error, (value - half, value + half), of, True, name)
-
-    waves = []
-    for i, period in enumerate(functions.periods):
-        at = 2 + len(functions.steps) + 2 * i
-        waves.append(
-            Wave(
-                period,
-                estimate(at, "cosine"),
-                estimate(at + 1, "sine"),
-                _wave_amplitude(
-                    regressed.amplitudes[at : at + 2],
-                    regressed.covariance[at : at + 2, at : at + 2],
-                    unit,
-                ),
-            )
-        )
-    left = values - regressed.amplitudes @ series.design
+    offset, rate, *others = _amplitude_estimates(best, functions, unit, per)
+    count, span = len(functions.steps), float(times[-1] - times[0])
     return Trend(
-        column=name,
+        column=column.columns[0],
         unit=unit,
         per=per,
-        rate=estimate(1, "rate", f"{unit}/{per}"),
-        offset=estimate(0, "offset"),
+        rate=rate,
+        offset=offset,
         steps=tuple(
-            Step(s, date_of(s, column.epoch), estimate(2 + i, "step"), s in found)
-            for i, s in enumerate(functions.steps)
+            Step(s, date_of(s, column.epoch), height, s in found)
+            for s, height in zip(functions.steps, others[:count], strict=True)
         ),
-        waves=tuple(waves),
+        waves=tuple(
+            Wave(period, cosine, sine, _wave_amplitude(best.regressed, 2 + count + 2 * i, unit))
+            for i, (period, cosine, sine) in enumerate(
+                zip(functions.periods, others[count::2], others[count + 1 :: 2], strict=True)
+            )
+        ),
         noise=best.model,
         parts=_noise_parts(best.model, column.rate, unit),
         candidates=tuple((f.candidate.name, f.evidence - best.evidence) for f in fits),
-        residual=float(np.std(left)),
+        residual=float(np.std(values - best.regressed.amplitudes @ series.design)),
         n=times.size,
-        missing=int(samples.size - times.size),
+        missing=int(column.n - times.size),
         duration=span,
         uneven=column.times is not None,
         longer=tuple(
@@ -536,12 +478,91 @@ def _trend_of_column(
     )
 
 
+def _finite_samples(column: Recording) -> tuple[Array, Array]:
+    """Tuple (times in s since the first row, values) of the samples that are not missing, at least 16.
+
+    Raises `TooShortError` for fewer samples, and `InputError` if all are equal.
+    """
+    name, samples = column.columns[0], np.asarray(column.samples, dtype=np.float64)
+    there = np.isfinite(samples)
+    times, values = column.seconds()[there], samples[there]
+    if times.size < MIN_SAMPLES:
+        raise TooShortError(
+            f"{name}: {times.size} samples are too few: at least {MIN_SAMPLES} are needed"
+        )
+    if np.ptp(values) == 0.0:
+        raise InputError(
+            f"{name}: all samples are equal",
+            missing="column",
+            remedy=": select another column with {column}",
+        )
+    return times, values
+
+
+def _known_functions(
+    column: Recording,
+    times: Array,
+    per: str,
+    steps: Sequence[float | str],
+    periods: Sequence[float] | None,
+) -> Functions:
+    """`Functions` of a trend: offset, rate, the given steps, and periodic terms, for samples at `times` (s).
+
+    Without `periods`, the terms of a year and of half a year, or none for a record shorter than a year. Raises
+    `TooShortError` for fewer than 16 samples in addition to one per function, and `InputError` for an unsuitable step.
+    """
+    if periods is None:
+        periods = PERIODS if times[-1] - times[0] >= YEAR * MIN_YEARS else ()
+    functions = Functions(
+        middle=0.5 * float(times[0] + times[-1]),
+        per=PER[per],
+        steps=_given_step_times(steps, column.epoch, times, column.columns[0]),
+        periods=tuple(float(p) for p in periods),
+        # For a log with dates, phases refer to J2000.0.
+        origin=0.0 if column.epoch is None else J2000 - column.epoch,
+    )
+    count = len(functions.names)
+    if times.size < MIN_SAMPLES + count:
+        raise TooShortError(
+            f"{column.columns[0]}: {times.size} samples are too few for {count} known functions:"
+            f" at least {MIN_SAMPLES + count} are needed"
+        )
+    return functions
+
+
+def _amplitude_estimates(
+    best: FittedNoise, functions: Functions, unit: str, per: str
+) -> list[Estimate]:
+    """List of `Estimate`, the amplitude of each known function with its 95 % interval (Student's t).
+
+    The order is that of `Functions.names`. The unit is `unit`, that of the rate ``unit/per``.
+    """
+    from scipy.special import stdtrit
+
+    errors, freedom = amplitude_errors(best)
+    halves = stdtrit(freedom, 0.975) * errors
+    columns = (best.regressed.amplitudes.tolist(), errors.tolist(), halves.tolist())
+    # A rate or a height can have either sign, so that it always counts as detected.
+    return [
+        Estimate(
+            value,
+            error,
+            (value - half, value + half),
+            f"{unit}/{per}" if name == "rate" else unit,
+            True,
+            name,
+        )
+        for name, value, error, half in zip(functions.names, *columns, strict=True)
+    ]
+
+
 def _given_step_times(
     steps: Sequence[float | str], epoch: float | None, times: Array, name: str
 ) -> tuple[float, ...]:
-    """Tuple of the times of given steps, s since the first sample, ascending.
+    """Tuple of the times of given steps, s since the first row, ascending. `steps` are such times, or texts.
 
-    Raises `InputError` unless samples lie before, between and after all steps.
+    `epoch` is the time of the first row, s since 1970, which dates need. Raises `InputError` for a text that is no time,
+    and unless samples lie before, between and after all steps. `name` is the column in its message.
     """
     out = sorted(seconds_of(s, epoch) if isinstance(s, str) else float(s) for s in steps)
     rows = np.searchsorted(times, out)
@@ -560,11 +581,11 @@ def _fits_of_candidates(
     series: StampedSeries,
     candidates: tuple[Candidate, ...],
     rate: float,
-    report: Callable[[int, int], None],
+    report: Callable[[int, int], object],
 ) -> list[FittedNoise]:
     """List of the fits of all noise candidates, highest evidence first. Larger models start from fits of smaller ones.
 
-    `report` is called before each fit and at the end.
+    `rate` is the sampling rate, Hz. `report` is called with (fits done, all fits) before each fit and at the end.
     """
     fits: list[FittedNoise] = []
     for candidate in candidates:
@@ -582,21 +603,15 @@ def _fits_of_candidates(
     return sorted(fits, key=lambda f: -f.evidence)
 
 
-def _is_significant(square: float, n: int) -> bool:
-    """True if noise exceeds `square`, the largest of n squares of (height / standard error), in under 1 % of records.
-
-    Bonferroni correction for n trials.
-    """
-    from scipy.special import chdtrc
-
-    return n * float(chdtrc(1, square)) < FALSE_ALARM_PROBABILITY
-
-
-def _wave_amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:
-    """`Estimate`: amplitude of a periodic term, from its (cosine, sine) and their covariance.
+def _wave_amplitude(regressed: Regressed, at: int, unit: str) -> Estimate:
+    """`Estimate`: amplitude of the periodic term whose cosine and sine are the functions `at` and `at` + 1.
 
     `detected` is True if cosine and sine differ from 0 at 95 % (χ²₂).
     """
+    pair, covariance = (
+        regressed.amplitudes[at : at + 2],
+        regressed.covariance[at : at + 2, at : at + 2],
+    )
     size = float(np.hypot(*pair))
     direction = pair / size if size > 0.0 else np.array([1.0, 0.0])
     error = float(np.sqrt(direction @ covariance @ direction))
@@ -606,9 +621,10 @@ def _wave_amplitude(pair: Array, covariance: Array, unit: str) -> Estimate:
 
 
 def _noise_parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float, str], ...]:
-    """Tuple of (name, size, unit) of each part of the noise in the convention of geodesy.
+    """Tuple of (name, size, unit), one per noise process of the model, in the convention of geodesy.
 
-    The unit is U for white noise and U/yr^(−κ/4) for a power law with exponent κ, where U is the unit of the series.
+    The unit is U for white noise and U/yr^(−κ/4) for a power law whose spectrum is f^κ, where U is the unit of the series.
+    `rate` is the sampling rate, Hz.
     """
     names = {
         "angle_random_walk": "white",
@@ -633,9 +649,10 @@ def _noise_parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float
 def _predicted_error(
     best: FittedNoise, series: StampedSeries, functions: Functions, times: float
 ) -> float:
-    """Predicted standard error of the rate for a record that is `times` times as long.
+    """Predicted standard error of the rate for a record that is `times` times as long, under the noise of `best`.
 
-    The times of the samples are repeated; there are no steps after the end of the original record.
+    The times of the samples are repeated; there are no steps after the end of the original record. The uncertainty of the
+    noise is left out.
     """
     whole = int(np.ceil(times))
     step = float(np.median(np.diff(series.times)))

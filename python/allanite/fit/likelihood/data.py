@@ -73,8 +73,8 @@ class Data(ABC):
     functions: ArrayCache = field(default_factory=lambda: series_cache(0), repr=False)
     #: Cache: lowest ordinates of regressors by effect and shapes.
     lowest: ArrayCache = field(default_factory=lambda: ArrayCache(CACHE_BYTES_LOWEST), repr=False)
-    #: Cache of arrays of bins: the power; degrees of freedom by level changes and moving bands; model columns multiplied by
-    #: `mixing` by effect and the modifiers that act on the effect.
+    #: Cache of arrays of bins: the power; the fraction of missing samples; degrees of freedom by level changes and moving
+    #: bands; model columns multiplied by `mixing` by effect and the modifiers that act on the effect.
     of_bins: ArrayCache = field(default_factory=lambda: ArrayCache(CACHE_BYTES_LOWEST), repr=False)
 
     __repr__ = brief
@@ -322,7 +322,10 @@ class SampleData(Data):
     @property
     def lost(self) -> float:
         """Fraction of the samples that are missing, 0 … 1."""
-        return 0.0 if self.missing is None else np.count_nonzero(self.missing) / self.missing.size
+        missing = self.missing
+        if missing is None:
+            return 0.0
+        return float(self.of_bins.get("lost", lambda: missing.mean(keepdims=True))[0])
 
     def transform(self, series: Array) -> Array:
         """Array of the orthonormal cosine transform of a series sampled at `time`, shape (n,)."""

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.data import Data
 
+#: Maximum number of successive ordinates whose evaluator is cached: those of a regression of slow functions.
+MAX_CACHED_RUN = 1 << 13
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Noise:
@@ -187,8 +190,22 @@ def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> Ar
     All values are at least 1e-300.
     """
     stop_if_unwanted()
-    found = _kernels.Ordinates(ordinates, n).variance([term.at_ordinates(n) for term in terms])
+    found = _evaluator_at(ordinates, n).variance([term.at_ordinates(n) for term in terms])
     return np.maximum(found, 1e-300)
+
+
+def _evaluator_at(ordinates: NDArray[np.int64], n: int) -> _kernels.Ordinates:
+    """Compiled evaluator of densities at given ordinates of n samples; cached for up to 8192 successive ordinates."""
+    if 1 < ordinates.size <= MAX_CACHED_RUN and bool((np.diff(ordinates) == 1).all()):
+        return _evaluator_of_run(int(ordinates[0]), ordinates.size, n)
+    return _kernels.Ordinates(ordinates, n)
+
+
+@cleared_by_free_buffers
+@lru_cache(maxsize=32)
+def _evaluator_of_run(first: int, size: int, n: int) -> _kernels.Ordinates:
+    """Compiled evaluator of densities at `size` successive ordinates from `first` of n samples; cached."""
+    return _kernels.Ordinates(np.arange(first, first + size, dtype=np.int64), n)
 
 
 def relative_power_of_segments(

@@ -141,7 +141,7 @@ def maximize(
     columns : ndarray, shape (bins, p)
         Expected power of each effect at coefficient 1.
     start : Maximum, optional
-        Additional start: a maximum of nearly the same columns, with `theta` of shape (p,). Ignored if its δ is 0.
+        Start: a maximum of nearly the same columns, with `theta` of shape (p,). A discrepancy is also searched from others.
     offset : ndarray, shape (bins,), optional
         Power of held effects.
 
@@ -155,7 +155,10 @@ def maximize(
         first = first_guess(power, freedom, columns, offset)
         return climb(power, freedom, columns, first, None, offset)
 
-    plain = without_discrepancy(count)
+    if start is not None and start.scale is None:
+        plain = climb(power, count, columns, start.theta, None, offset)
+    else:
+        plain = without_discrepancy(count)
     scale, value = best_scale(power, count, plain.spectrum)
     found = [plain]
     if value > plain.log_likelihood:

@@ -35,7 +35,7 @@ from allanite.fit.missing.shares import MAX_CELLS, unknown_share
 
 if TYPE_CHECKING:
     from allanite.effects import Model
-    from allanite.fit.likelihood.data import SampleData
+    from allanite.fit.likelihood.data import Data, SampleData
     from allanite.fit.solution import Solution
 
 Mask = NDArray[np.bool_]
@@ -109,19 +109,33 @@ class _ConditionalMean:
         return _kernels.inverse_cosine_transform(ordinates)[self.missing]
 
     def mean(self, samples: Array) -> Array:
-        """Array of `samples` in which the missing ones are replaced by their conditional mean, shape (n,).
-
-        Up to 2048 missing samples are solved for directly. More are iterated from the values that `samples` has there. The
-        iteration ends at a relative residual of 1e-5 or after 400 steps; `steps` counts them.
-        """
-        residual = -self._weighted(samples, self.precision)
+        """Array of `samples` in which the missing ones are replaced by their conditional mean, shape (n,)."""
         out = samples.copy()
+        out[self.missing] += self._solved(-self._weighted(samples, self.precision))
+        return out
+
+    def unknown_part(self, draw: Array) -> Array:
+        """Array of a drawn record of the model minus the conditional mean of its missing samples, shape (n,).
+
+        It is 0 at the present samples. `draw` are the ordinates of the drawn record, divided by the root of the spectrum.
+        """
+        out = np.zeros(draw.size)
+        # Q_mm (x_m − E x_m) = Q_mm x_m + Q_mo x_o, which is Q x at the missing samples.
+        weighted = _kernels.inverse_cosine_transform(draw * np.sqrt(self.precision))
+        out[self.missing] = self._solved(weighted[self.missing])
+        return out
+
+    def _solved(self, right: Array) -> Array:
+        """Array of the solution z of Q_mm z = `right` for the missing samples.
+
+        Up to 2048 missing samples are solved for directly. More are iterated; the iteration ends at a relative residual of
+        1e-5 or after 400 steps, which are added to `steps`.
+        """
         if self.exact is not None:
             from scipy.linalg import cho_solve
 
-            out[self.missing] += cho_solve(self.exact, residual)
-            return out
-        step = np.zeros(residual.size)
+            return np.asarray(cho_solve(self.exact, right))
+        residual, step = right, np.zeros(right.size)
         searched = rough = self._apply(residual, self.rough)
         size = first = float(residual @ rough)
         for _ in range(MAX_GRADIENT_STEPS):
@@ -131,12 +145,11 @@ class _ConditionalMean:
             changed = self._apply(searched, self.precision)
             length = size / float(searched @ changed)
             step += length * searched
-            residual -= length * changed
+            residual = residual - length * changed
             rough = self._apply(residual, self.rough)
             size, before = float(residual @ rough), size
             searched = rough + (size / before) * searched
-        out[self.missing] += step
-        return out
+        return step
 
 
 def _cholesky_of_missing(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
@@ -233,13 +246,11 @@ def _drawn_unknown_part(bridge: _ConditionalMean, spectrum: Array) -> tuple[Arra
     unknown, unseen, seen = np.zeros((3, n))
     draws = 1 if n <= MAX_CELLS else min(MAX_DRAWS, max(MIN_DRAWS, DRAWN_SAMPLES // n))
     for _ in range(draws):
-        drawn = _kernels.inverse_cosine_transform(root * rng.standard_normal(n))
-        start = drawn.copy()
-        start[bridge.missing] = 0.0
-        known = bridge.mean(start)
-        unknown = drawn - known
-        unseen += _kernels.cosine_transform(unknown) ** 2 / draws
-        seen += _kernels.cosine_transform(known) ** 2 / draws
+        draw = rng.standard_normal(n)
+        unknown = bridge.unknown_part(draw)
+        ordinates = _kernels.cosine_transform(unknown)
+        unseen += ordinates**2 / draws
+        seen += (root * draw - ordinates) ** 2 / draws
     return unknown, unseen, seen
 
 
@@ -250,6 +261,23 @@ def _max_logl_loss(count: Array, one: Array, other: Array) -> float:
     differences, and holds for ratios below 6.
     """
     return 0.5 * float(count @ np.log(one / other) ** 2)
+
+
+def is_still_complete(data: Data, before: Solution, after: Solution) -> bool:
+    """True if completing data again under the fit `after` would change logL by less than 0.02 nats; `before` made them.
+
+    Always True if no sample is missing. Two changes of the power of a bin are added. The unknown share r changes it by
+    about the fraction r·ln(ratio of the spectra). Values drawn without a process or a function of time lack its power,
+    which acts like white noise of the missing samples.
+    """
+    if data.gain is None:
+        return data.missing is None
+    number = np.diff(data.bins.edges)
+    unknown = 1.0 - np.add.reduceat(data.gain**2, data.bins.edges[:-1]) / number
+    old, new = (fit.spectrum * fit.level for fit in (before, after))
+    lacking = number @ (np.abs(new - old) + np.abs(after.power - before.power)) / data.n
+    change = unknown * np.abs(np.log(new / old)) + data.lost * lacking / new
+    return 0.5 * float(data.bins.count @ change**2) < MAX_SETTLED_DELTA_LOGL
 
 
 def complete_and_fit(data: SampleData, model: Model) -> tuple[SampleData, Solution]:

@@ -215,7 +215,7 @@ def regress(matrix: Array, values: Array, variance: Array) -> Regression:
     """
     root = 1.0 / np.sqrt(variance)
     white = matrix * root[:, None]
-    norm = np.sqrt((white**2).sum(axis=0))
+    norm = np.sqrt(np.einsum("kp,kp->p", white, white))
     norm[norm == 0.0] = 1.0
     unit = white / norm
     normal = unit.T @ unit
@@ -225,7 +225,7 @@ def regress(matrix: Array, values: Array, variance: Array) -> Regression:
     inverse = (axes[:, own] / strength[own]) @ axes[:, own].T
     score = unit.T @ (values * root)
     solution = inverse @ score
-    leverage = ((unit @ inverse) * unit).sum(axis=1)
+    leverage = np.einsum("kp,kp->k", unit @ inverse, unit)
     return Regression(
         solution / norm, inverse / np.outer(norm, norm), leverage, 0.5 * float(score @ solution)
     )

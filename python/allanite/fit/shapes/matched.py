@@ -40,10 +40,12 @@ def regressor_ordinates(points: Sequence[Deterministic], j: NDArray[np.int64], d
 
     If samples are missing, each ordinate is multiplied by the factor by which this attenuates it (`Data.attenuated`).
     """
-    closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
-    if closed is not None:
-        return data.attenuated(closed, j)
-    if j.size and int(j[-1]) >= CACHED_ORDINATES:
+    is_low = not j.size or int(j[-1]) < CACHED_ORDINATES
+    if len(points) > 1 or not is_low:
+        closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
+        if closed is not None:
+            return data.attenuated(closed, j)
+    if not is_low:
         return data.attenuated(
             np.concatenate([data.regressor_ordinates(p)[:, j] for p in points]), j
         )
@@ -55,6 +57,14 @@ def _cached_ordinates(effect: Deterministic, data: Data) -> Array:
 
     Those of a logged column are computed from `COLUMN_MEANS` means of a long record.
     """
+
+    def of_effect() -> Array:
+        """Array of the ordinates of the regressors of the effect, in closed form if there is one; ordinate 0 is then 0."""
+        j = np.arange(1, min(data.n, CACHED_ORDINATES), dtype=np.int64)
+        closed = effect.regressor_ordinates([effect], j, data.n, data.rate, data.start)
+        if closed is not None:
+            return np.pad(closed, ((0, 0), (1, 0)))
+        return np.array([lowest(row) for row in effect.regressors(data.time, data.covariates).T])
 
     def of_lagged(part: LaggedColumn) -> Array:
         """Array of the first `CACHED_ORDINATES` ordinates of a filtered column.
@@ -72,10 +82,7 @@ def _cached_ordinates(effect: Deterministic, data: Data) -> Array:
     if sums := effect.sums_of_lagged():
         followed_column(effect, data.covariates)
         return np.array([weighted_sum([(w, of_lagged(part)) for w, part in s]) for s in sums])
-    return data.lowest.get(
-        effect.seen_alike,
-        lambda: np.array([lowest(row) for row in effect.regressors(data.time, data.covariates).T]),
-    )
+    return data.lowest.get(effect.seen_alike, of_effect)
 
 
 def _ordinates_of_means(series: Array, data: Data) -> Array:

@@ -349,12 +349,14 @@ def _optimize_slow(
     effect = model.effects[place]
     assert isinstance(effect, Deterministic)
     j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)
-    if others:
-        j = np.union1d(j, design_of(others, data).ordinates)
+    design = design_of(others, data) if others else None
+    if design is not None:
+        j = np.concatenate([j, design.ordinates[design.ordinates >= LOWEST_ORDINATES]])
+        design = design if design.ordinates.size == j.size else design_of(others, data, j)
     root = 1.0 / np.sqrt(noise.variance(j))
     target, basis = data.ordinates[j] * root, np.zeros((j.size, 0))
-    if others:
-        basis = basis_of(design_of(others, data, j).matrix.T * root)
+    if design is not None:
+        basis = basis_of(design.matrix.T * root)
         target -= basis @ (basis.T @ target)
 
     effect = _with_best_times(effect, others, noise, data)
