@@ -22,7 +22,7 @@ from results_file import Results
 import allanite as al
 from allanite.clocks.noise import thinned_indices
 from allanite.fit.stamped.likelihood import StampedSeries
-from allanite.fit.stamped.noise import added, integrated_noise
+from allanite.fit.stamped.noise import integrated_noise, sum_of_noises
 
 #: Rate in Hz; times after the last sample in s.
 RATE, AFTER = 0.1, (600.0, 3600.0, 10800.0)
@@ -68,7 +68,7 @@ def with_true_noise(name, seed, samples):
     """Return for each time whether the 95 % band under the true noise contains the phase, and the width of the band."""
     model, drift = CLOCKS[name]
     phase, truth = simulated(name, seed, samples)
-    noise = added(
+    noise = sum_of_noises(
         [
             integrated_noise(term, RATE, samples).scaled(getattr(effect, effect.coefficient) ** 2)
             for effect in al.parse_model(model).stochastic

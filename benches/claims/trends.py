@@ -20,7 +20,7 @@ import numpy as np
 
 import allanite as al
 from allanite.effects.terms import Flicker, White
-from allanite.fit.stamped.noise import added, sampled_noise
+from allanite.fit.stamped.noise import sampled_noise, sum_of_noises
 
 DAY = 86400.0
 WHITE, FLICKER = 1.0, 1.0  # mm, standard deviation of a sample and of the summed deviates
@@ -40,7 +40,7 @@ def with_true_noise(found, days):
     """Return rate and standard error of least squares with the true noise and the same functions of time."""
     own = found._series
     terms = (White(WHITE**2), Flicker(FLICKER**2))
-    noise = added([sampled_noise(term, 1.0 / DAY, days) for term in terms])
+    noise = sum_of_noises([sampled_noise(term, 1.0 / DAY, days) for term in terms])
     best = own.regressed(noise)
     return best.amplitudes[1], np.sqrt(best.covariance[1, 1])
 

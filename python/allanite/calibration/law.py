@@ -200,12 +200,12 @@ class AxisLaw:
         The lower end of K's interval is reduced by the part that the steps of a coarse thermometer can cause; K counts
         as not detected if it becomes 0.
         """
-        out: dict[str, Estimate] = {}
-        for effect, values in zip(self.fit.model, self.fit.estimates, strict=True):
-            for name, value in values.items():
-                if not isinstance(effect, Stochastic) or not isinstance(value, Estimate):
-                    continue
-                out[name if name == effect.short else f"{effect.short}.{name}"] = value
+        out = {
+            name if name == effect.short else f"{effect.short}.{name}": value
+            for effect, values in zip(self.fit.model, self.fit.estimates, strict=True)
+            for name, value in values.items()
+            if isinstance(effect, Stochastic) and isinstance(value, Estimate)
+        }
         walk = out.get("K")
         if walk is not None and walk.interval is not None and self.walk_of_steps > 0.0:
             low = max(walk.interval[0] ** 2 - self.walk_of_steps**2, 0.0) ** 0.5
@@ -221,14 +221,12 @@ class AxisLaw:
 
         Names are effect and parameter, such as ``COV.coefficient``. Parameters without an interval are left out.
         """
-        out: dict[str, Estimate] = {}
-        for effect, values in zip(self.fit.model, self.fit.estimates, strict=True):
-            if effect.follows is None:
-                continue
-            for name, value in values.items():
-                if isinstance(value, Estimate) and value.interval is not None:
-                    out[f"{effect.short}.{name}"] = value
-        return out
+        return {
+            f"{effect.short}.{name}": value
+            for effect, values in zip(self.fit.model, self.fit.estimates, strict=True)
+            for name, value in values.items()
+            if effect.follows is not None and isinstance(value, Estimate) and value.interval
+        }
 
     @property
     def headline(self) -> str:

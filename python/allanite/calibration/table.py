@@ -11,16 +11,10 @@ from allanite.common.printing import printed
 
 if TYPE_CHECKING:
     from allanite.calibration.law import AxisLaw
-    from allanite.calibration.thermal import ThermalCalibration
     from allanite.statespace.growth import Growth
 
 
-def thermal_table(found: ThermalCalibration) -> str:
-    """Text with a headline for each axis, and below it the details and the noise after correction."""
-    return "\n\n".join("\n".join(_axis_lines(axis)) for axis in found)
-
-
-def _axis_lines(axis: AxisLaw) -> list[str]:
+def axis_lines(axis: AxisLaw) -> list[str]:
     """List of texts: headline of one axis, then indented lines: coefficients, hysteresis, noise, offsets, deviations.
 
     Results that do not exist have no line, except hysteresis, which is then "not checked".

@@ -19,6 +19,7 @@ from allanite.calibration.remains import (
     walk_of_steps,
 )
 from allanite.calibration.runs import join, thermometers
+from allanite.calibration.table import axis_lines
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
 from allanite.effects import as_noise_model
@@ -118,9 +119,7 @@ class ThermalCalibration:
         }
 
     def __str__(self) -> str:
-        from allanite.calibration.table import thermal_table
-
-        return thermal_table(self)
+        return "\n\n".join("\n".join(axis_lines(axis)) for axis in self)
 
 
 def thermal(

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.documents import finite_or_none, rows_of
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.common.printing import printed
@@ -84,26 +85,16 @@ class ClockDeviation:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: name of the clock, unit, and a list of its values at each averaging time; null for NaN."""
-        rows = zip(
-            self.tau, self.variance, self.deviation, self.low, self.high, self.detected, self.edf,
-            strict=True,
-        )  # fmt: skip
-        return {
-            "clock": self.name,
-            "unit": self.unit,
-            "points": [
-                {
-                    "tau_s": float(t),
-                    "variance": float(v),
-                    "deviation": float(d) if np.isfinite(d) else None,
-                    "low": float(lo),
-                    "high": float(hi),
-                    "detected": bool(seen),
-                    "edf": float(e),
-                }
-                for t, v, d, lo, hi, seen, e in rows
-            ],
-        }
+        points = rows_of(
+            tau_s=self.tau,
+            variance=self.variance,
+            deviation=finite_or_none(self.deviation),
+            low=self.low,
+            high=self.high,
+            detected=self.detected,
+            edf=self.edf,
+        )
+        return {"clock": self.name, "unit": self.unit, "points": points}
 
 
 class Clocks(Mapping[str, ClockDeviation]):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.clocks.words import time_text
+from allanite.common.documents import fields_dict
 from allanite.fit.rivals.evidence import PRIOR_LOG_RANGE, parameter_cost
 from allanite.fit.stamped.posterior import posterior_points
 
@@ -53,13 +54,7 @@ class Holdover:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON with the five attributes, s; each name ends with ``_s``."""
-        return {
-            "after_s": self.after,
-            "expected_s": self.expected,
-            "std_s": self.std,
-            "low_s": self.low,
-            "high_s": self.high,
-        }
+        return {f"{name}_s": value for name, value in fields_dict(self).items()}
 
     def __str__(self) -> str:
         half = time_text(0.5 * (self.high - self.low))

@@ -17,6 +17,7 @@ from allanite.clocks.masks import Mask, mask_named
 from allanite.clocks.noise import clock_noise, thinned_indices
 from allanite.clocks.verdicts import Verdict, verdicts, window_means
 from allanite.clocks.words import powered_text, time_text
+from allanite.common.documents import fields_dict, plain_value
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import duration_text, number
 from allanite.common.parameters import Estimate
@@ -156,11 +157,11 @@ class Timing:
                 ],
             },
             "deviations": [curve.to_dict() for curve in self.deviations.values()],
-            "masks": [verdict.to_dict() for verdict in self.verdicts],
+            "masks": plain_value(self.verdicts),
             "jumps": [
-                {"time_s": j.time, "height_s": j.height, "stays": j.stays} for j in self.jumps
+                fields_dict(jump, time="time_s", height="height_s", row="") for jump in self.jumps
             ],
-            "holdover": [one.to_dict() for one in self.holdover],
+            "holdover": plain_value(self.holdover),
         }
 
     def __str__(self) -> str:

@@ -115,6 +115,13 @@ def rows_of(**columns: NDArray[Any]) -> list[dict[str, Any]]:
     return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
+def finite_or_none(array: NDArray[np.float64]) -> NDArray[np.object_]:
+    """Array of objects for JSON, shape of `array`: its values as floats, and None for NaN and infinities."""
+    out = array.astype(object)
+    out[~np.isfinite(array)] = None
+    return out
+
+
 def plain_value(value: Any) -> Any:
     """Value for JSON: a result as its `to_dict`, an array or tuple as a list, a mapping as a dict; others unchanged."""
     if hasattr(value, "to_dict"):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.parameters import Estimate
+from allanite.common.parameters import Estimate, scaled_estimate
 from allanite.common.printing import printed
 from allanite.common.showing import aligned_lines
 from allanite.common.units import parse_unit
@@ -74,7 +74,7 @@ class Comparison:
                 row.figure.name,
                 f"{row.figure.value:g} {printed(row.figure.unit)}",
                 measured_text(
-                    row.figure, _measured_in_printed_unit(row) if row.measured.detected else None
+                    row.figure, row.ratio * row.figure.value if row.measured.detected else None
                 ),
                 _ratio_text(row.ratio),
             )
@@ -95,11 +95,6 @@ def measured_text(figure: Quoted, value: float | None) -> str:
     if value is not None:
         return f"{value:.4g} {printed(figure.unit)}"
     return "not reached" if figure.coefficient == MINIMUM else "not detected"
-
-
-def _measured_in_printed_unit(row: Row) -> float:
-    """Measured value in the unit that the sheet prints; NaN if the printed value is 0, which gives no factor."""
-    return row.measured.value * row.figure.value / row.sheet if row.sheet else math.nan
 
 
 def _ratio_text(ratio: Estimate) -> str:
@@ -155,14 +150,7 @@ def compare_datasheet(fit: Fit, sheet: DataSheet) -> Comparison:
         except KeyError:
             missing.append(figure.name)
             continue
-        ratio = Estimate(
-            measured.value / expected,
-            None if measured.std_error is None else measured.std_error / expected,
-            _scaled_interval(measured.interval, 1 / expected),
-            "1",
-            measured.detected,
-            f"{figure.name} ratio",
-        )
+        ratio = scaled_estimate(measured, 1 / expected, "1")
         remark = _remark_on_unit(figure, ratio) or _remark_on_skipped_samples(
             figure, ratio, sheet, fit.recording
         )
@@ -189,13 +177,6 @@ def with_figures(model: Model, sheet: DataSheet) -> Model:
             model = model + effect()
             present.add(effect.kind)
     return model
-
-
-def _scaled_interval(
-    interval: tuple[float, float] | None, factor: float
-) -> tuple[float, float] | None:
-    """Tuple (low, high): `interval` multiplied by `factor`; None for None."""
-    return None if interval is None else (interval[0] * factor, interval[1] * factor)
 
 
 def allan_minimum(fit: Fit) -> Estimate:

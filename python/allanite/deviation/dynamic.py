@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.documents import finite_or_none
 from allanite.common.errors import TooShortError
 from allanite.common.printing import printed
 from allanite.common.showing import html_list, html_table
@@ -83,13 +84,12 @@ class DynamicDeviation:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: kind, window_s, time_s, tau_s, deviation (a row per window, None for NaN), diagnostics."""
-        rows = [[float(v) if np.isfinite(v) else None for v in row] for row in self.deviation]
         return {
             "kind": "dynamic_oadev",
             "window_s": self.window,
             "time_s": self.time.tolist(),
             "tau_s": self.tau.tolist(),
-            "deviation": rows,
+            "deviation": finite_or_none(self.deviation).tolist(),
             "diagnostics": list(self.diagnostics),
         }
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.documents import finite_or_none, rows_of
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.common.printing import printed
@@ -204,18 +205,11 @@ class Deviation:
 
         None for unknown values; ``confidence`` only if it is not 0.95.
         """
-        columns = (self.deviation, self.low, self.high, self.edf)
-        names = ("deviation", "low", "high", "edf")
-        points = []
-        for tau, m, n, *values in zip(self.tau, self.factors, self.n, *columns, strict=True):
-            point: dict[str, Any] = {"tau_s": float(tau), "m": int(m), "n": int(n)}
-            for name, value in zip(names, values, strict=True):
-                point[name] = float(value) if np.isfinite(value) else None
-            points.append(point)
+        known = {k: finite_or_none(getattr(self, k)) for k in ("deviation", "low", "high", "edf")}
         return {
             "kind": self.kind,
             "unit": self.deviation_unit,
-            "points": points,
+            "points": rows_of(tau_s=self.tau, m=self.factors, n=self.n, **known),
             **({} if self.level == DEFAULT_CONFIDENCE else {"confidence": self.level}),
             "diagnostics": list(self.diagnostics),
         }

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.common.documents import fields_dict
+from allanite.common.documents import fields_dict, jsonable
 from allanite.common.errors import InputError
 from allanite.common.numbers import duration_text, number
 from allanite.common.printing import printed
@@ -127,12 +127,8 @@ class Power:
         return self.standard_errors[name] / abs(self.value(name)) if self.value(name) else np.inf
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON, schema ``allanite/power/1``; an infinite standard error becomes None."""
+        """Dict for JSON, schema ``allanite/power/1``; infinite standard errors, absolute or relative, become None."""
         from allanite.effects.files import model_to_dict
-
-        def finite_value(value: float, error: float) -> float | None:
-            """The value, or None if the standard error is not finite."""
-            return value if np.isfinite(error) else None
 
         return {
             "schema": "allanite/power/1",
@@ -141,14 +137,16 @@ class Power:
             "model": str(self.model),
             "effects": model_to_dict(self.model)["effects"],
             "effect": None if self.effect is None else self.effect.kind,
-            "standard_errors": {
-                name: {
-                    "value": self.value(name),
-                    "std_error": finite_value(error, error),
-                    "relative": finite_value(self.relative(name), error),
+            "standard_errors": jsonable(
+                {
+                    name: {
+                        "value": self.value(name),
+                        "std_error": error,
+                        "relative": self.relative(name),
+                    }
+                    for name, error in self.standard_errors.items()
                 }
-                for name, error in self.standard_errors.items()
-            },
+            ),
         }
 
     def __str__(self) -> str:
