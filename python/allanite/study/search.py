@@ -121,24 +121,27 @@ class Search:
     def study(self, stop: str) -> Study:
         """`Study` of the checked steps. `stop`, the reason why the search ended, becomes its `stopped_because`.
 
-        If the study has doubts, "nothing helps" replaces "adequate". Steps are rearranged by `story`, except after "time"
-        and "interrupted".
+        If the study has doubts, "nothing helps" replaces "adequate".
         """
         assert self.check is not None
         self.check.fit.forget_check()
-        ladder = tuple(self.ladder[: self.checked])
         study = Study(
             self.check.fit.recording,
-            ladder if stop in {"time", "interrupted"} else story(ladder),
+            self._steps(stop),
             self.check,
             stop,
             self.tolerance,
-            tried_and_dropped(ladder),
+            tried_and_dropped(self.ladder[: self.checked]),
             self.first_check,
         )
         if stop == "adequate" and study.doubts:
             return replace(study, stopped_because="nothing helps")
         return study
+
+    def _steps(self, stop: str) -> tuple[Rung, ...]:
+        """Tuple of the checked steps as users read them: rearranged by `story`, except after "time" and "interrupted"."""
+        ladder = tuple(self.ladder[: self.checked])
+        return ladder if stop in {"time", "interrupted"} else story(ladder)
 
 
 def has_reached_limit(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:
