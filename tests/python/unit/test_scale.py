@@ -131,12 +131,12 @@ def test_a_fleet_is_resumed_by_content(logs, tmp_path):
     lines = journal.read_text().splitlines()
     journal.write_text("\n".join(lines[:2]) + "\n" + lines[2][:20])
     done.clear()
-    with pytest.warns(UserWarning, match="line 3 is cut off"):
+    with pytest.warns(UserWarning, match="line 3 is truncated"):
         again = run()
     assert len(done) == 2
     # What followed the cut line is not lost with it.
     done.clear()
-    with pytest.warns(UserWarning, match="line 3 is cut off"):
+    with pytest.warns(UserWarning, match="line 3 is truncated"):
         assert run() == again
     assert [Path(path).name for path in done] == ["unit3.csv"]
     assert [row["file"] for row in again] == [row["file"] for row in rows]
