@@ -169,9 +169,10 @@ def refitted(first: Fit, model: Model) -> Fit:
 
 
 def _with_best_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[Deterministic, ...]:
-    """Tuple: `effects`, where the last one has the lag or hysteresis width (on a grid) that raises the likelihood most.
+    """Tuple: `effects`, where the last one has the lag, or the hysteresis width, that raises the likelihood most.
 
-    `plain` is the fit of the same polynomial without lag and hysteresis. The noise of `plain` weights the samples.
+    The values tried are those of a grid. `plain` is the fit of the same polynomial without lag and hysteresis; its noise
+    gives the weights.
     """
     *others, last = effects
     points = grid_points(last, plain.data)
@@ -194,7 +195,7 @@ def chosen(tried: Sequence[Tried]) -> Tried:
 
 
 def law_of(fit: Fit) -> list[Deterministic]:
-    """List of `Deterministic`: the effects of a fit that depend on the temperature."""
+    """List of the effects of a fit that follow the temperature; empty for the constant form."""
     return [e for e in fit.model.deterministic if e.follows is not None]
 
 

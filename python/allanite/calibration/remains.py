@@ -144,7 +144,7 @@ def deviations_before_and_after(fit: Fit, runs: Runs) -> Remainder:
             if not usable.any():
                 continue
             found = oadev(values[part], rate=runs.recording.rate, factors=factors[usable])
-            n = np.nan_to_num(found.n.astype(float)) * np.isfinite(found.deviation)
+            n = found.n * np.isfinite(found.deviation)
             total[usable] += n * np.nan_to_num(found.deviation) ** 2
             weight[usable] += n
         curves.append(np.sqrt(total / np.where(weight > 0.0, weight, np.nan)))

@@ -351,8 +351,7 @@ def _deviation_intervals(
     s = scatter / size
     k = len(variance)
     # Standard error at v = 0, from the product of the differences to two other clocks.
-    others = (np.trace(s) / len(s)) / np.sqrt(edf)
-    floor = np.full(k, others)
+    floor = (np.trace(s) / len(s)) / np.sqrt(edf)
     place = np.log(np.maximum(variance / size, 0.3 * floor))
     place = place + 0.3 * rng.standard_normal((CHAINS, k))
 
@@ -370,7 +369,7 @@ def _deviation_intervals(
         return np.asarray(likelihood + prior)
 
     at = log_posterior(place)
-    step = np.full(k, 2.4 / np.sqrt(k) * min(1.0, np.sqrt(4.0 / edf)))
+    step = 2.4 / np.sqrt(k) * min(1.0, np.sqrt(4.0 / edf))
     kept = []
     for turn in range(WARMUP_STEPS + STEPS):
         # Each step is along the difference of two other chains, so that it matches their spread in every direction.

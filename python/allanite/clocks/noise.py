@@ -53,7 +53,10 @@ def clock_noise(
     fits: dict[tuple[int, ...], FittedNoise] = {}
 
     def fit(places: tuple[int, ...], start: FittedNoise | None = None) -> FittedNoise:
-        """`FittedNoise` of the noises with these indices in `EFFECTS`; each sum is fitted once and stored in `fits`."""
+        """`FittedNoise` of the sum of the noises with the indices `places` in `EFFECTS`.
+
+        Each sum is fitted once and stored in `fits`; `start` is a fit from which the optimization begins.
+        """
         if places not in fits:
             candidate = Candidate(tuple(EFFECTS[i] for i in places))
             fits[places] = fit_noise(series, candidate, rate, integrated_noise, start)

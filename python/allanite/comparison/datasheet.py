@@ -98,9 +98,9 @@ def measured_text(figure: Quoted, value: float | None) -> str:
 
 
 def _ratio_text(ratio: Estimate) -> str:
-    """Text of a ratio with its 95 % interval; only the ratio without one.
+    """Text of a ratio with its 95 % interval, ``1.02 (0.98 … 1.06)``; only the ratio if the interval is unknown.
 
-    ``< limit`` if the effect was not detected, ``?`` without a limit.
+    If the effect was not detected, ``< 1.06`` (the upper end), or ``?`` without an interval.
     """
     if not ratio.detected:
         return f"< {ratio.interval[1]:.3g}" if ratio.interval else "?"

@@ -151,7 +151,7 @@ def _explicit_factors(
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
     """Tuple (factors, remarks): whole, ascending, unique averaging factors from given factors, or from times if `seconds`.
 
-    Times are rounded to multiples of the sampling interval; remarks count those that were rounded or became equal.
+    Times, s, are rounded to multiples of the sampling interval; remarks count those that were rounded or became equal.
     Raises `InputError` for unusable values, such as fractional factors.
     """
     try:

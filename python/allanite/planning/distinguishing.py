@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
 
 
-def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
-    """Tuple (`base`, alternative model): in the alternative, one of the two named effects replaces the other.
+def alternative_model(base: Model, names: tuple[str, str]) -> Model:
+    """`Model`: copy of `base` in which the other one of two named effects replaces the one that `base` has.
 
-    The alternative lacks the named effect of `base` and has the other one, without values, at its end.
+    The other effect has no values and comes last.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def models_to_distinguish(base: Model, names: tuple[str, str]) -> tuple[Model, M
             f" {other.short} with values in the model and tell it from {own.short}"
         )
     place = next(i for i, e in enumerate(base) if e.kind == own.kind)
-    return base, Model((*base.effects[:place], *base.effects[place + 1 :], other))
+    return Model((*base.effects[:place], *base.effects[place + 1 :], other))
 
 
 def log_odds(truth: Model, other: Model, data: Data, grid: Data) -> float:
@@ -58,7 +58,7 @@ def log_odds(truth: Model, other: Model, data: Data, grid: Data) -> float:
     Parameters
     ----------
     truth, other : Model
-        See `models_to_distinguish`.
+        The true model with values, and the one to be excluded, such as an `alternative_model`.
     data : Data
         Length and rate of the record (`expected.blank_data`).
     grid : Data

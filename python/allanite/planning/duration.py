@@ -15,7 +15,7 @@ from allanite.common.validation import positive, positive_rate
 from allanite.effects import as_model
 from allanite.planning import expected as _expected
 from allanite.planning.detection import Power, as_effect, detection_power, predicted_detection
-from allanite.planning.distinguishing import log_odds, models_to_distinguish
+from allanite.planning.distinguishing import alternative_model, log_odds
 from allanite.planning.standard_errors import standard_errors
 
 if TYPE_CHECKING:
@@ -164,11 +164,11 @@ def plan(
     _expected.require_values(base if effect is None else base + effect)
     if tell is not None:
         question = f"to tell {tell[0]} from {tell[1]} at {MIN_ODDS:g} : 1"
-        truth, other = models_to_distinguish(base, tell)
+        other = alternative_model(base, tell)
 
         def is_enough(data: Data, grid: Data) -> bool:
             """True if a record like `data` distinguishes the two models: their expected odds reach 1000 : 1."""
-            return log_odds(truth, other, data, grid) >= np.log(MIN_ODDS)
+            return log_odds(base, other, data, grid) >= np.log(MIN_ODDS)
     elif know is not None:
         question = f"to know {know} to {100 * to:g} %"
         value = detection_power(base, duration=1e4, rate=1.0, covariates=covariates).value(know)

@@ -42,7 +42,7 @@ class Reading:
 
     @property
     def factor(self) -> int:
-        """Number of samples of the record per kept sample: 2 to the number of octaves."""
+        """Sampling rate of the record divided by that of the kept `samples`: 2 to the number of octaves."""
         return 1 << len(self.octaves)
 
 

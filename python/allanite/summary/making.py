@@ -171,7 +171,7 @@ def _wait_for_tasks(tasks: list[Future[None]]) -> None:
 
 
 def _memory_mapping(chunk: Any) -> mmap.mmap | None:
-    """Memory mapping behind a chunk if the chunk is a read-only `numpy.memmap`, else None."""
+    """The `mmap` object behind a read-only `numpy.memmap`, else None; also None if the system cannot release its pages."""
     if not isinstance(chunk, np.memmap) or chunk.mode != "r" or not hasattr(mmap, "MADV_DONTNEED"):
         return None
     base: Any = chunk
@@ -181,9 +181,9 @@ def _memory_mapping(chunk: Any) -> mmap.mmap | None:
 
 
 def _chunks_of(chunks: Any) -> Iterable[Any]:
-    """Iterable of chunks: `chunks` itself, or a list with it if it is a recording, an array or a list of numbers.
+    """Iterable of chunks: `chunks` itself, or ``[chunks]`` if it is one recording, array, table or list of numbers.
 
-    Raises `InputError` for anything else.
+    Raises `InputError` for an object that is not iterable.
     """
     if isinstance(chunks, (Recording, np.ndarray)) or hasattr(chunks, "__array__"):
         return [chunks]
