@@ -364,6 +364,8 @@ def rate_unit(text: str, quantity: str) -> Unit:
 def units_by_kind(text: str, quantity: str = "rate") -> dict[str, str]:
     """Dict from kind of sensor (``"angular rate"``, …) to unit as written, from a text such as ``deg/s,m/s^2``.
 
+    `quantity` is that of the samples: for ``angle`` or ``increment``, the kind is that of their rate.
+
     Raises
     ------
     InputError

@@ -77,7 +77,9 @@ class Parameter:
     figures: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def accepted(self, value: Any, several: bool) -> Any:
-        """Given `value`, checked and converted: float within the bounds, tuple of floats if `several`, or text.
+        """Given `value`, checked and converted: float within the bounds, or text.
+
+        If `several`, a tuple of floats of any size up to `MAX_NUMBER`.
 
         Raises
         ------

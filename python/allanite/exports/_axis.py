@@ -240,9 +240,9 @@ class Axis:
 
 
 def _loudest_segment(model: Model, span: tuple[float, float]) -> tuple[float, float]:
-    """Pair (start, end), s, of the segment with the largest mean white-noise level; the first of equal ones.
+    """Pair (start, end), s, of the segment with the largest rms level of white noise; the first of equal ones.
 
-    The span is divided into equal segments of 10 s or slightly longer, into 1000 segments at most. A span below 20 s is
+    The span is divided into equal segments of at least 10 s, as many as possible but at most 1000. A span below 20 s is
     one segment.
     """
     count = int(np.clip((span[1] - span[0]) / LEVEL_SEGMENT, 1, MAX_LEVEL_SEGMENTS))

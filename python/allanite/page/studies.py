@@ -102,9 +102,10 @@ def open_study(tab: Tab, document: Any) -> None:
     seen = document.get("column")
 
     def fit_models(job: Job) -> None:
-        """Fit the models of the study step by step, and replace the steps of its columns by them.
+        """Fit each model of the study to the log, and make these fits the steps of the columns that the study names.
 
-        Analyzed part and current column become those of the study; the current step is then checked.
+        The former steps and removed effects of these columns are replaced. The analyzed part becomes that of the study,
+        and so does the current column if the log has it. The current step is then checked.
         """
         job.take_turn()
         if (span, out) != tab.work.part:

@@ -39,9 +39,10 @@ MIN_ROWS = len(NAMES) + 1
 def is_deviation_table(path: Path) -> bool:
     """True if a text file is a table of Allan deviations over averaging times; False if it cannot be read as numbers.
 
-    The times must grow, all values be positive, and there be at least 5 rows. A header must name the first column
-    ``tau`` or ``averaging…``. Without a header, each column must fall by a third or more. Neighboring values must then
-    differ by less than 30 % in the median.
+    A table has at least 5 rows, increasing times in the first column, and only positive values. With a header, the first
+    name must begin with ``tau`` or ``averaging``. Without a header, two more conditions hold for the deviations: the
+    minimum of each column is below 2/3 of its first value, and successive values differ by less than about 30 % in the
+    median.
     """
     try:
         header, tau, values = _header_and_columns(text.first_rows_of(path)[0])

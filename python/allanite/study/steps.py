@@ -296,9 +296,14 @@ def _merged_or_added(
 ) -> tuple[State, float, tuple[Suggestion, ...]] | None:
     """Tuple (`State`, ΔlogL, suggestions) after `suggestion` is added, alone or with a second effect; or None.
 
-    The suggestions are those added, with the one to name first. A line near other lines may become a wandering band.
-    None if the effect cannot be added, if the new model predicts worse, or if an error rises and no second effect
-    prevents it. With `alone`, no second effect is searched. Changes of level are added whatever the errors are.
+    The suggestions are those added, the one to name first. A line near other lines is merged with them into a wandering
+    band if possible; then nothing else is tested. Changes of level are added whatever the errors are. Errors are the
+    Allan error and the model discrepancy.
+
+    None if the effect cannot be added, or if the new model predicts worse (not tested for effects that happen once).
+    None as well if an error rises by more than its scatter and no second effect prevents it. With `alone`, no second
+    effect is searched; then also None if the discrepancy rises at all, or if the effect excludes samples and the Allan
+    error rises.
     """
     fit, effect = before.fit, suggestion.effect
     wandering = with_wandering_line(before, suggestion)

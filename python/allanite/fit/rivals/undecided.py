@@ -130,9 +130,9 @@ def _replacements(
 ) -> tuple[tuple[tuple[Effect, ...], float] | None, ...]:
     """Tuple with one element for each effect of the `chosen` model: (replacing effects, probability), or None.
 
-    Replacing effects are those of the most likely model without the effect that have a kind new to the chosen model.
-    The probability is the sum over all models without the effect. It is None if every model has the effect. `others` are
-    pairs of another model and its probability.
+    `others` are pairs (model, probability). The probability of an element is the sum over all `others` without the effect.
+    Replacing effects are taken from the most likely of these: its effects whose kind the chosen model lacks. The element
+    is None if all `others` have the effect.
     """
     own = Counter(e.kind for e in chosen)
     found: list[tuple[tuple[Effect, ...], float] | None] = []

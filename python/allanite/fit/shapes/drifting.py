@@ -322,8 +322,9 @@ def polished_line(
 ) -> tuple[Deterministic, float]:
     """Pair: copy of the drifting line with the frequency and drift that maximize logL, and its ΔlogL.
 
-    `ordinates` are the residual ordinates, shape (n,). The ΔlogL holds for this `noise`. Without start values, the
-    strongest line near the largest ordinate is searched. The line keeps its values if ΔlogL rises by less than 1e-3.
+    `ordinates` are the residual ordinates, shape (n,). The ΔlogL is relative to no line, and holds for this `noise`.
+    Without a drift, the strongest line near the frequency is searched. Without a frequency, it is searched near the
+    largest whitened ordinate within the limits. A line with both values keeps them if ΔlogL rises by less than 1e-3.
     """
     values, T = effect.values, data.duration
     f, d = values["frequency"], values["drift"]

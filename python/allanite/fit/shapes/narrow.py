@@ -156,7 +156,10 @@ class Window:
         return np.exp(x[3]) * self.other_power + density(tuple(terms), self.j, self.data.n)
 
     def log_likelihood(self, x: Array) -> float:
-        """Whittle logL of the ordinates in the window, nats, with the band at the coordinates `x`."""
+        """Whittle logL of the ordinates in the window, nats, for a band with the parameters `x`.
+
+        `x` are the numbers that `start` returns, such as ln power, center and ln half-width.
+        """
         stop_if_unwanted()
         return self._log_likelihood_of(self.spectrum(x))
 

@@ -251,9 +251,10 @@ class _Sections:
         cells = self.sections.cells((within[0] - aside, within[1] + aside), step)
 
         def log_likelihoods(other_power: Array, band: Stochastic, strength: float) -> Array:
-            """Array of the logL of each section if `band`, with squared coefficient `strength`, replaces the searched band.
+            """Array of the logL of each time section of the record, shape (sections,), with `band` in the model.
 
-            `other_power` is the expected power of the remaining model in each frequency cell.
+            The expected power is `other_power`, shape (cells,), of the model without the effects that `band` replaces,
+            plus `strength` (a squared coefficient) times the power of `band`.
             """
             there = Model(tuple(band if e is effect else e for e in self.model))
             of_band = cells.expected(there.unit_terms(band, self.data.rate))
