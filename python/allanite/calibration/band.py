@@ -134,7 +134,10 @@ def _power_matrix(fit: Fit) -> Array:
 
 
 def _coefficients_and_loop(fit: Fit) -> tuple[Array, float]:
-    """Tuple (coefficients of T, T² and T³, shape (3,); height of the hysteresis loop, 0 without hysteresis)."""
+    """Tuple (coefficients of T, T² and T³ of the fitted bias, shape (3,); height of the hysteresis loop).
+
+    The height is in the unit of the samples; it is 0 without hysteresis.
+    """
     amplitudes = [own.amplitudes for own in fit.solution.functions]
     coefficients = np.concatenate([*amplitudes, np.zeros(0)]) @ _power_matrix(fit)
     return coefficients, sum(e.column_loop for e in law_of(fit))

@@ -197,8 +197,8 @@ class AxisLaw:
     def random(self) -> dict[str, Estimate]:
         """Dict from the name of each parameter of the random processes (``N``, ``GM.q_c``) to its `Estimate`.
 
-        The lower end of K's interval is reduced by the part that the steps of a coarse thermometer can cause; K counts
-        as not detected if it becomes 0.
+        The steps of a coarse thermometer can look like a rate random walk K. The lower end of K's interval is reduced by
+        this part. If it becomes 0, K counts as not detected.
         """
         out = {
             name if name == effect.short else f"{effect.short}.{name}": value

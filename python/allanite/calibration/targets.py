@@ -183,7 +183,7 @@ def _px4(found: ThermalCalibration) -> str:
 def _ardupilot(found: ThermalCalibration) -> str:
     """Text of an ArduPilot parameter file with lines ``INS_TCAL…,value``, with comments.
 
-    Raises `InputError` for over 3 sensors of a kind, or none.
+    Raises `InputError` for more than 3 gyroscopes or 3 accelerometers, or if there is none of either.
     """
     gyros, accels = _gyroscopes_and_accelerometers(found, ARDUPILOT_SENSORS, "ardupilot")
     lines = _comment_lines(
@@ -246,10 +246,10 @@ def _c_header(found: ThermalCalibration) -> str:
 
 
 def _identifiers(found: ThermalCalibration) -> list[str]:
-    """List of texts: one valid C identifier for each axis; all differ.
+    """List of one valid C identifier for each axis, all different.
 
-    Other characters become underscores, a name that begins with a digit gets the prefix ``axis_``, and a repeated name
-    the first free number.
+    Characters of the name that C does not allow become underscores. A name that begins with a digit gets the prefix
+    ``axis_``. A repeated name gets the first free number at its end (``gx_1``).
     """
     names: list[str] = []
     for axis in found:

@@ -53,7 +53,10 @@ class Holdover:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON with the five attributes, s; each name ends with ``_s``."""
+        """Dict for JSON with ``after_s``, ``expected_s``, ``std_s``, ``low_s`` and ``high_s``, all in s.
+
+        They are the time after the last sample, and the expected phase with its standard deviation and 95 % interval.
+        """
         return {f"{name}_s": value for name, value in fields_dict(self).items()}
 
     def __str__(self) -> str:
@@ -90,7 +93,8 @@ class PhaseModels:
     def spreads(self, fit: FittedNoise) -> Array:
         """Array of standard deviations of the normal prior of the drift, over which a prediction is averaged.
 
-        A geometric series from 0.3 standard errors of the drift upwards; empty without a drift.
+        It is a geometric series with the ratio 2, from 0.3 standard errors of the drift up to about 3 times the larger
+        of its standard error and its absolute value. Empty for models without a drift.
         """
         if not self.drifts:
             return np.zeros(0)

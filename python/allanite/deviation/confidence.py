@@ -24,9 +24,10 @@ def degrees_of_freedom(
 ) -> float:
     """Equivalent degrees of freedom of a mean of squared differences of discrete power-law noise.
 
-    edf = M / (1 + 2 Σ_{j=1}^{M−1} (1 − j/M) ρ_j²) with the exact autocorrelation ρ of the differences, which Greenhall &
-    Riley (2003) approximate. Their formula models white FM by a continuous-time process (m = 1: 782 of 999 terms). This
-    function uses sampled noise: 2M/3 for white FM and many terms. For long records the sum is interpolated between lags.
+    edf = M / (1 + 2 Σ_{j=1}^{M−1} (1 − j/M) ρ_j²), where ρ_j is the autocorrelation of the differences at lag j, and M
+    is `count`. Greenhall & Riley (2003) approximate ρ by a continuous-time process. This function uses sampled noise.
+    For white FM, m = 1, M = 999 and order 2, their formula gives 782 and this function 666 (2M/3). For long records the
+    sum is interpolated between lags. The result is 1 if `count` is below 2.
 
     Parameters
     ----------

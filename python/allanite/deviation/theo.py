@@ -87,7 +87,8 @@ def _theoh_edf(
 def _theo1_at_factors(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
     """`Deviation` of kind theo1 at the even averaging factors m, with the remarks `notes` and remarks on gaps.
 
-    `n` and `lost` count m/2 squared differences for each position in the record.
+    Each start in the record gives m/2 squared differences. The attribute `n` counts these squared differences, and
+    `lost` those that gaps remove. The averaging time is 0.75 m / rate.
     """
     variance, n, alpha, gaps, step = kernel_results(THEO1, src.samples, m, src.angle)
     lost = THEO1.max_terms(m, src.points) - n

@@ -283,14 +283,14 @@ MAX_RATE_DIFFERENCE = 1e-3
 def refuse_contradicting_rate(
     request: Request, stated: float | None, stamps: Stamps | None
 ) -> None:
-    """Raise `InputError` if the requested rate differs from the `stated` rate (Hz) or from the rate of the stamps.
+    """Raise `InputError` if the requested rate differs from the rate of the time stamps or from the `stated` rate (Hz).
 
-    Nothing is raised without a requested rate, if the request overrides the rate of the log, or if the unit of the stamps
-    is a guess. A difference of three standard errors, and at least 0.1 %, is a contradiction.
+    The time stamps are compared. If there are none, or if their unit is a guess, the stated rate is compared. Nothing is
+    raised without a requested rate, or if the request overrides the rate of the log.
 
-    The rate of stamps is the number of intervals divided by the time between two stamps. Its relative standard error is
-    the jitter of one interval divided by the length of the record. The resolution of stamps that several rows share is
-    added.
+    The limit of the relative difference is 0.1 %. For time stamps it is three standard errors of their rate if that is
+    more. The standard error is the jitter of one interval divided by the length of the record. If several rows share a
+    stamp, the resolution of the stamps is added to the jitter.
     """
     rate = request.rate
     if rate is None or request.overrides_rate or not 0.0 < rate < np.inf:

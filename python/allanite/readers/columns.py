@@ -834,10 +834,11 @@ def _unit_contradiction(name: str, own: str, given: str) -> InputError:
 
 
 def _given_unit(name: str, own: str | None, request: Request) -> str | None:
-    """Unit that the caller gave for the column `name`, or None without one.
+    """Unit that the caller gave for the column `name`; None if the caller gave none.
 
-    `own` is the unit that the log states. If the caller gave units for several kinds of sensors, `own` or else `name`
-    states the kind. Then the result is None if `own` is no unit of a sensor. Raises `InputError` for another kind.
+    If the caller gave units for several kinds of sensors, the unit `own` that the log states determines the kind.
+    Without `own`, the name determines the kind. Then the result is None if `own` is no unit of a sensor. Raises
+    `InputError` if the caller gave no unit for this kind, or the name shows no kind.
     """
     if len(request.kinds) < 2:
         return request.unit

@@ -71,7 +71,10 @@ def is_deviation_table(names: Sequence[str], columns: Sequence[Array | None]) ->
 
 
 def is_deviation_header(line: str) -> bool:
-    """True if a line names averaging times and deviations, even if it has another number of columns (Stable32)."""
+    """True if the words of a line contain a name of averaging times and a name of deviations, such as ``tau adev``.
+
+    The number of words may differ from the number of columns below, as in files of Stable32.
+    """
     words = re.split(r"[\s,;|]+", line.strip("#%; \t"))
     return any(map(_TAU.match, words)) and any(map(_DEVIATION.search, words))
 
@@ -86,9 +89,10 @@ def refuse_deviation_header(lines: Sequence[str]) -> None:
 
 
 def _is_deviation(tau: Array, column: Array) -> bool:
-    """True if a column falls smoothly with τ: a log-log slope between −1.2 and −0.2 up to 8 times the first τ.
+    """True if a column falls smoothly with the averaging time τ, as a deviation does.
 
-    Smooth: the median absolute second difference of its logarithm is below 0.3.
+    Its log-log slope from the first τ up to 8 times the first τ is between −1.2 and −0.2. The median absolute second
+    difference of its natural logarithm is below 0.3.
     """
     last = max(int(np.searchsorted(tau, SLOPE_SPAN * tau[0], side="right")) - 1, 1)
     slope = np.log(column[last] / column[0]) / np.log(tau[last] / tau[0])

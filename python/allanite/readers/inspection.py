@@ -284,11 +284,12 @@ def _motion_findings_of(recording: Recording) -> list[Finding]:
 
 
 def _table_of_numbers(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int, str]]:
-    """Tuple (table of all numeric columns, its `Layout`, dict from the index of a damaged column to its error message).
+    """Tuple (table of the numeric columns, its `Layout` or the `Roles` of the columns, dict of damaged columns).
 
-    In place of the layout stand the `Roles` of the columns if no layout is possible, such as without a sensor. If the log
-    cannot be read as a whole, each column is read alone. Damaged columns are then left out of the table. Raises
-    `InputError` if all columns are damaged, or if none is but the whole log cannot be read.
+    The second element is `Roles` if no layout is possible, for example because there is no sensor. The dict maps the
+    index of a damaged column to its error message; it is empty if the log can be read as a whole. Otherwise each column
+    is read alone, and the table omits the damaged ones. Raises `InputError` if all columns are damaged, or if the log is
+    damaged but no single column is.
     """
     from allanite.readers import read_table
 

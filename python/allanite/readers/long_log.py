@@ -83,7 +83,7 @@ def summary_of_log(path: Path, request: Request, unit: str | None, taus_per_octa
     Raises
     ------
     InputError
-        There is no rate, a cell is invalid, or a column is unknown.
+        There is no rate, the given rate contradicts the log, a cell is invalid, or a column is unknown.
     TooShortError
         There are too few rows.
     """

@@ -86,10 +86,11 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
 
 
 def _log_to_read(logs: dict[str, str], topics: Sequence[str]) -> str:
-    """Key in `logs` of the log to read: the given topic, otherwise a gyroscope, an accelerometer, or the only log.
+    """Key in `logs` of the log to read: the given topic, or else a gyroscope, an accelerometer, or the only log.
 
-    A sensor is recognized by ``gyro``, ``acc`` or ``linear`` in the name; of several such names the shortest is chosen.
-    Raises `InputError` if no log or no single log fits.
+    A sensor is recognized by ``gyro``, ``acc`` or ``linear`` in the name, in this order. Names with ``uncal`` are
+    skipped, and the shortest of several names is chosen. Raises `InputError` if there is no log, the topic is unknown,
+    several topics are given, or several logs are there without such a name.
     """
     if not logs:
         raise InputError("no text log in the archive")

@@ -106,9 +106,9 @@ def role_of(name: str, unit: str | None) -> Role:
 def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
     """Tuple (role, reason) of a column: ``"sensor"``, ``"time"``, ``"temperature"`` or ``"other"``, and why it is other.
 
-    The reason is empty for the first three roles. The unit decides before the name, except for names such as
-    ``gyro_norm`` or ``acc_std``, which are no axis of a sensor. Without a unit, a column is a sensor unless its name is
-    that of something else.
+    The reason is empty for the first three roles. In general the unit decides, and the name decides without a unit. Some
+    names decide against a unit: ``gyro_norm`` and ``acc_std`` (no axis of a sensor), magnetometers, durations and time
+    stamps. A column without a unit is a sensor if its name fits nothing else; an empty name is ``"other"``.
     """
     key, words = _lower_name(name).replace("-", "_"), words_in(name)
     kind = kind_of_unit(unit)

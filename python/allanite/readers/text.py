@@ -206,10 +206,10 @@ def exchange_day_and_month(seconds: Array) -> Array:
 
 
 def day_comes_first(chunks: Iterable[Array]) -> bool:
-    """True if a record of slashed dates becomes shorter with day and month exchanged.
+    """True if slashed dates such as 03/04/2026 state the day first.
 
-    False for a record shorter than one day, and if a time is missing. `chunks` are its date-times in s since 1970, read
-    with the month first.
+    This is so if the record becomes shorter when day and month are exchanged. False for a record shorter than one day,
+    and if a time is missing. `chunks` are the date-times in s since 1970, read with the month first.
     """
     ends: list[Array] = []
     for seconds in chunks:

@@ -72,7 +72,10 @@ def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> li
 
 
 def motion_error(recording: Recording) -> InputError | None:
-    """`InputError` (not raised) if the recording moves and its longest quiet segment is under half of it; else None."""
+    """`InputError` (not raised) if the recording moves and its longest quiet segment is shorter than half of it.
+
+    None otherwise, and for recordings whose motion cannot be judged.
+    """
     motion = recording.motion
     if motion is None or not motion.mostly_moves:
         return None

@@ -49,9 +49,11 @@ CHUNK = 1 << 18
 
 
 def audit(recording: Recording) -> list[Finding]:
-    """List of findings about the time stamps and every column of a recording, without no-data markers and repeats.
+    """List of findings about the time stamps and every column of a recording.
 
-    The order: motion, findings that the recording already has, time stamps, columns, coarse covariates, a missing unit.
+    No-data markers and repeated samples are removed first. Of angles, the differences of neighboring samples are
+    checked. The order is: motion, earlier findings of the recording, time stamps, columns, coarse covariates, a missing
+    unit.
     """
     recording = recording.measured
     findings = list(stamp_findings(recording.stamps, recording.rate)) if recording.stamps else []
@@ -172,8 +174,9 @@ def _smallest_and_largest(x: NDArray[Any]) -> tuple[float, float]:
 def _missing_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over one `Finding` with the number of missing samples and their effect on the Allan deviation.
 
-    Empty without missing samples. If the deviation loses over half of its differences below an eighth of the record, this
-    is stated, and a decimation is advised that leaves at least 100 averages.
+    There is no finding without missing samples. The finding states if the deviation loses over half of its differences
+    at an averaging time below an eighth of the record. Then it also advises a decimation, if this leaves at least 100
+    averages.
     """
     missing = c.missing
     if missing:
@@ -272,9 +275,10 @@ def _stuck_findings(c: _Column) -> Iterator[Finding]:
 
 
 def _clipping_findings(c: _Column) -> Iterator[Finding]:
-    """Iterator over a `Finding` for each end of the range that is over three times as frequent as the value next to it.
+    """Iterator over a `Finding` for the lowest and for the highest value, if clipping of the range repeats this value.
 
-    At least 10 and at most half of the samples must have the extreme value, and at least 5 different values must occur.
+    The value must be over three times as frequent as the value next to it. At least 10 and at most half of the samples
+    must have the value. The first 10 000 samples must contain at least 5 different values.
     """
     for edge, name in ((c.low, "lowest"), (c.high, "highest")):
         at_edge = sum(int(np.count_nonzero(piece == edge)) for _, piece in c.pieces())
@@ -405,9 +409,9 @@ def _outlier_findings(c: _Column) -> Iterator[Finding]:
 def _smoothed_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` about values that were averaged or low-passed before they were logged.
 
-    Two things show this. The power above 3/8 of the sampling rate is at most a quarter of that in each lower octave. It
-    is also below a quarter of the power to which two neighboring octaves extrapolate. Empty for fewer than 4 complete
-    blocks of 512 samples.
+    The finding needs two conditions. The power above 3/8 of the sampling rate is at most a quarter of that in each lower
+    octave. The power of two neighboring lower octaves, extrapolated to this band, is more than four times as high.
+    Missing samples exclude their block of 512 samples. Without 4 complete blocks there is no finding.
     """
     blocks = c.spread[np.isfinite(c.spread).all(axis=1)]
     if blocks.shape[0] < 4 or blocks.shape[1] < 2**OCTAVES:
@@ -542,7 +546,8 @@ def _static_findings(c: _Column) -> Iterator[Finding]:
 def _remedy_for_loud_blocks(loud: NDArray[np.int64], span: float, blocks: Array, c: _Column) -> str:
     """Text of a remedy that names the longest segment without the `loud` blocks (indices), each `span` seconds long.
 
-    An empty text if that segment is shorter than a tenth of the record.
+    The segment also excludes the block after a loud one. The text is empty if the segment is shorter than a tenth of the
+    record.
     """
     count = blocks.shape[0]
     quiet = np.setdiff1d(np.arange(count), loud)

@@ -94,9 +94,10 @@ def _curve_on_grid(values: Array, grid: Array, code: Array, step: float) -> Arra
     edge_place, edge_value = np.empty(0), np.empty(0)
 
     def beyond_codes(curve: Array) -> Array:
-        """Array of how far each point of `curve` is beyond the half step around its code, in steps; negative inside.
+        """Array of how far each point of `curve` is beyond the half step around its logged (rounded) value, in steps.
 
-        Within two grid points of a change of code, where the code is uncertain, 1.5 steps count as inside instead of 0.5.
+        Points inside of the half step are negative. Within two grid points of a change of the logged value, which is
+        uncertain there, 1.5 steps count as inside instead of 0.5.
         """
         beyond: Array = np.abs(curve - code) / step - 0.5
         beyond[near] -= 1.0

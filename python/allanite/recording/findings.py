@@ -213,7 +213,10 @@ def _spacing_findings(stamps: Stamps, *, shared: bool) -> Iterator[Finding]:
 
 
 def _gap_findings(stamps: Stamps) -> Iterator[Finding]:
-    """Iterator over one `Finding` about the gaps of the segment used, without those where time runs back; often empty."""
+    """Iterator over at most one `Finding` about missing samples (gaps) in the used segment of a log.
+
+    Places where time runs back are not counted. The finding says "irregular sampling" if gaps are very frequent.
+    """
     gaps = [gap for gap in stamps.gaps_in_segment if gap[0] not in {row for row, _ in stamps.seams}]
     if gaps:
         row, longest = max(gaps, key=lambda gap: gap[1])

@@ -63,9 +63,9 @@ def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
 
 
 def _without_repeats(recording: Recording) -> Recording:
-    """`Recording` without repeated rows, at the rate of the sensor, with a finding that says so.
+    """`Recording` without repeated rows, at the rate of the sensor, with a finding about the removal.
 
-    The same object without repeated rows, and for increments and angles.
+    The recording itself is returned if it has no repeated rows, and for increments and angles.
     """
     # Increments and angles of a held rate do not repeat, so they are not changed.
     if recording.quantity != "rate":

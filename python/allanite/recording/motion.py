@@ -246,7 +246,10 @@ class _Averages:
 
     @classmethod
     def of(cls, x: Array, rate: float, seconds: float) -> _Averages:
-        """`_Averages`: changes between averages over `seconds` of samples `x` in SI units, at `rate` in Hz."""
+        """`_Averages` of one column: changes between averages over `seconds`, and of shorter averages.
+
+        `x` are its samples in SI units, `rate` is in Hz. An average has at least one sample.
+        """
         m = max(1, round(seconds * rate))
         short = min(max(1, round(NOISE_AVERAGING_TIME * rate)), m)
         return cls(x.size, m, short, _absolute_changes(x, m), _absolute_changes(x, short, order=2))
@@ -254,10 +257,11 @@ class _Averages:
     def activity(
         self, limit: float, length: int, windows: int, *, without_white: bool = False
     ) -> _Activity:
-        """`_Activity`: standard deviation of the averages in each of `windows`, compared with limits.
+        """`_Activity`: how much the averages change in each of `windows`, compared with the limits of a sensor at rest.
 
-        It is measured by the changes within `length` samples. `limit` is the value that no sensor at rest exceeds, SI
-        units. With `without_white` the limit is halved, if shorter averages measure the white noise.
+        The activity of a window is the standard deviation of the averages, from their changes within `length` samples.
+        `limit` is the largest activity of a sensor at rest, in SI units. White noise raises the limit. With
+        `without_white`, `limit` is halved if shorter averages measure the white noise.
         """
         found = _activity_per_window(self.changes, self.m, length, windows)
         white = _white_noise_activity(self.bends, self.m, self.short, length, windows)
@@ -363,7 +367,10 @@ def _sway_per_window(recording: Recording, kinds: list[str]) -> Array:
 
 
 def _window_samples(recording: Recording) -> int:
-    """Number of samples per window: 25 averages of 0.2 s, at most a tenth of the record, at least 16 samples and 4 s."""
+    """Number of samples per window for the detection of motion: 25 averages of 0.2 s, at most a tenth of the record.
+
+    If that is below 16 samples or 4 s, the window has 16 samples or 4 s, whichever is longer.
+    """
     length = WINDOW_AVERAGES * max(1, round(AVERAGING_TIME * recording.rate))
     return max(min(length, recording.n // 10), 4 * max(1, round(recording.rate)), 16)
 

@@ -273,7 +273,7 @@ class Recording(Record):
 
     @property
     def gaps(self) -> int:
-        """Number of runs of rows in which a sample is missing."""
+        """Number of gaps: runs of consecutive rows in which at least one column lacks its sample."""
         holes = self._missing_rows()
         return int(holes[0]) + int(np.count_nonzero(holes[1:] & ~holes[:-1])) if holes.size else 0
 
@@ -286,7 +286,10 @@ class Recording(Record):
 
     @property
     def audit(self) -> list[Finding]:
-        """New list of `Finding` about the data; computed at the first access and cached. Nothing is repaired."""
+        """List of `Finding` about the data; nothing is repaired.
+
+        The findings are computed at the first access. Each access returns a new list of them.
+        """
         if self._audit is None:
             from allanite.recording.audit import audit
 
@@ -569,9 +572,10 @@ def _unit_names(unit: Any) -> tuple[str, ...]:
 
 
 def recording_of_fields(state: Mapping[str, Any]) -> Recording:
-    """`Recording` from a mapping of all field names of `Recording` to their values, without checks.
+    """`Recording` with given values of its fields, unchecked; cached results such as the audit are not yet computed.
 
-    The arrays of samples and covariates become read-only. `state` has no cached results, such as the audit.
+    `state` maps the name of every field to its value. It must not contain the cached fields. The arrays of samples and
+    covariates become read-only.
     """
     recording = object.__new__(Recording)
     found = with_aligned_arrays(dict(state))

@@ -47,7 +47,7 @@ class Polling:
 
     @property
     def share(self) -> float:
-        """Share of samples that repeat the previous one."""
+        """Fraction (0 to 1) of the samples that repeat the previous sample."""
         return 1.0 - float(np.mean(self.kept))
 
     @property

@@ -39,7 +39,10 @@ def _storage_error(levels: Array, single: bool) -> float:
 
 
 def _distinct_levels(levels: Array, noise: float) -> Array:
-    """Array of the ascending values without those at most 4 `noise` above the previous value."""
+    """Array of the ascending `levels` that are more than 4 `noise` above the previous level; the first is always kept.
+
+    The previous level is that of the input, even if it is itself removed.
+    """
     return levels[np.concatenate(([True], np.diff(levels) > 4 * noise))]
 
 

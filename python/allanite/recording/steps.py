@@ -263,10 +263,11 @@ class Steps:
     # -- stamps of single samples -----------------------------------------------------------------
 
     def _set_gaps_of_single_stamps(self) -> None:
-        """Set `usual`, `lost`, `gaps`, `counts` and `times`, for stamps that each belong to one sample.
+        """Set `usual`, `lost`, `gaps`, `counts` and `times`, for stamps that each belong to one sample; returns None.
 
-        Steps over 1.5 intervals are gaps. If more than 5 % of the steps are that long, and not by whole samples, gaps
-        cannot be told from jitter. Then `lost` becomes True, and only steps over 20 intervals are gaps.
+        Steps over 1.5 usual intervals are gaps. Gaps cannot be told from jitter if more than 5 % of the steps are that
+        long, and not by whole samples. Then `lost` becomes True, and only steps over 20 usual intervals and 20 mean
+        steps are gaps. The same holds if `lost` was already True.
         """
         steps = self.clean
         for _ in range(3):
@@ -294,9 +295,11 @@ class Steps:
         self._count_missing(late)
 
     def _is_delay_caught_up(self, late: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Mask of shape (late,): True if later stamps make up for the long step after a row, so that no sample is missing.
+        """Mask, shape of `late`: True if the samples after a long step came late, so that none is missing.
 
-        The smallest delay behind evenly spaced stamps is compared, among 1024 stamps before the step and 1024 after it.
+        `late` are the indices of the long steps. The delays of stamps behind evenly spaced ones are compared: the
+        smallest among 1024 stamps before the step, and among 1024 after it. True if the smallest delay grows by less
+        than half of the step.
         """
         steps = self.clean
         step = (float(steps.sum()) - float(steps[late].sum())) / max(steps.size - late.size, 1)

@@ -249,8 +249,9 @@ class StampSums:
 def _interval_drift(steps: Array, jitter: float, resolution: float) -> tuple[float, int]:
     """Tuple (drift, index): relative change of the interval over the record, and where it changes most.
 
-    `drift` is the largest mean of 16 parts of `steps` over the smallest, less 1; 0 if within jitter. The index among
-    the steps is −1 unless `drift` exceeds 2 %.
+    `steps` are divided into 16 equal parts. `drift` is the largest mean of a part over the smallest mean, minus 1. It is
+    0 below 5·10⁻⁵, within the jitter, and for fewer than 800 steps. `index` is the index of the step at which the mean
+    changes most; it is −1 unless `drift` exceeds 2 %.
     """
     blocks = 16
     length = steps.size // blocks

@@ -42,10 +42,10 @@ def fill_missing(x: Array) -> Array:
 def _fill_by_mirror_images(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) -> Array:
     """Copy of `x` in which each missing run `starts` … `ends` − 1 is filled by mirror images of both sides.
 
-    A run of k samples uses the mean of k samples on each side. The filled values are the line between the two means, plus
-    the mirrored deviations of both sides from these means. The squares of their weights sum to 1. The filled run has the
-    noise level of its surroundings at all frequencies and joins its neighbors without a step. If one mirror image has a
-    missing sample, only the other one is used.
+    A run of k samples uses the mean of k samples on each side. The filled values are the line between the two means,
+    plus the mirrored deviations of both sides from these means. The squares of the weights of both sides sum to 1. The
+    filled run has the noise level of its surroundings at all frequencies and joins its neighbors without a step. If one
+    mirror image lacks a sample, only the other one is used; if both lack it, only the line.
     """
     sizes = ends - starts
     total = np.concatenate([[0.0], np.cumsum(np.where(bad, 0.0, x))])

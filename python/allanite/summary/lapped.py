@@ -86,9 +86,10 @@ def _fold_at_border(zones: Array) -> tuple[Array, Array]:
 
 
 def segments(x: Array) -> Array:
-    """Coefficients of the lapped transform of consecutive segments, shape (segments, SEGMENT).
+    """Coefficients of the lapped transform of consecutive segments of `SEGMENT` samples, shape (segments, SEGMENT).
 
-    `x` has `SEGMENT`/2 samples more than these segments at each end.
+    Neighboring segments overlap. `x` therefore has `SEGMENT`/2 further samples before the first and after the last
+    segment.
     """
     return kernel().segments(np.ascontiguousarray(x)).reshape(-1, SEGMENT)
 

@@ -318,7 +318,10 @@ def add_bands(to: Level | Octave, tile: int, power: Array, frames: float) -> Non
 
 
 def band_sums(power: Array) -> Array:
-    """Sums of the power of an octave over each of its `FINE` bands, shape (FINE,)."""
+    """Sums of the power of an octave (1-D array of its coefficients) over each of its `FINE` bands, shape (FINE,).
+
+    The bands are consecutive, with equal numbers of coefficients up to rounding.
+    """
     return np.add.reduceat(power, [power.size * band // FINE for band in range(FINE)])
 
 

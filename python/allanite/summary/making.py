@@ -139,8 +139,8 @@ def _batches_of_rows(
 ) -> Iterator[list[NDArray[Any]]]:
     """Iterator over lists of one array per column and covariate, each list with the next rows of the tables.
 
-    Each list has the same number of rows, except the last: 2¹⁹ samples in all, but at least 2¹⁸ rows. If the tables lie in
-    the file mapping `mapped`, its memory is released after use.
+    The arrays of a list have the same number of rows: 2¹⁹ divided by the number of columns and covariates, at least 2¹⁸.
+    The last list may have fewer rows. If the tables lie in the file mapping `mapped`, its memory is released after use.
     """
     seen, count = 0, tables[0].shape[1]
     step = max(MIN_ROWS_AT_ONCE, SAMPLES_AT_ONCE // sum(map(len, tables)))

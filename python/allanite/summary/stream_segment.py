@@ -151,7 +151,10 @@ class StreamSegment:
         )
 
     def update(self, columns: list[NDArray[Any]]) -> None:
-        """Append the samples that follow, one array for each column and covariate, in place."""
+        """Append the next samples to the segment, in place.
+
+        `columns` are arrays of equal length, one for each column and then one for each covariate.
+        """
         for task in self.tasks(columns):
             task()
 

@@ -106,7 +106,7 @@ class Summary(Record):
 
     @property
     def missing(self) -> int:
-        """Number of missing samples of the first column, with the samples between the segments."""
+        """Number of missing samples of the first column, including all samples between the segments of the summary."""
         return self.n - self.extremes.count
 
     @property
@@ -267,9 +267,10 @@ class Summary(Record):
 
     @property
     def covariates(self) -> dict[str, Array]:
-        """Dict from the name of each covariate to its samples at the rate of the kept samples of the first column.
+        """Dict from the name of each covariate to its samples at a reduced rate.
 
-        Empty without covariates.
+        The rate is the sampling rate divided by 2^k, where k is the number of octaves of the first column. Empty without
+        covariates.
         """
         return self.low_rate(len(self.column(0).reading().octaves)) if self.covariates_named else {}
 

@@ -150,9 +150,9 @@ def read_up_to_v72(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are
 
 
 def _numeric_arrays(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Yield (name, array) of a real numeric array, or of each one in a structure, as ``structure.field``.
+    """Yield (name, array) of a real numeric array, or of each one inside a structure, named ``structure.field``.
 
-    Numbers are arrays without dimensions. Other values yield nothing.
+    A single number becomes an array of shape (). Truth values count as numbers. Other values yield nothing.
     """
     from scipy.io.matlab import mat_struct
 

@@ -42,10 +42,11 @@ def first_lines(head: bytes) -> list[str]:
 def chosen_source(
     counts: Mapping[str, int], topics: Sequence[str], what: str
 ) -> tuple[str, list[str]]:
-    """Pair: name of the source to read from a log of several clocks, and list of notes that name the others.
+    """Tuple (name, notes): the source to read from a log of several clocks, and a list of at most one note on the others.
 
-    It is the one with most rows (`counts`), or the one in `topics`. Raises `InputError` for several topics or an unknown
-    one; `what` is the noun of the message.
+    The source is the one in `topics`. Without a topic, it is the source with most rows (`counts`), the first one if
+    equal. `what` is the noun of the messages, such as ``"peer"``. Raises `InputError` for several topics or an unknown
+    one.
     """
     listed = ", ".join(f"{plain(name)} ({n} rows)" for name, n in counts.items())
     if len(topics) > 1 or any(name not in counts for name in topics):

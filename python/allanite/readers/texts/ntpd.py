@@ -56,7 +56,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     Raises
     ------
     InputError
-        A row has another format, or there is no peer in `topics`.
+        A row has another format, the peer in `topics` does not occur, or several topics are given.
     """
     rows: dict[str, list[tuple[float, float, float]]] = {}
     form = _LOOP if _LOOP.match(next(numbered_lines(path), (0, ""))[1]) else _PEER

@@ -68,7 +68,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     Raises
     ------
     InputError
-        There is text among the values, or a line has other labels than the lines before.
+        There is text among the values. A line after the first labeled one has no labels or other labels. The numbers of
+        time stamps and of rows differ.
     """
     lines = [line.strip() for line in text_lines(path)]
     stamps = [STAMP.match(line) for line in lines]

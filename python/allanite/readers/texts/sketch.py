@@ -71,11 +71,12 @@ def _line_match(line: str) -> re.Match[str] | None:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of the output of a sensor library's example: one sample from each group of lines.
+    """`Table` of the output of a sensor library's example, which prints each sample as a group of lines.
 
-    Every group begins with the sensor of the first line. The time stamp of the terminal at the beginning of a line is the
-    time if all groups have one. It states when the line arrived. An incomplete last group is left out. `pick` is not used:
-    all these columns are read.
+    A line names one sensor (such as the accelerometer) with its values. A new group begins with every line of the sensor
+    that came first in the log. An incomplete last group is left out. If all groups begin with a time stamp of the
+    terminal, these stamps are the time. They state when the line arrived. `pick` is not used: all these columns are
+    read.
 
     Raises
     ------

@@ -30,16 +30,18 @@ FIELDS |= {"T": ("temperature", "degC")}
 
 @isolated("pymavlink", 1.4, ["pymavlink.DFReader"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
-    """`Table` of an ArduPilot log: messages of the topic, or of the first instance of ``IMU``, or else ``GYR``, ``ACC``, ….
+    """`Table` of one kind and instance of messages of an ArduPilot log: of the topic, or else the first inertial kind.
 
-    The topic ``IMU.1`` is the second instance. With ``GYR``, the attribute `others` of the table names the accelerometer's
-    messages. A note names the messages not read. Without a topic, only inertial fields and temperature are columns. `pick`
-    is not used: all these columns are read.
+    The topic ``IMU.1`` is the second instance of ``IMU``. Without a topic, the kind is ``IMU`` if logged, or else
+    ``GYR``, ``ACC``, …. Then only inertial fields and the temperature are columns. If ``GYR`` is read without a topic,
+    the attribute `others` of the table names the accelerometer's messages of the same instance. A note names the other
+    inertial messages, or with a topic the other instances. `pick` is not used.
 
     Raises
     ------
     InputError
-        The file is no DataFlash log, has no inertial message, or several topics are given.
+        The file is no DataFlash log, has no inertial message or no message of the topic, or the messages have no time.
+        Also for several topics.
     """
     if not head_of(path).startswith(b"\xa3\x95"):
         raise InputError("not an ArduPilot log: no message at its start")
@@ -131,9 +133,10 @@ def _number_or_nan(value: Any) -> float:
 def _chosen_messages(
     rows: dict[tuple[str, int], list[tuple[float, ...]]], topics: Sequence[str]
 ) -> tuple[str, int] | None:
-    """Tuple (kind, instance) of the messages of the first topic, or of the first kind in `TOPICS` that was logged.
+    """Tuple (kind, instance) of the messages to read: those of the first topic, or the first logged kind in `TOPICS`.
 
-    None if `rows` has no such messages.
+    Without a number in the topic, the instance is 0. Without a topic, the instance is the lowest. None if `rows` has no
+    such messages.
     """
     if topics:
         kind, _, at = topics[0].partition(".")
