@@ -371,10 +371,10 @@ def _unit_names(columns: Sequence[Recording], boards: int) -> list[str]:
 
 
 def _averaging_times(fits: Sequence[Fit]) -> Array:
-    """Array of averaging times an octave apart, s, shape (k,), k ≥ 1.
+    """Array of averaging times, s, each twice the one before, shape (k,), k ≥ 1.
 
-    The first is the longest sampling interval. The shortest record has at least `MIN_AVERAGES` averages at the last,
-    unless there is only one.
+    The first is the longest sampling interval of all fits. At the last, the shortest record has at least 50 averages,
+    unless only the first remains.
     """
     rate = min(fit.recording.rate for fit in fits)
     longest = min(fit.recording.duration for fit in fits) / MIN_AVERAGES

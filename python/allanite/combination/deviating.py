@@ -91,12 +91,13 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
 def _test_of_unit(
     levels: Array, variances: Array, place: int, compared: list[int]
 ) -> tuple[float, float]:
-    """Pair (two-sided p-value, difference in ln power) of the unit `place` against the mean of the other `compared` units.
+    """Pair: two-sided p-value, and difference in ln power, of a unit against the mean of other units.
 
-    `levels` and `variances`, shape (units, octaves), are ln power and its variance. Octaves are averaged, weighted by
-    their inverse variances. The ratio of both powers is tested by an F distribution with degrees of freedom that match
-    the variances. Since the spread between units is estimated, the normal score of this test is judged by Student's t
-    distribution, with degrees of freedom by Satterthwaite (1946).
+    `place` is the index of the unit; the others are those in `compared`. `levels` and `variances`, shape (units, octaves),
+    are ln power and its variance. Octaves are averaged, weighted by their inverse variances. The ratio of both powers is
+    tested by an F distribution with degrees of freedom that match the variances. The spread between units is estimated
+    from these units and a typical spread. Therefore the normal score of the test is judged by Student's t distribution,
+    with degrees of freedom by Satterthwaite (1946).
     """
     from scipy.special import digamma, fdtr, fdtrc, ndtri, stdtr
 
@@ -124,10 +125,11 @@ def _test_of_unit(
 
 
 def _octave_levels(fits: Sequence[Fit]) -> tuple[Array, Array, Array]:
-    """Tuple (edges of octaves; ln of the power of each unit over the first unit's model; variance of this ln).
+    """Tuple (edges, levels, variances) of the octaves of frequency that all units have in common.
 
-    The edges, in Hz and ascending, have the shape (octaves + 1,), the other two arrays (units, octaves). The octaves
-    begin with the lowest in which every unit has 8 ordinates, or with the lowest of all if there is none.
+    A level is the ln of a unit's measured power over the power that the first unit's model expects. Levels and their
+    variances have the shape (units, octaves). The edges are in Hz, ascending, shape (octaves + 1,). The octaves begin
+    with the lowest in which every unit has 8 ordinates, or with the lowest of all if there is none.
     """
     from scipy.special import digamma, polygamma
 

@@ -145,7 +145,7 @@ def _range_text(low: float, high: float, unit: str) -> str:
 
 
 def criticise(fit: Fit, whitened: Whitened) -> Where:
-    """`Where` of a fit: residuals over τ, frequency and time, and the interval of each view in which the fit fails most."""
+    """`Where`: residuals of a fit over τ, over frequency and over time, and the interval of each with the worst misfit."""
     times = time_map(fit.data, whitened)
     return Where(
         over_tau.rows(fit.curve),

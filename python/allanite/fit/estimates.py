@@ -254,9 +254,10 @@ def has_interval(value: Any) -> bool:
 
 
 def _extended_to_lowest(value: Estimate, effect: Effect, data: Data) -> Estimate:
-    """`Estimate` of a shape; its interval starts at the lowest possible value if the fit ended at the search limit.
+    """`Estimate` of a shape, with a wider interval and no standard error if the fit ended at the lower end of the search.
 
-    Such an estimate has no standard error. Otherwise, and for narrow bands fitted to single ordinates, it is unchanged.
+    The interval then starts at the lowest possible value of the shape. In all other cases the estimate is unchanged, also
+    without an interval, and for narrow bands fitted to single ordinates.
     """
     low = effect.parameter(value.name).low
     # Exponents are searched down to their lowest value, positive shapes down to half of the lowest grid value.

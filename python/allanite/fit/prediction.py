@@ -171,7 +171,10 @@ def _std_error(losses: Array) -> float:
 
 
 def _regressed_freedom(bins: Bins, solution: Solution) -> Array:
-    """Array of the degrees of freedom that the regression used in each fold of each bin, shape (FOLDS, bins)."""
+    """Array of the degrees of freedom that the fitted amplitudes use in each fold of each bin, shape (5, bins).
+
+    These are sums of leverages. A fold is one of five interleaved sets of ordinates, for cross-validation.
+    """
     used = np.zeros((FOLDS, bins.count.size))
     place = np.searchsorted(bins.edges, solution.regressed_ordinates, side="right") - 1
     np.add.at(used, (solution.regressed_ordinates % FOLDS, place), solution.leverage)

@@ -112,7 +112,10 @@ class Fit:
 
     @cached_property
     def estimates_of_last(self) -> dict[str, Any]:
-        """Dict as in `estimates` of the last effect of the model. Faster than `estimates` if these are not known yet."""
+        """Dict of the last effect of the model, from parameter name to `Estimate` (or a plain value), as in `estimates`.
+
+        The dict equals ``estimates[-1]``. If `estimates` is not cached yet, only this effect is computed.
+        """
         if self.given is not None or "estimates" in self.__dict__:
             return self.estimates[-1]
         s, recording = self.solution, self.recording
@@ -136,7 +139,10 @@ class Fit:
 
     @cached_property
     def z(self) -> Array:
-        """Array of the standard normal scores of the spectral bins, shape (bins,), positive above the model."""
+        """Array of the standard normal scores of the spectral bins, shape (bins,).
+
+        A score is positive where the measured power exceeds the model.
+        """
         s = self.solution
         return normal_scores(s.power, s.count, s.spectrum)
 
@@ -420,7 +426,7 @@ class Fit:
     ) -> Iterator[Recording]:
         """Iterator over simulated recordings of `size` consecutive samples.
 
-        For `options` see `Model.simulate_chunks`.
+        For `options` see `Model.simulate_chunks`. Rate and unit are those of the fitted recording unless given.
         """
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
@@ -541,7 +547,7 @@ class Fit:
         return f"Fit({self.recording.columns[0]}, {self.method}: {self.model})"
 
     def _repr_html_(self) -> str:
-        """HTML table for notebooks."""
+        """HTML text for notebooks: table of the parameters with their 95 % intervals, and a line on the misfit."""
         from allanite.common.showing import html_list, html_table
         from allanite.fit.table import method_text, misfit_line, parameter_rows
 

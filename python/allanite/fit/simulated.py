@@ -131,7 +131,10 @@ def simulate_check(
     gaps = bool(missing.any())
 
     def replicate(number: int) -> tuple[float, dict[str, float]]:
-        """Pair: χ² and dict of parameter values of the refit of a record simulated with stream `number`."""
+        """Pair: χ² of the misfit, and dict of parameter values, of a fit to one simulated record.
+
+        `number` selects the random numbers of the record. Missing samples of the real record are missing here, too.
+        """
         # Stream 0 of a seed is used by `fit.simulate(seed=…)`.
         twin = simulate(
             fit.model,

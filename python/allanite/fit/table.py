@@ -45,7 +45,8 @@ def method_text(fit: Fit) -> str:
 def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
     """List of table rows (effect, parameter, value, 95 % interval) of all parameters that have a value, as text.
 
-    The effect is named in its first row only.
+    The effect is named in its first row only. For a parameter that the fit kept, ``held`` or ``at its limit`` replaces
+    the interval.
     """
     rows = []
     for effect, values in zip(fit.model.effects, fit.estimates, strict=True):
@@ -93,10 +94,11 @@ def estimate_cell(estimate: Estimate) -> str:
 
 
 def _cells(value: Any, column: str | None) -> tuple[str, str]:
-    """Pair of texts: value and 95 % interval of a parameter; the interval is empty if there is none.
+    """Pair of texts: value and 95 % interval of a parameter. The interval is "" if there is none.
 
-    ("not detected", upper limit) or ("not present", "") for parameters that are not detected. `column` is the followed
-    column.
+    A parameter that is not detected gives ("not detected", "< " and the upper limit), or ("not present", "") without an
+    interval. A value that is no `Estimate` is shown as it is. `column` is the logged column that the effect follows, for
+    the unit, or None.
     """
     if not isinstance(value, Estimate):
         return str(value), ""

@@ -110,10 +110,10 @@ class Bins:
 
 @lru_cache(maxsize=1)
 def _endless_bins() -> tuple[list[int], list[int]]:
-    """Pair of lists: first ordinate of each bin, from 1 to above 2⁵³, and index of the first bin of each cell; cached.
+    """Pair of lists: first ordinate of each bin, from 1 to at least 2⁵³, and index of the first bin of each cell; cached.
 
-    Cells divide the ordinates (coefficients of the cosine transform) into 24 intervals per decade of frequency, or into
-    single ordinates at the lowest. Each cell is divided into up to 8 bins of at least 32 ordinates.
+    Ordinates are coefficients of the cosine transform. Cells divide them into 24 intervals per decade of frequency. At
+    the lowest frequencies a cell is a single ordinate. Each cell is divided into up to 8 bins of at least 32 ordinates.
     """
     edges, cells = [1], []
     while edges[-1] < 2**53:
@@ -135,8 +135,8 @@ def cells_of(bins: int) -> list[int]:
 def _node_positions(count: int, wide: bool) -> Array:
     """Array of the positions of `count` nodes in a bin, as fractions 0 to 1 of its width, shape (count,); cached.
 
-    The mean of a model over a bin is its mean at these nodes. In a `wide` bin an even number of nodes are pairs of the
-    two-point Gauss-Legendre rule; otherwise nodes are evenly spaced.
+    The mean of a model over a bin is its mean at these nodes. The nodes are evenly spaced. In a `wide` bin with an even
+    `count`, they are instead pairs of the two-point Gauss-Legendre rule.
     """
     even = (np.arange(count) + 0.5) / count
     if count % 2 or not wide:

@@ -110,9 +110,9 @@ class _TestInversion:
     def probability_below(self, t: float, bounded: bool = True) -> float:
         """Probability that a record yields a smaller estimate than the measured one, if t is the true squared coefficient.
 
-        The other coefficients are fitted for this t and stored in `trial`. With `bounded`, those fitted as 0 are fixed at
-        0. If such an effect is present in truth, an upper limit is conservative and a lower limit too high. The
-        probability is 1 if all coefficients are fitted as 0.
+        The other squared coefficients are fitted for this t and stored in `trial`. If all, including t, are 0, the
+        probability is 1 and nothing is stored. With `bounded`, others that are fitted as 0 count as known to be 0. If such
+        an effect is present in truth, an upper limit is conservative, but a lower limit is too high.
         """
         columns, trial = self.mixtures.columns, self._fitted(t)
         if not trial.any():
@@ -136,7 +136,7 @@ class _TestInversion:
     def limit_at(self, inside: float, outside: float, probability: float) -> float:
         """Squared coefficient between `inside` and `outside` at which `probability_below` equals `probability`.
 
-        `outside` if there is none.
+        Returns `outside` if `probability_below` does not cross `probability` between the two.
         """
         from scipy.optimize import brentq
         from scipy.special import ndtri

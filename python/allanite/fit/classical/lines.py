@@ -159,7 +159,7 @@ def _read(
     name, slope, where = line.name, line.slope, line.read_at
 
     def absent(reason: str) -> LineReading:
-        """`LineReading` of a line that is not present, for this reason."""
+        """`LineReading` that the line is not present, with the text `reason` and no value."""
         return LineReading(name, slope, where, present=False, reason=reason)
 
     expected, covariance = _kernels.allan_covariance([(line.scatter, [1.0])], n, m)

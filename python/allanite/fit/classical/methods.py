@@ -139,8 +139,9 @@ def _cell(name: str, estimate: Estimate | None) -> str:
 def compare_methods(fit: Fit) -> MethodTable:
     """`MethodTable` of the coefficients of a fit by the Whittle likelihood, GLS and straight lines.
 
-    See `Fit.compare_methods`. GLS is omitted if it cannot be used, e.g. with held values. Effects without a coefficient
-    have no row. The last rows are straight lines found on the Allan curve for which the model has no effect.
+    See `Fit.compare_methods`. A fit by another method is first repeated by the Whittle likelihood. GLS is omitted if it
+    cannot be used, e.g. with held values. Effects without a coefficient have no row. The last rows are straight lines
+    found on the Allan curve for which the model has no effect.
     """
     from allanite.fit import fit_model
 

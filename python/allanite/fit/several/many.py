@@ -296,7 +296,10 @@ def _pooled_by_likelihood(
     p_value = float(chdtrc(len(fits) - 1, max(2.0 * least, 0.0)))
 
     def loss_above_limit(root: float) -> float:
-        """Total loss of logL if all recordings have the coefficient `root`, minus that at a 95 % limit, nats."""
+        """Loss of the total logL if all recordings have the coefficient `root`, minus the loss at a 95 % limit, nats.
+
+        It is 0 at both ends of the 95 % interval, and negative between them.
+        """
         return total(root) - least - HALF_CHI2_95
 
     outside = 2.0 * top
@@ -383,10 +386,10 @@ def _random_effects_mean(
 
 
 def pooled_by_errors(name: str, estimates: list[Estimate]) -> Pooled:
-    """`Pooled` parameter by standard errors, in logarithms if all estimates are detected and positive.
+    """`Pooled` parameter: mean of the estimates, weighted by their inverse squared standard errors.
 
-    The value is the mean weighted by precision, with the p-value of a χ² test of agreement; below 5 %, `_pooled` may
-    replace it by the random-effects mean.
+    Logarithms are averaged if all estimates are detected, positive and have a standard error; otherwise the values. The
+    p-value is that of a χ² test of agreement. Below 5 %, `_pooled` may use the random-effects mean instead.
     """
     from scipy.special import chdtrc
 

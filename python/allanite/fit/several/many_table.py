@@ -62,10 +62,10 @@ def _common_estimate(fit: Fit, row: Pooled) -> Estimate:
 
 
 def comparable_parameters(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
-    """List of a dict for each fit: parameters with an interval, by their names in the first fit.
+    """List of a dict for each fit: estimates with an interval, by their names in the first fit.
 
-    One-time events and phases of lines are excluded: they belong to one record. Several effects of a kind are matched
-    by their order in frequency or time constant, because each fit puts its strongest first.
+    Derived parameters, times, phases and effects that happen once are excluded. Several effects of a kind are matched by
+    their order in frequency or time constant, because each fit puts its strongest first.
     """
     labels, order = fits[0].model.labels, _ranked(fits[0].model)
     out = []
@@ -92,7 +92,10 @@ def _ranked(model: Model) -> list[int]:
     """List of the indices of the effects sorted by kind and, within a kind, by their first free shape."""
 
     def rank(place: int) -> tuple[str, float]:
-        """Pair (kind, first free shape) of an effect, a sort key."""
+        """Sort key (kind, first free shape) of the effect at index `place`.
+
+        The number is 0 without a free shape, or if this shape is unknown or a text.
+        """
         effect = model.effects[place]
         shapes = [effect.values[name] for name in effect.free_shapes]
         number = shapes[0] if shapes and isinstance(shapes[0], (int, float)) else 0.0

@@ -143,10 +143,11 @@ def comb_gains(
     variance: Array,
     data: Data,
 ) -> Array:
-    """Array of the ΔlogL of a line with its harmonics at each of many frequencies, shape (f,).
+    """Array of the ΔlogL of a line with its harmonics, for each base frequency in `frequency` (Hz), shape (f,).
 
-    The lines have the frequencies `multiples` × `frequency`, Hz. Their amplitudes are regressed on the ordinates
-    `values` with indices j and the noise `variance`.
+    The lines have the frequencies `multiples` × base frequency. All their sine and cosine amplitudes are fitted together
+    by weighted least squares. `values` are the data: cosine-transform coefficients with the indices j, whose noise has
+    the given `variance`.
     """
     root = 1.0 / np.sqrt(variance)
     white = comb_ordinates(frequency, multiples, j, data) * root[:, None]
@@ -201,7 +202,10 @@ def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> Ar
 def residual_ordinates_at(
     effects: Sequence[Deterministic], j: NDArray[np.int64], data: Data
 ) -> Array:
-    """Array of the ordinates j of the record minus those of known functions of time with values, shape (k,)."""
+    """Array of the cosine-transform coefficients with indices j of the record minus the `effects`, shape (k,).
+
+    The effects are known functions of time that have values for all parameters.
+    """
     left = data.ordinates[j]
     for effect in effects:
         left = left - regressors_at(effect, j, data) @ effect.amplitudes()
@@ -209,9 +213,10 @@ def residual_ordinates_at(
 
 
 def regress(matrix: Array, values: Array, variance: Array) -> Regression:
-    """`Regression` of ordinates `values` on the columns of `matrix`, weighted by 1/`variance`.
+    """`Regression`: least-squares fit of the columns of `matrix` to `values`, with the weights 1/`variance`.
 
-    Its gain is ½ bᵀA⁻¹b, with the normal equations A and their right side b.
+    `values` are cosine-transform coefficients. The gain, ΔlogL, is ½ bᵀA⁻¹b for the normal equations A x = b. Nearly
+    dependent directions of A are omitted, as in a pseudo-inverse.
     """
     root = 1.0 / np.sqrt(variance)
     white = matrix * root[:, None]

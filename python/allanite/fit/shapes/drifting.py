@@ -123,7 +123,10 @@ class Band:
 
     @property
     def _sections(self) -> int:
-        """Number of equal time sections of the series, of some 1024 values or fewer: a power of two, at least 16."""
+        """Number of equal time sections into which the series is divided: a power of two, at least 16.
+
+        Each section has about 1024 values or fewer.
+        """
         return max(MIN_SECTIONS, 1 << (self.series.size // MAX_SECTION_VALUES - 1).bit_length())
 
     def _courses(self) -> list[tuple[int, float]]:
@@ -142,11 +145,10 @@ class Band:
         return [(int(places[at]) * number // 2, float(number * (at - max_steps))) for at in best]
 
     def _best_near_course(self, place: int, drift: float) -> tuple[float, float, float]:
-        """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line near a course.
+        """Tuple (frequency at mid-record, drift, ΔlogL) of the best line near a course, in units as for `search`.
 
-        The course has the mid-record frequency `first` + `place` and the drift `drift`, in cycles
-        per record. The band is demodulated along the course, so that only a narrow band must be
-        searched.
+        A course is a line with the mid-record frequency `first` + `place` and the given `drift`, in cycles per record. The
+        drift of the course is removed by demodulation, so that only a narrow band around its frequency must be searched.
         """
         near = self._demodulated_along(place, drift)
         # Search drift rates up to the second neighboring course.

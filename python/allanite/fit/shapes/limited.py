@@ -48,10 +48,10 @@ def within_limits(model: Model, fit: Callable[[Model], Solution]) -> Solution:
 def _hold_until_inside(
     model: Model, held: Held, found: Solution, fit: Callable[[Model], Solution]
 ) -> tuple[Held, Solution]:
-    """Pair: parameters held at their limits, and the solution with them, in which no other parameter violates a limit.
+    """Pair (held, solution): values of the held parameters, and a solution in which no other parameter is beyond a limit.
 
-    Parameters beyond their limits are added to `held`, and the model is fitted again, until none is beyond. A parameter
-    that was fitted exactly at the end of its range is held without a new fit.
+    While the solution has parameters beyond their limits, these are added to `held` at the limit, and `fit` fits the model
+    again. If the fit reached all these limits exactly, the parameters are held without a new fit.
     """
     while beyond := _beyond_limits(found.model, held):
         held = {**held, **beyond}

@@ -59,7 +59,10 @@ def _cached_ordinates(effect: Deterministic, data: Data) -> Array:
     """
 
     def of_effect() -> Array:
-        """Array of the ordinates of the regressors of the effect, in closed form if there is one; ordinate 0 is then 0."""
+        """Array of the first cosine-transform coefficients of the effect's regressors, shape (regressors, coefficients).
+
+        At most `CACHED_ORDINATES` are kept. They have a closed form for some effects; the coefficient 0 is then set to 0.
+        """
         j = np.arange(1, min(data.n, CACHED_ORDINATES), dtype=np.int64)
         closed = effect.regressor_ordinates([effect], j, data.n, data.rate, data.start)
         if closed is not None:
@@ -74,7 +77,10 @@ def _cached_ordinates(effect: Deterministic, data: Data) -> Array:
         return data.lowest.get(part, lambda: lowest(part.series(data.time, data.covariates)))
 
     def lowest(series: Array) -> Array:
-        """Array of the first `CACHED_ORDINATES` ordinates (cosine-transform coefficients) of a series."""
+        """Array of the first `CACHED_ORDINATES` ordinates (cosine-transform coefficients) of a series.
+
+        If the effect follows a logged column and the record is long, they are computed from means of consecutive samples.
+        """
         if effect.follows is not None and data.samples.size >= 2 * COLUMN_MEANS:
             return _ordinates_of_means(series, data)
         return data.transform(series)[:CACHED_ORDINATES]
@@ -143,11 +149,11 @@ def matched_gains(
     data: Data,
     together_with: Sequence[Deterministic] = (),
 ) -> tuple[Array, Array]:
-    """Pair: ΔlogL (½z²) of each point, shape (points,), and unit vectors of whitened ordinates, (points, ordinates).
+    """Pair: ΔlogL of each point, shape (points,), and unit vectors of whitened ordinates, (points, ordinates).
 
-    A point is a slow function of time with shape values. `residual` are residual ordinates, shape (n,). The amplitudes
-    of the slow functions `together_with` are fitted together with each point, so that only the orthogonal part of a point
-    counts.
+    A point is a slow function of time with shape values; a unit vector is the direction of its best fit. `residual` are
+    the residual ordinates, shape (n,). The amplitudes of the slow functions `together_with` are fitted together with each
+    point, so that only the orthogonal part of a point counts. With one amplitude, ΔlogL is ½z².
     """
     j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))

@@ -101,7 +101,7 @@ class Window:
 
     @property
     def companion_shapes(self) -> tuple[str, ...]:
-        """Tuple of the names of the free shapes that place sidebands or harmonics of the band; may be empty."""
+        """Tuple of the names of the band's free shapes that belong to its sidebands or harmonics; may be empty."""
         return tuple(n for n in self.own.free_shapes if n in self.own.companions)
 
     def effect(self, x: Array) -> Stochastic:
@@ -186,7 +186,10 @@ class Window:
         )
 
     def _has_separate_peaks(self, x: Array) -> bool:
-        """True if the shapes of sidebands or harmonics are in their ranges and no two peaks overlap; True without them."""
+        """True if the shapes of sidebands or harmonics are in their ranges and no two peaks overlap.
+
+        All peaks must also lie between 0 Hz and half the sampling rate. True without such shapes.
+        """
         if not self.companion_shapes:
             return True
         declared = [self.own.parameter(name) for name in self.companion_shapes]
@@ -198,10 +201,11 @@ class Window:
         )
 
     def best_of_widths(self) -> Array:
-        """Array of the coordinates of the most likely of several bands, or of the model's own band (`start`) if likelier.
+        """Array of the coordinates of the most likely of several trial bands, or `start()` if that is likelier than all.
 
-        Half-widths of 1, 2, 4, … ordinates are tried, up to that of the widest narrow band. For each, it is the band with
-        the largest power relative to the other effects. `start` is returned, too, if these have no power somewhere.
+        The first coordinates are ln power, center in ordinates and ln half-width in ordinates. Half-widths of 1, 2, 4, …
+        ordinates are tried, up to that of the widest narrow band. Each trial band lies where the power, relative to that of
+        the other effects, is largest. `start()` is also returned if the other effects have no power at some ordinate.
         """
         if not np.all(self.other_power > 0.0):  # without other noise, no excess is defined
             return self.start()
@@ -359,7 +363,10 @@ def is_flat_near(model: Model, place: int, data: Data) -> bool:
 
 
 def _mean_density_of_bins(model: Model, near: NDArray[np.int64], data: Data) -> Array:
-    """Array of the mean density of the model in each of the bins `near`, repeated for each ordinate, shape (ordinates,)."""
+    """Array of the model's mean density in the bins with the indices `near`, shape (ordinates of these bins,).
+
+    The mean of a bin is repeated for each ordinate of the bin.
+    """
     return np.repeat(expected_power(model, data, data.ends_missing)[near], _sizes(near, data))
 
 
@@ -374,7 +381,7 @@ def _means(values: Array, sizes: NDArray[np.int64]) -> Array:
 
 
 def _overlap(one: Effect, other: Effect, data: Data) -> bool:
-    """True if peaks of two effects overlap, or if they are fitted to common bins."""
+    """True if a peak of one effect overlaps a peak of the other in frequency, or if both effects lie near a common bin."""
     if any(a[0] <= b[1] and b[0] <= a[1] for a in one.peaks for b in other.peaks):
         return True
     near, near_other = (bins_near(e, data.bins, data.rate) for e in (one, other))

@@ -130,13 +130,14 @@ def polish(
     *,
     roughly: bool = False,
 ) -> tuple[Model, Maximum]:
-    """Pair: model with locally optimized shapes at `places`, pairs (index of the effect, name), and its `Maximum`.
+    """Pair: model with locally optimized shapes, and its `Maximum`.
 
-    `best` is the maximum of `model` from which the optimization starts. Shapes of bands that are fitted to single
-    ordinates are skipped; without other `places`, the arguments are returned. For measured power, the optimization is
-    repeated with a model discrepancy if it would raise logL by more than 2 nats. It is repeated without one if the
-    discrepancy of `best` gains less than 30 nats. The end with the higher logL is returned. With `roughly`, at most 15
-    instead of 60 steps are made.
+    `places` lists the shapes as (index of the effect, name). Shapes of bands that are fitted to single ordinates are
+    skipped. Without other shapes, `model` and `best` are returned. The optimization starts from `best`, the maximum of
+    `model`, and makes at most 60 steps, or 15 with `roughly`.
+
+    For measured power, a second optimization may follow; the end with the higher logL is returned. It adds a model
+    discrepancy if this would raise logL by more than 2 nats. It drops the discrepancy if that lowers logL by less than 30.
     """
     places = [p for p in places if not is_fitted_to_ordinates(model.effects[p[0]], part.data)]
     if not places:

@@ -84,11 +84,12 @@ def scan_added_effect(
 def _maxima_of_selected(
     matrices: Array, starts: Array, points: list[Effect], base: Maximum, part: RandomPart
 ) -> dict[int, Maximum]:
-    """Dict from the index of a selected grid point (an effect in `points`) to its `Maximum` of the likelihood.
+    """Dict from the index of a grid point to its `Maximum` of the likelihood, only for the most likely points.
 
-    `matrices`, shape (m, bins, p), holds the spectral columns of each point, and `starts`, shape (m, p), its start values
-    of the squared coefficients. The points with the largest logL after a few steps are selected. Unless the effects are
-    bands, this logL is that of the power averaged over groups of bins. The `weight` of each maximum is that of `base`.
+    `points` are copies of an effect with the shape values of each grid point. `matrices`, shape (m, bins, p), holds the
+    spectral columns of the model at each point, and `starts`, shape (m, p), the squared coefficients to start from. The
+    points with the largest logL after a few steps are kept. Unless the effects are bands, this logL is that of the power
+    averaged over groups of bins. The attribute `weight` is copied from `base`.
     """
     narrow = points[0].occupies is not None
     designs = [_design(point) for point in points]
@@ -97,9 +98,10 @@ def _maxima_of_selected(
         columns, power, count = _in_cells(columns, part)
 
     def best_points(which: NDArray[np.intp], values: Array, min_count: int) -> NDArray[np.intp]:
-        """Sorted array of those points in `which` that are the best of their design or among the `min_count` best overall.
+        """Sorted array of indices from `which`: the best point of each design, and the `min_count` best points of all.
 
-        `values` are their logL.
+        A design is a set of choices, e.g. the order of a process. `values` are the logL of the points in `which`. If
+        `min_count` is below `MIN_OPTIMIZED_POINTS`, that number is taken.
         """
         order = which[np.argsort(-values, kind="stable")]
         seen: dict[tuple[object, ...], int] = {}
@@ -152,7 +154,7 @@ def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
 
 
 def _smooth(excess: Array, count: Array) -> Array:
-    """Array of the means of `excess` over five neighboring bins, weighted by `count`, shape (bins,)."""
+    """Array of moving averages of `excess` over five bins (fewer at both ends), weighted by `count`, shape (bins,)."""
     window = np.ones(5)
     total = np.convolve(excess * count, window, mode="same")
     return np.asarray(total / np.convolve(count, window, mode="same"))

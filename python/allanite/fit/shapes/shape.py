@@ -66,9 +66,10 @@ STEP_TOLERANCES = 4.0
 
 
 def grid_models(model: Model, place: int, data: Data) -> list[Model]:
-    """List of copies of the model in which the effect at `place` (index) has the values of each point of its shape grid.
+    """List of copies of the model, one for each grid point of the unknown shapes of the effect at index `place`.
 
-    The grids of all designs of the effect are included.
+    If the effect has several variants (e.g. orders), the points of all variants are included. Shapes that have a value
+    are then put on the grid, too.
     """
     variants = model.effects[place].variants()
     out = []
@@ -91,9 +92,10 @@ def fit_shapes(
 ) -> tuple[Model, Maximum]:
     """Pair: model whose shapes of random effects and modifiers maximize logL, and the `Maximum` there.
 
-    Shapes without a value are searched on their grids, twice if several effects have such shapes. Effects that are sums
-    of simple processes get their processes (`built_from_pieces`). All shapes are then optimized together. `start` is a
-    maximum over the coefficients of this model, to start from. With `polished` False, shapes stay on the grid.
+    Shapes without a value are searched on grids, one effect after the other. If several effects have such shapes, this
+    is done twice. Effects that are sums of simple processes get their processes (`built_from_pieces`). At last all free
+    shapes are optimized together. `start` is a maximum of this model over its coefficients, or None. With `polished`
+    False, searched shapes stay at points of their grids, and the others are unchanged.
     """
     blank = model.effects
     opened = [
@@ -123,8 +125,8 @@ def fit_shapes(
 def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:
     """List of effects of the same kind, with values, that single ordinates suggest, e.g. at a peak.
 
-    They agree with the values that `effect` already has. Empty for a summary or an expected record, which have no
-    single ordinates.
+    They agree with the values that `effect` already has. The list is empty for an expected spectrum, and for a record of
+    which only a summary is kept: both have no single ordinates.
     """
     data = part.data
     if part.is_expected or not data.whole:
@@ -252,9 +254,9 @@ def polish_line(
     ]
 
     def gains_apart(tried: Array) -> Array:
-        """Array of the sum of the ΔlogL of the single lines at each base frequency in `tried`.
+        """Array of the ΔlogL at each base frequency in `tried` (Hz), summed over the line and its harmonics.
 
-        Each line is fitted to its own ordinates only.
+        Each of these lines is fitted alone, to the ordinates near its frequency.
         """
         total = np.zeros(tried.size)
         for m, own in zip(multiples, windows, strict=True):
@@ -363,7 +365,7 @@ def _optimize_slow(
     for name in effect.free_shapes:
 
         def loss(value: float, name: str = name, base: Deterministic = effect) -> float:
-            """Negative ΔlogL of the effect if the shape `name` has this value."""
+            """Negative ΔlogL of the effect `base` if its shape `name` has this value."""
             tried = base.with_values(**{name: value})
             rows = orthogonal_to(basis, regressor_ordinates([tried], j, data) * root)
             return -regress(rows.T, target, np.ones(j.size)).gain

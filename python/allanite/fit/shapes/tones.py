@@ -96,7 +96,7 @@ def place_burst(
 
 
 def steady_line_gain(band: Band, frequency: float) -> float:
-    """Largest ΔlogL of a steady line within half a cycle per record of a frequency, of 21 tried."""
+    """Largest ΔlogL of a steady line at 21 frequencies, evenly spaced from `frequency` − 0.5 to + 0.5 cycles per record."""
     near = frequency + np.linspace(-0.5, 0.5, 21)
     return max(float(np.abs(_summed(band, float(f))[-1]) ** 2) for f in near)
 
@@ -150,7 +150,11 @@ def _optimized(
     sums = np.interp(knots, places, total)
 
     def loss(x: Array, *_: Any, **__: Any) -> float:
-        """Negative ΔlogL of a burst with frequency, start and end changed by `scale` · x; 0 if too short or too long."""
+        """Negative ΔlogL of a tone burst; 0 if the burst is too short or too long.
+
+        Frequency, start and end of the burst are the outer start values `origin`, changed by `scale` · x. Start and end are
+        clipped to the range of the search.
+        """
         f, a, b = origin + scale * x
         a, b = max(float(a), knots[0]), min(float(b), knots[-1])
         if not MIN_BURST_VALUES / band.series.size <= b - a <= MAX_BURST_FRACTION:

@@ -113,7 +113,10 @@ class FittedNoise:
         return self._at(parameters)
 
     def noise_at(self, places: int | list[int], sign: float) -> StampedNoise:
-        """`StampedNoise` with the parameters at `places` (log-variances, exponent) changed by `sign` · `CURVATURE_STEP`."""
+        """`StampedNoise` of the fitted parameters, with those at the indices `places` changed by `sign` · `CURVATURE_STEP`.
+
+        The parameters are the log-variance of each effect, then the exponent of the last effect, if fitted.
+        """
         parameters = self._parameters.copy()
         parameters[places] += sign * CURVATURE_STEP
         return self._at(parameters)
@@ -131,9 +134,9 @@ class FittedNoise:
 
     @cached_property
     def covariance(self) -> Array:
-        """Array: covariance of the log-variances and the exponent, from the inverse curvature of logL.
+        """Array: covariance matrix of the log-variances and the exponent, the inverse of the curvature of logL.
 
-        Curvatures are at least 0.1, which limits the uncertainty where logL is nearly flat.
+        The eigenvalues of the curvature are raised to at least 0.1. This limits the uncertainty where logL is nearly flat.
         """
         k = self._parameters.size
         middle = self.regressed.log_likelihood
@@ -220,10 +223,10 @@ class _NormalizedNoise:
         rate: float,
         form: Callable[[Term, float, int], StampedNoise],
     ) -> _NormalizedNoise:
-        """`_NormalizedNoise`: the noise of each effect of a candidate, scaled to variance 1 at the end of a series.
+        """`_NormalizedNoise`: noise of each effect of a candidate, scaled to the variance 1 at the end of a series.
 
-        `rate` is the nominal sampling rate, Hz. `form` is `sampled_noise` or `integrated_noise`. Of the series only its
-        duration is used.
+        `rate` is the nominal sampling rate, Hz. `form` computes the noise of a spectral term: `sampled_noise` or
+        `integrated_noise`. Of the series only its duration is used.
         """
         length = float(series.times[-1] - series.times[0])
         n = max(16, int(np.ceil(length * rate)) + 1)
@@ -256,9 +259,10 @@ class _NormalizedNoise:
         return sum_of_noises(parts)
 
     def model(self, parameters: Array) -> Model:
-        """`Model` of the effects with the coefficients, in their units, that belong to these parameters.
+        """`Model` of the candidate's effects, with the coefficients (in their units) that follow from `parameters`.
 
-        They are ln of each effect's variance at the end of the record, then the exponent of the last effect, if fitted.
+        `parameters` holds ln of each effect's variance at the end of the record. If an exponent is fitted, the exponent of
+        the last effect follows.
         """
         effects, weights = list(self.candidate.effects), [weight for _, weight in self.fixed]
         if self.candidate.exponents is not None:
@@ -285,7 +289,11 @@ def _relative_log_variances(
         return np.zeros(0)
 
     def loss(free: Array) -> float:
-        """Negative profiled log-likelihood at relative log-variances (and an exponent)."""
+        """Negative restricted log-likelihood, maximized over a common factor on the variances of all effects.
+
+        `free` holds the log-variance of each effect but the first, minus that of the first. If an exponent is fitted, the
+        exponent of the last effect follows.
+        """
         stop_if_unwanted()
         parameters = np.concatenate([[0.0], np.asarray(free, dtype=float)])
         return -series.regressed(parts.at(parameters)).profiled

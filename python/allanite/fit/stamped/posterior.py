@@ -44,9 +44,9 @@ MAX_WIDTH_STEPS = 14
 def posterior_points(
     best: FittedNoise, evaluate: Callable[[StampedNoise], tuple[float, T]]
 ) -> tuple[Array, list[T]]:
-    """Pair: weights of sampled posterior points, shape (p,), with sum 1, and list of the value at each point.
+    """Pair: weights of posterior points, shape (p,), with sum 1, and list of what `evaluate` returns for each point.
 
-    A point is a set of noise coefficients.
+    A point is a set of noise coefficients, drawn by adaptive importance sampling around the fit.
 
     Parameters
     ----------
