@@ -55,7 +55,8 @@ def read_in_child(
 def inspect_in_child(path: Path, options: dict[str, Any]) -> dict[str, Any]:
     """Dict of `Inspection.to_dict` for a log, read in a child process: its columns with units and rate, and findings.
 
-    Each column has the data of a small curve as ``spark``, see `inspect_log`. Raises as `read_in_child`.
+    Each column has under ``spark`` the values of a small curve of its samples. Raises `InputError` if the log cannot be
+    used, or if the child process crashes or reaches a limit of time or memory.
     """
     found: dict[str, Any] = _call_in_child("inspect_log", path, options, None)
     return found
@@ -171,9 +172,9 @@ def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def _sparkline(table: Table, at: int) -> list[list[float | None]] | None:
-    """List of [minimum, maximum] of up to 60 equal segments of a column, scaled to 0 … 1; None without numbers.
+    """List of [minimum, maximum] for each of up to 60 equal segments of the column at index `at`, scaled to 0 … 1.
 
-    Both are None for a segment without finite values.
+    Both are None for a segment without finite values. None instead of the list if the column has no numbers.
     """
     if table.columns[at] is None:
         return None

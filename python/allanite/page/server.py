@@ -175,7 +175,7 @@ class _TabHandlers:
         return {}
 
     async def copy(self, request: Request) -> Any:
-        """Dict with the key of a new tab (``tab``) that is a copy of another one."""
+        """Dict with the key of a new tab (``tab``), a copy of the tab whose key is in the URL."""
         return {"tab": await run_in_threadpool(self.sessions.copy, request.path_params["tab"])}
 
     async def resume(self, request: Request) -> Any:
@@ -194,7 +194,11 @@ class _TabHandlers:
         return await run_in_threadpool(state, tab)
 
     async def view(self, request: Request) -> Any:
-        """Dict with the figure of a view as plotly's data and layout."""
+        """Dict with plotly's data and layout of one view (a figure of the page); the URL contains the tab and the view.
+
+        The query parameters are the theme and the options of the view. Raises `InputError` if there is no such tab or
+        view.
+        """
         tab, name = self.sessions.tab(request), request.path_params["name"]
         options = _query_options(request)
         return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
@@ -344,7 +348,7 @@ class Page:
         return self
 
     def close(self) -> None:
-        """Stop the server, wait up to 10 s for its thread, which then deletes uploaded logs."""
+        """Stop the server of the page, and wait up to 10 s until its thread ends. This thread deletes the uploaded logs."""
         self._server.should_exit = True
         if self._thread is not None:
             self._thread.join(10)

@@ -75,9 +75,10 @@ class SharedRecording:
         self._state: tuple[int, int] | None = None
 
     def get(self, path: Path, read: Callable[[], Recording], watch: Watch) -> Recording:
-        """`Recording` of a log; `read` is called only if no tab holds the recording, or if the file has changed.
+        """`Recording` of the log at `path`, from memory if possible, otherwise the result of `read()`.
 
-        A weak reference to the result is kept.
+        `read` is called if no tab uses the recording any more, or if time or size of the file have changed. Only a weak
+        reference is kept. `watch` is called repeatedly while another tab reads the same log.
         """
         with self.exclusive(watch):
             state = _file_stamp(path)
@@ -119,9 +120,11 @@ class Source:
     shared: SharedRecording = field(default_factory=SharedRecording)
 
     def read(self, reading: Reading, watch: Watch = None) -> Recording:
-        """`Recording` of the log, read with these settings; a recording passed in Python is only cut and converted.
+        """`Recording` of the log, read in a child process with the settings `reading`.
 
-        `watch` is called meanwhile; an exception that it raises ends the reading.
+        A recording passed in Python is not read, only cut and converted. With ``motion`` = "quiet", only the longest
+        segment at rest is returned. Samples are converted to ``output_unit``, if given. `watch` is called repeatedly
+        during the reading; an exception that it raises ends the reading.
 
         Raises
         ------

@@ -249,9 +249,9 @@ def _removed_effects(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
 
 
 def job_state(tab: Tab) -> dict[str, Any]:
-    """Dict with the key ``job``: progress and error of the last job of the tab (`Job.to_dict`), or None without one.
+    """Dict with the key ``job``: progress and error of the last job of the tab (`Job.to_dict`); None if there was no job.
 
-    It changes without a new version of the state.
+    The progress changes without increasing the version number of the tab's state.
     """
     return {"job": None if tab.job is None else tab.job.to_dict()}
 

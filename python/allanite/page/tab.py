@@ -100,9 +100,9 @@ class Tab(TabState):
         self._refit(f"+ {name}", f"Adding {name}", lambda: Rung(fit.add(effect), effect))
 
     def remove(self, place: int) -> None:
-        """Start a job that removes the effect at an index of the model; `restore` can restore it.
+        """Start a job that removes the effect at index `place` from the model and fits the rest; `restore` can undo this.
 
-        Raises `InputError` for the last effect.
+        Raises `InputError` if there is no effect at this index, or if it is the only effect of the model.
         """
         fit = self.step.fit
         effect = effect_at(fit.model, place)
@@ -138,9 +138,11 @@ class Tab(TabState):
         )
 
     def try_value(self, place: int, name: str, value: float) -> None:
-        """Start a job that sets `preview` to the current model with one parameter changed to a trial value, without a fit.
+        """Start a job that stores in `preview` the model with one parameter changed to a trial `value`, for display.
 
-        Later trial values are added to this preview.
+        `place` is the index of the effect in the model, `name` the parameter. All values are held, so nothing is fitted
+        to the log. Trial values add up: the next one changes the preview. Raises `InputError` if there is no such
+        parameter.
         """
         base = (self.preview or self.step.fit).model
         model = with_value(base, place, name, value, held=False)
@@ -187,9 +189,10 @@ class Tab(TabState):
         names = self.work.recording.columns
 
         def work(job: Job) -> None:
-            """Improve the models of the columns one after the other, each from its first model if it has none.
+            """Job: improve the models of the columns one after the other.
 
-            Without `columns` (only the current column), raises `InputError` if no effect helps.
+            A column without a fit gets its first model before. If `columns` of `improve` is None (only the current
+            column), raises `InputError` if no effect helps.
             """
             for i, column in enumerate(work_on):
                 job.columns, job.column = tuple(work_on[i:]), column
@@ -206,11 +209,11 @@ class Tab(TabState):
         self.start_job("Improving", work, follows=True)
 
     def _improve_column(self, job: Job, column: int, before: str) -> bool:
-        """Add steps to the column until none helps.
+        """Add steps to the model of a column until no step helps; the current model is checked before each step.
 
-        Returns True if the last model is adequate, within the tolerance of the user, or reached the maximum number of
-        steps. The current model is checked before each step. If it is adequate or at that maximum, only replacements of
-        effects are tried. The progress text of the job begins with `before`.
+        True if the last model is adequate, within the tolerance of the user, or if 32 steps were made. For an adequate
+        model, and after 32 steps, only replacements of effects are tried. The progress text of the job begins with
+        `before`.
         """
         begun = self.board.columns[column].at
         while True:
@@ -243,10 +246,10 @@ class Tab(TabState):
     # -- steps ---------------------------------------------------------------------------------------------
 
     def go_to_step(self, number: int) -> None:
-        """Make the step at an index the current one, from which the next change starts, and check it.
+        """Make the step at index `number` the current one, from which the next change starts, and check it if necessary.
 
-        A running job is canceled. If it is the compared step, the former step is compared with it. Raises `InputError`
-        if there is none.
+        A running job is canceled. If that step was compared with the current one, the two change roles. Raises
+        `InputError` if there is no step at this index.
         """
         if not 0 <= number < len(self.column_steps.steps):
             raise InputError(f"There is no step {number}")
@@ -259,9 +262,9 @@ class Tab(TabState):
         self.recheck()
 
     def compare_steps(self, number: int | None) -> None:
-        """Compare the current step of the model building with the step at an index; None ends the comparison.
+        """Compare the current step of the model building with the step at index `number`; None ends the comparison.
 
-        Raises `InputError` if there is none.
+        Raises `InputError` if there is no step at this index.
         """
         if number is not None and not 0 <= number < len(self.column_steps.steps):
             raise InputError(f"There is no step {number}")

@@ -152,9 +152,10 @@ class TabState:
     # -- work ----------------------------------------------------------------------------------------
 
     def start_job(self, name: str, work: Callable[[Job], object], *, follows: bool = False) -> None:
-        """Start a job called `name` that calls `work` in a thread; returns at once. One job runs at a time.
+        """Start a job called `name` that calls `work` in a thread; returns at once. A tab runs one job at a time.
 
-        A running check is canceled, or awaited if the new job `follows`. Raises `InputError` if another job is running.
+        If a check is running, it is canceled, or with `follows` the new job first waits for its end. Raises
+        `InputError` if any other job is running.
         """
         with self.lock:
             before = self.job if self.busy else None
@@ -295,9 +296,10 @@ class TabState:
             raise InputError(f"There is no column {column}")
 
         def work(job: Job) -> None:
-            """Read the log unless it was open before, show its column, and fit and check the first model.
+            """Job: read the log unless it is already in memory, show its column, and fit and check the first model.
 
-            Bad input, and motion in a log, is written to `problem` instead of raised.
+            If the log cannot be read, or shows motion and the user did not allow motion, the message is stored in
+            `problem`. Nothing is raised in this case.
             """
             with self.changing(job):
                 self.source_index, self.problem, self.preview = place, None, None
@@ -367,10 +369,11 @@ class TabState:
         self.start_job("Selecting a part of the log", work)
 
     def switch_to_part(self, job: Job, part: Part, found: Recording) -> None:
-        """Make `found`, the recording of a part of the log, the analyzed recording, and start the audit of its samples.
+        """Analyze another part of the log from now on: `found` is the recording of this part.
 
-        Undo returns to the former part, but no further back. The columns have no steps; their first fits start from the
-        models of the former part. If the part starts at another time, effects at a fixed time are dropped from them.
+        Also starts the audit of its samples. The columns then have no steps. Their first fits start from the models of
+        the former part; if the new part starts at another time, these models lose effects at a fixed time. Undo returns
+        to the former part, but to no part before it.
         """
         before, place = self.work, self.source_index
         assert place is not None
@@ -438,9 +441,10 @@ class TabState:
             )
 
     def resume(self) -> None:
-        """Start the job that was canceled when the page was left: reading, the first fit, or the check.
+        """Start again the job that was canceled when the user left the page: reading the log, the first fit, or the check.
 
-        If no log was selected, the first log is opened. Nothing starts if the current step has been checked.
+        If no log was selected, the first log is opened. Nothing starts if the current step has been checked, or if the
+        log could not be read.
         """
         if self.open_work is None and self.source_index is not None and self.problem is None:
             self.open(self.source_index)

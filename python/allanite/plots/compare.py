@@ -67,10 +67,11 @@ def plot_compare(
 def _sensor_panel(
     items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title: str
 ) -> Panel:
-    """`Panel` of the curves of one kind of sensor, in the unit of the first.
+    """`Panel` of the Allan deviations of one kind of sensor, in the unit of the first curve.
 
     `items` are tuples (index of the color, curve). Curves with intervals are points, others lines, dashed for models.
-    The y axis covers all values and intervals, but no upper end beyond four times its value. `last` shows the x axis.
+    The y axis covers all values and intervals; an upper end counts at most as four times the value. Only the panel with
+    `last` shows the x axis.
     """
     unit = items[0][1].unit
     kinds: dict[str, set[str]] = {}

@@ -142,9 +142,10 @@ def failing_tau_ranges(fit: Fit) -> list[tuple[float, float, float]]:
 
 
 def tau_spans(fit: Fit) -> tuple[Span, ...]:
-    """Tuple of `Span`: shaded ranges of τ in which a model fails, labeled ``×2 too low`` or ``too high`` (of the model).
+    """Tuple of `Span`: shaded ranges of τ in which a model fails; empty if it fails at none.
 
-    The factor is that between model and measurement. Ranges are 6 % wider than the failing points; empty without any.
+    The label, such as ``×2 too low``, is the factor between model and measurement. Each range extends by the factor
+    1.06 beyond its first and last failing τ.
     """
     return tuple(
         Span(
@@ -159,9 +160,9 @@ def tau_spans(fit: Fit) -> tuple[Span, ...]:
 
 
 def spectrum_spans(fit: Fit, worst: tuple[float, float] | None) -> tuple[Span, ...]:
-    """Tuple of one `Span`: shaded frequencies `worst` (Hz), labeled with the ratio measured/model; empty for None.
+    """Tuple of one `Span`: the shaded frequency range `worst` (Hz) in which the model fails; empty tuple for None.
 
-    The ratio is that of the bin in the range that deviates most.
+    Its text states the ratio measured/model of the frequency bin in this range with the largest |z|.
     """
     if worst is None:
         return ()
@@ -183,10 +184,10 @@ def interval(deviation: Array, edf: Array) -> tuple[Array, Array]:
 
 
 def _model_curves(fit: Fit) -> tuple[Array, Array, list[Array]]:
-    """Tuple (τ in s, Allan deviation of the model, list with that of each effect in `component_styles`).
+    """Tuple (τ in s, Allan deviation of the model, list with one array of Allan deviations per effect).
 
-    The τ are those of the measured curve, and `PER_DECADE` further ones per decade. An effect that was not detected is
-    at its 95 % limit.
+    The effects are in the order of `component_styles`; an effect that was not detected is drawn at its 95 % limit. The
+    τ are those of the measured curve and 32 more per decade.
     """
     data, model = fit.curve.of
     own = fit.curve.factors
@@ -244,9 +245,9 @@ def ordinates_between(
 ) -> tuple[Array, Array]:
     """Tuple (frequencies in Hz, two-sided densities) of the single ordinates between the frequencies `low` and `high`.
 
-    The model's known functions of time are removed, unless `whole`. With more than `most` ordinates, neighbors are
-    averaged. Both arrays are empty if single ordinates are not meaningful: for summaries, and if many samples are
-    missing.
+    The model's known functions of time are removed, unless `whole`. With more than `most` ordinates, groups of
+    neighbors are averaged. Both arrays are empty for summaries, if over 10 % of the samples are missing, and if no
+    ordinate is between `low` and `high`.
     """
     data = fit.data
     j, starts = _ordinate_groups(fit, low, high, most)
@@ -260,7 +261,9 @@ def residuals_between(
 ) -> tuple[Array, Array]:
     """Tuple (frequencies in Hz, standard normal scores) of the single ordinates between the frequencies `low` and `high`.
 
-    Ordinates are averaged, and arrays empty, as in `ordinates_between`.
+    A score compares the measured with the expected power. With more than `most` ordinates, groups of neighbors are
+    averaged. Both arrays are empty for summaries, if over 10 % of the samples are missing, and if no ordinate is
+    between `low` and `high`.
     """
     from allanite.fit.likelihood.whittle import normal_scores
 
@@ -311,9 +314,10 @@ def _narrow_band_ranges(fit: Fit) -> list[tuple[float, float]]:
 
 
 def _single_ordinates(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -> list[Line]:
-    """List of `Line`: single ordinates around failing ranges, missing lines, and lines and narrow bands of the model.
+    """List of `Line` that show single ordinates of the spectrum instead of averages.
 
-    Ranges without ordinates have no line.
+    They are drawn in failing ranges `spans` with margins, and near spectral lines and narrow bands of the model. They
+    are also drawn near `lines`, the frequencies (Hz) of missing spectral lines. Ranges without ordinates have no line.
     """
     out = [
         Line(*ordinates_between(fit, *near), "raw", SINGLE, 1.0)
@@ -366,7 +370,11 @@ class _SpectrumGrid:
     ordinates: Ordinates
 
     def point_densities(self, power: Array) -> Array:
-        """Two-sided density (U²/Hz) at each point: mean of `power`, one value per bin, over the bins of the point."""
+        """Array of the two-sided density (U²/Hz, U the unit of the samples) at each drawn point of the spectrum.
+
+        `power` has one value per frequency bin. Each point is the mean over its bins, weighted with their number of
+        ordinates.
+        """
         data = self.fit.data
         weights = data.bins.count
         total, width = (np.add.reduceat(v, self.first) for v in (weights * power, weights))
@@ -383,7 +391,11 @@ class _SpectrumGrid:
 
 
 def _spectrum_grid(fit: Fit) -> _SpectrumGrid:
-    """`_SpectrumGrid` of a fit; the frequency of a point is the geometric mean of the limits of its bins."""
+    """`_SpectrumGrid` with the frequencies (Hz) at which the spectrum of a fit is drawn.
+
+    Each drawn point averages one or more neighboring frequency bins. Its frequency is the geometric mean of the lower
+    limit of the first and the upper limit of the last of these bins.
+    """
     bins, rate = fit.data.bins, fit.data.rate
     first, count = _merged_bins(fit.solution.count)
     bottom, top = bins.limits(rate)
@@ -412,9 +424,10 @@ def _effect_marks(grid: _SpectrumGrid) -> list[Mark]:
 
 
 def _points_before_removal(grid: _SpectrumGrid, measured: Array) -> list[Points]:
-    """List of one hollow `Points` with the density before the known functions of the model were removed.
+    """List of at most one `Points`: spectrum before the model's known functions of time (lines, steps) were removed.
 
-    Only points are drawn that differ from `measured`, the density after removal, by over 10 %; empty if none do.
+    Densities are two-sided. Points are drawn only where this density differs from `measured`, the density after the
+    removal, by over 10 %. The list is empty if there is no such point or no known function.
     """
     if not grid.fit.model.deterministic:
         return []
@@ -429,10 +442,11 @@ def _points_before_removal(grid: _SpectrumGrid, measured: Array) -> list[Points]
 def spectrum_panels(
     fit: Fit, column: int = 1, spans: Sequence[Span] = (), lines: Sequence[float] = ()
 ) -> tuple[Panel, ...]:
-    """Tuple of two `Panel`: two-sided density with model and effects; strip of residuals in σ below.
+    """Tuple of two `Panel`: power spectral density (two-sided) with model and effects, and below it residuals in σ.
 
-    Single ordinates are drawn in the failing ranges `spans` and at the frequencies `lines` (Hz) of missing lines. Where
-    known functions changed the measured density by over 10 %, the density before is drawn, too.
+    Single ordinates are drawn in the failing ranges `spans` and at `lines`, the frequencies (Hz) of missing lines.
+    Where removing the model's known functions of time changed the density by over 10 %, the density before is drawn,
+    too.
     """
     from scipy.special import chdtri
 
@@ -487,11 +501,12 @@ def _theta_at_limit(fit: Fit, part: ComponentStyle, own: Process) -> float:
 def _line_frequencies(
     fit: Fit, frequency: Array, limits: tuple[Array, Array]
 ) -> tuple[Array, NDArray[np.intp], Ordinates]:
-    """Tuple (vertices in Hz, order, ordinates): frequencies at which the curves of a model in the spectrum are computed.
+    """Tuple (vertices in Hz, order, ordinates): frequencies at which the curve of a model is drawn in the spectrum.
 
-    Most vertices are the plotted points at `frequency` (Hz), which are means over bins within `limits` (low, high). Near
-    bands of the model that are narrower than bins, single `ordinates` (indices of the cosine transform) replace them.
-    `order` indexes the points followed by the ordinates; it sorts them by frequency and omits the replaced points.
+    Most vertices are the measured points at `frequency` (Hz), each a mean over bins between the `limits` (low, high).
+    Near bands of the model that are narrower than bins, single ordinates replace the points. `ordinates` are their
+    indices in the cosine transform. `order` is an index array into the points followed by the ordinates: it sorts them
+    by frequency and omits the replaced points.
     """
     step = fit.data.rate / (2.0 * fit.data.n)
     near, kept = [np.zeros(0, dtype=np.int64)], np.ones(frequency.size, dtype=bool)

@@ -77,7 +77,8 @@ def plot_deviation(
 def deviation_points(deviation: Deviation, color: str, label: str) -> Points:
     """`Points` of a deviation at the τ (s) where it is finite and positive, so that logarithmic axes can show it.
 
-    If the interval is known, the points have it, and the label becomes ``label ± 95 %``.
+    If its confidence interval is known, the points have error bars, and the label becomes ``label ± 95 %``, with the
+    actual confidence.
     """
     values, low = np.asarray(deviation.deviation), np.asarray(deviation.low)
     kept = np.isfinite(values) & (values > 0)

@@ -24,9 +24,9 @@ MAX_MARKED = 80
 def plot_dynamic(
     dynamic: DynamicDeviation, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """`Figure`: deviation over time, one line for each of up to six averaging times; gaps interrupt the lines.
+    """`Figure`: overlapping Allan deviation of windows along the record, over time, with a line for each of up to six τ.
 
-    Up to 80 windows, points mark the values.
+    Lines are interrupted where a value is NaN. With at most 80 windows, each value is also a point.
 
     Parameters
     ----------

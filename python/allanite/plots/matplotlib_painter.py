@@ -547,7 +547,10 @@ def _draw_span(axes: Any, mark: Span, look: Theme) -> None:
 def _draw_span_text(
     axes: Any, mark: Span, line: int, axis: Axis, look: Theme, letters: float
 ) -> None:
-    """Draw the text of a shaded range at its top, `line` lines lower, inside the axis of about `letters` bold letters."""
+    """Draw the text of a shaded range `line` lines below the upper edge of matplotlib `axes`, kept inside their width.
+
+    `axis` is the x axis. `letters` is the width of the axes, as the number of bold letters that fit into it.
+    """
     scale = np.log10 if axis.log else np.asarray
     first, last = scale(axis.low), scale(axis.high)
     middle = 0.5 * (max(scale(mark.low), first) + min(scale(mark.high), last))

@@ -121,9 +121,10 @@ def _row_gap(figure: Figure) -> float:
 def _grid_domain(
     sizes: tuple[float, ...], place: int, span: int, gap: float, bare: frozenset[int] = frozenset()
 ) -> list[float]:
-    """List [start, end] (0 … 1) in the figure of the grid rows or columns `place` … `place` + `span` − 1, counted from 0.
+    """List [start, end] of a panel, as fractions 0 … 1 of the figure, along its rows or columns of relative `sizes`.
 
-    The gap before a column in `bare` is a quarter of `gap`.
+    The panel covers `span` rows or columns from index `place` on. The gap between two of them is `gap`, and a quarter
+    of it before a column in `bare`.
     """
     gaps = [0.25 * gap if i + 1 in bare else gap for i in range(len(sizes) - 1)]
     unit = (1.0 - sum(gaps)) / sum(sizes)
@@ -246,7 +247,7 @@ def _add_span(
 
 
 def _bars_trace(mark: Bars, look: Theme) -> dict[str, Any]:
-    """Dict: plotly trace of horizontal bars with their texts, without its axes."""
+    """Dict: plotly trace of horizontal bars with their texts; the keys ``xaxis`` and ``yaxis`` are not set."""
     return {
         "type": "bar",
         "orientation": "h",
@@ -329,7 +330,10 @@ def _points_trace(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, 
 
 
 def _band_outline(band: Band) -> tuple[Any, Any]:
-    """Tuple (x, y): outline of a band, one closed polygon per gap-free range, separated by NaN; empty without any."""
+    """Tuple (x, y) of the outline of a band: a closed polygon for each range without NaN, separated by NaN.
+
+    Both are empty lists if the band has no finite values.
+    """
     pieces = band.gap_free_ranges()
     x: list[Any] = []
     y: list[Any] = []

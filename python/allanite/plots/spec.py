@@ -279,9 +279,9 @@ class Figure:
     below: str = ""
 
     def legend(self) -> tuple[Mark, ...]:
-        """Tuple of the marks with a legend entry, one per label: points first, then the model, then the others.
+        """Tuple of the marks in the legend, one per label: points first, then marks in the color of the model, then others.
 
-        If several marks have one label, the first one is used.
+        If several marks have the same label, the first one is used. Marks without a label are left out.
         """
         seen: dict[str, Mark] = {}
         for panel in self.panels:

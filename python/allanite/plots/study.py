@@ -77,7 +77,10 @@ def _model_text(model: Model, letters: int = LEGEND) -> str:
 
 
 def _step_texts(ladder: Sequence[Rung]) -> tuple[str, ...]:
-    """Tuple of one text per step: its changes, with values if they fit between the texts above and below, else without."""
+    """Tuple of one text per step, printed at its bar: the changes of the step, one per line, with values of new effects.
+
+    The values are left out if they need so many lines that they would touch the text of the bar above or below.
+    """
     full, short = ([_step_text(step, numbers) for step in ladder] for numbers in (True, False))
     lines = [text.count("\n") + 1 for text in full]
     neighbor_lines = [

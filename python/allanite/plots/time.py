@@ -69,11 +69,11 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
 def _map_panel(
     rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, span: float
 ) -> Panel:
-    """`Panel` with a heat map of measured over expected power, by time and octave band.
+    """`Panel` with a color map of measured over expected power, by time and octave of frequency.
 
-    `rows` are the cells of the map, `worst` the failing time range in s or None, `span` the duration in s. Colors show the
-    logarithm of the ratio from ¼ to 4. Cells with |z| > 4.3 are framed, both ends of `worst` are dashed lines. Without
-    cells, the panel has only a note.
+    `rows` are dicts, one per cell of the map, with its time and frequency limits, ratio and z. `worst` is the time
+    range in s in which the model fails, or None; dashed lines mark both ends. `span` is the duration in s. Colors show
+    the logarithm of the ratio from ¼ to 4. Cells with |z| > 4.3 are framed. Without cells, the panel has only a note.
     """
     size, name = time_scale(span)
     label = f"time ({name})"
@@ -105,10 +105,11 @@ def _map_panel(
 
 
 def failing_range_panel(check: Check) -> Panel | None:
-    """`Panel`: measured over expected power, by time and frequency, around the frequency range that a model fits worst.
+    """`Panel`: color map of measured over expected power by time and frequency, around the worst-fitted frequency range.
 
-    The panel shows lines and bands that drift. None if the failing range spans an octave or more, if fewer than 4 times
-    can be resolved, or if single ordinates are not known.
+    The map shows whether lines and bands drift. None if the model fails at no frequency, if the failing range spans an
+    octave or more, or if fewer than 4 time intervals fit into the record. None also for summaries, and if over 10 % of
+    the samples are missing.
     """
     fit, worst = check.fit, check.where.worst_frequency
     data = fit.data

@@ -286,9 +286,9 @@ def _first_model_title(check: Any) -> str:
 
 
 def _failure_blocks(check: Any) -> list[Block]:
-    """List of one `Block`: a list of the τ, frequencies and times at which a model fails, or the sentence that it does not.
+    """List of one `Block`: a bulleted list of the τ, frequencies and times at which a model fails.
 
-    A model can have no such place although an effect is missing from it.
+    If it fails at none, one sentence says so. An effect may be missing even then.
     """
     sentences = tuple(as_sentence(s) for s in check.left)
     return [Bullets(sentences)] if sentences else [Paragraph(as_sentence(check.nowhere))]
@@ -323,9 +323,10 @@ def _card_blocks(check: Any, place: str) -> list[Block]:
 def _suggestion_card(
     check: Any, suggestion: Any, described: dict[str, Any], place: str, rank: int
 ) -> Card:
-    """`Card` of a suggestion: values, evidence, size, alternatives if any, and how to confirm it; titled "`rank`. name".
+    """`Card` of a suggested effect: sentence, values, evidence (ΔlogL, ΔBIC, p), alternatives, and how to confirm it.
 
-    `described` is the dict of the suggestion in the JSON document, `place` its path there.
+    It also says which percentage of the unexplained misfit the effect removes. The title is "`rank`. name". `described`
+    is the dict of the suggestion in the JSON document, and `place` its path there.
     """
     evidence = described["evidence"]
     terms: list[tuple[str, Cell]] = []
@@ -418,9 +419,10 @@ def _steps_section(entry: Entry, document: dict[str, Any], at: str) -> list[Bloc
 
 
 def _ending_sections(entry: Entry, at: str) -> list[Block]:
-    """List of `Block`: sections on undecided alternatives, if any, and on the misfit that the last model leaves.
+    """List of `Block`: a section on undecided alternative models, if there are any, then one on the unexplained misfit.
 
-    For an adequate study only one sentence; else why the search ended, where the model fails, and tested effects.
+    If the last model is adequate, the second section is one sentence. Otherwise it says why the search ended, where the
+    model fails, and which effects were tested without success.
     """
     study, check = entry.study, entry.study.check
     out: list[Block] = []

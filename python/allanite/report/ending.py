@@ -92,7 +92,10 @@ def curve_table(document: dict[str, Any], place: str) -> list[Block]:
 
 
 def _formatted_cell(value: float | None, place: str, form: str) -> Cell:
-    """`Number` with `value` in the format `form` (a format specification, or "count"); a dash for None."""
+    """`Number` that prints `value` in the format `form` (a format specification, or "count" for counts); ``–`` for None.
+
+    `place` is the path of the value in the JSON document of the report.
+    """
     if value is None:
         return "–"
     if form == "count":

@@ -62,7 +62,11 @@ def first_page_blocks(report: Report) -> list[Block]:
 
 
 def title_and_line(report: Report) -> tuple[str, str]:
-    """Tuple (title, line below): sensor with serial number if given, else the log; then log, samples and rate."""
+    """Tuple (title, line below the title) of the report.
+
+    With a sensor name or serial number, this is the title, and the line has log, samples and rate. Without both, the
+    log is the title, and the line has samples and rate.
+    """
     entry = report.entries[0]
     given = [report.options[name] for name in ("sensor", "serial number") if name in report.options]
     log = column_title(entry)
@@ -135,9 +139,10 @@ def _axis_cells(entry: Entry) -> tuple[str, ...]:
 
 
 def _export_sentence(report: Report) -> str:
-    """Sentences on the file of a filter: why its N and K differ, and the command; empty for other sensors than inertial.
+    """Text about the file that configures a navigation filter (Kalibr): the command that writes it.
 
-    A filter file covers all slow noise and lines of the models. Therefore its N and K can exceed those of the table.
+    A preceding sentence explains why N and K in that file can be larger than in the table: they also cover other slow
+    noise and lines of the models. It is left out if there are none. Empty text unless the sensor is inertial.
     """
     recording = report.entries[0].recording
     if parse_unit(recording.unit).kind not in ("angular rate", "acceleration"):

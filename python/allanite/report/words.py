@@ -46,9 +46,10 @@ def texts_to_uncertainty(values: tuple[float, ...], spread: float) -> tuple[str,
 
 
 def _rounded_text(value: float, last: int, power: bool) -> str:
-    """Text of a number rounded to the decimal place 10^(`last` − 1), with 2 to 12 digits.
+    """Text of a number whose last printed digit is that of 10^(`last` − 1), but with at least 2 and at most 12 digits.
 
-    As a power of ten if `power`, below 10⁻⁴ and from 10⁶. Zero and non-finite numbers are not rounded.
+    It has a power of ten below 10⁻⁴ (with `power`: below 0.1), and from 10⁶ on unless the digits reach the units. Zero
+    and non-finite numbers are not rounded.
     """
     if value == 0 or not math.isfinite(value):
         return number(value)
@@ -60,7 +61,7 @@ def _rounded_text(value: float, last: int, power: bool) -> str:
 
 
 def parameter_text(name: str) -> str:
-    """Printed name of a parameter: blanks instead of underscores; names of up to three characters, as q_c, stay."""
+    """Printed name of a parameter: underscores become blanks, except in names of up to three characters (``q_c``)."""
     return name if len(name) < 4 else name.replace("_", " ")
 
 
@@ -213,9 +214,10 @@ def _added_effect_texts(study: Any) -> list[str]:
 
 
 def _effect_text(fit: Any, effect: Any) -> str:
-    """Text of the name of an effect, with the values of the last effect of this kind in a fit in brackets.
+    """Text of the name of an effect, followed by its fitted values in brackets if there are any.
 
-    If the fit has no effect of this kind, the title of the effect.
+    The values are those of the last effect of the same kind in `fit`. If the fit has none, only the title of the
+    effect.
     """
     kinds = [e.kind for e in fit.model.effects]
     if effect.kind not in kinds:

@@ -175,10 +175,10 @@ def _value_record(
     shown: str,
     over_all: tuple[float, float] | None,
 ) -> dict[str, Any]:
-    """Dict of one value of an effect in the unit `shown`, with the texts of its interval or 95 % limit.
+    """Dict of one value of an effect, as texts for the page, in the unit `shown`: value, 95 % interval, limits, and flags.
 
-    The text of a value that is not detected is ``< limit``, except for times and frequencies. `own` is the value in its
-    own unit, `over_all` the interval of the parameter over all equally good models, if known.
+    `own` is the `Estimate` in its own unit. A value that is not detected has the text ``< limit``, except times and
+    frequencies. `over_all` is the interval over all models that fit equally well, in the own unit; None if not known.
     """
     value = own.to(shown)
     unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
@@ -223,7 +223,8 @@ def _displayed_limits(effect: Effect, name: str, factor: float) -> list[float | 
 def cards(check: Check, unit: str | None = None) -> list[dict[str, Any]]:
     """List of one dict per suggested effect: the significant suggestions, at most 8; without any, the two best suggestions.
 
-    `unit` is as for `chips`.
+    Values are in the unit of samples `unit` that the user chose; `SHEET` stands for data-sheet units, None for the
+    log's.
     """
     shown = [(i, s) for i, s in enumerate(check.suggestions) if s.significant]
     shown = shown or list(enumerate(check.suggestions))[:2]
@@ -315,10 +316,10 @@ def _symbol(effect: Effect, name: str) -> str:
 def _ranges_of_action(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
     """Dict of the ranges ``tau`` (s), ``frequency`` (Hz) and ``time`` (s) in which a suggested effect acts.
 
-    Each is [low, high], or None if it is not known. A line has the range around its frequencies and no time; an event
-    that lasts has only its time. Any other effect acts at frequencies where it changes the logarithm of the model's
-    spectrum by over half of the largest change. An effect that hardly changes it acts at the lowest frequencies. A short
-    event has its time, too.
+    Each is a list [low, high], or None if it is not known. A spectral line has the frequency range of the line, its τ,
+    and no time. An event with a duration has only its time. Other effects have the frequencies at which they change the
+    logarithm of the model's spectrum by over half of the largest change; if they hardly change it, the lowest ones.
+    Events without a duration have a time as well.
     """
     out: dict[str, list[float] | None] = {"tau": None, "frequency": None, "time": None}
     rate, span = fit.data.rate, fit.data.duration
@@ -349,7 +350,10 @@ def _ranges_of_action(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
 
 
 def step_rows(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
-    """List of one dict per step: that of `step_row`, and the unexplained misfit in % of that of the first step."""
+    """List of one dict per step of the model building: texts and numbers from `step_row`, ``left`` and ``left_text``.
+
+    ``left`` is the unexplained misfit in % of the largest one, usually that of the first step. Empty without steps.
+    """
     left = misfit_left([s.rung for s in steps]) if steps else ()
     return [
         {**step_row(s), "left": share, "left_text": _unexplained_text(s, share)}
@@ -358,7 +362,7 @@ def step_rows(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
 
 
 def _unexplained_text(step: Step, share: float) -> str:
-    """Text of the unexplained misfit, `share`, in %; 0 % for an adequate model, whose remaining misfit is random."""
+    """Text of the unexplained misfit `share`, which is in %: ``12 %``. Always ``0 %`` for an adequate model."""
     return "0 %" if step.study is not None and step.study.adequate else _percent_text(share)
 
 

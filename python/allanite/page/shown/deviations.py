@@ -35,10 +35,11 @@ MAX_SIMULATED = 2_000_000
 def deviation_figure(
     log: Recording, fit: Fit | None, options: Mapping[str, str], kept: dict[Any, Deviation]
 ) -> Figure | None:
-    """`Figure` of the deviation that the user chose; None for the overlapping Allan deviation at its default times.
+    """`Figure` of the deviation that the user chose; None for the default, the overlapping Allan deviation at default τ.
 
-    That curve is part of the fit's own figure. The model of the fit is drawn as well. For estimators other than the
-    Allan deviation, the deviation of one simulated record is drawn instead, up to 2 million samples.
+    The default is not drawn here, because the figure of the fit shows it. For Allan deviations, the model of the fit is
+    also drawn. For other estimators, the deviation of one simulated record is drawn instead, if the log has at most 2
+    million samples.
 
     Parameters
     ----------
@@ -88,10 +89,10 @@ def simulated_sensor(fit: Fit) -> Recording:
 def _deviation_of(
     source: Recording | Fit, kind: str, grid: str, kept: dict[Any, Deviation]
 ) -> Deviation:
-    """`Deviation` of a recording, or of a sensor simulated from a `Fit`, by the estimator `kind`.
+    """`Deviation` of a recording; for a `Fit`, of a sensor simulated from it. `kind` is the estimator, such as ``oadev``.
 
-    `grid` is a key of `GRIDS`, or "" for the default averaging times. The cache `kept` holds earlier results; a new one
-    is added.
+    `grid` is a key of `GRIDS` (choices of averaging times), or "" for the default ones. The dict `kept` is a cache:
+    earlier results are taken from it, and a new one is added.
     """
     key = source, kind, grid
     if key not in kept:

@@ -62,15 +62,15 @@ def targets(recording: Recording) -> list[list[str]]:
 
 
 def open_upload(tab: Tab, source: Source, role: str) -> None:
-    """Open an uploaded file as a log (``log``), a log for comparison (``compare``), or a data sheet (``sheet``).
+    """Open an uploaded file, depending on `role`: ``sheet`` is a data sheet, ``compare`` a log for comparison, else a log.
 
-    A log is appended to the sources and a job opens it, also if its rate or unit is unknown.
+    A log (``log``) is added to the list of logs, and a job opens it. This is also done if its rate or unit is unknown.
 
     Raises
     ------
     InputError
-        The log cannot be read with any rate or unit (damaged, pickled objects), or the file is not a data sheet.
-        Nothing of it is kept.
+        The file cannot be read as this role says; the tab then keeps nothing of it. For ``compare``, also if rate or unit
+        is unknown. For ``compare`` and ``sheet``, also if no log is open.
     """
     if role == "sheet":
         _open_sheet(tab, source)

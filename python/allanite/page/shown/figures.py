@@ -188,10 +188,10 @@ def _zoomed_panels(
 
 
 def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """`Figure` of measured over expected power by time and frequency.
+    """`Figure` of a color map of measured over expected power, by time and octave of frequency.
 
-    A close-up of the frequency range that fails most is below, if `failing_range_panel` gives one. Raises `InputError`
-    before the check is finished.
+    A second map below shows only the frequency range that the model fits worst. It is left out if `failing_range_panel`
+    returns None or the record is too short for a map. Raises `InputError` before the check is finished.
     """
     check = tab.step.check
     if check is None:
@@ -326,11 +326,12 @@ def _with_source_colors(figure: Figure) -> Figure:
 
 
 def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """`Figure` of the error growth since the last fix, by effect and in total, with a panel for each quantity.
+    """`Figure` of the error of the integrated samples (such as angle or velocity) over the time since the last fix.
 
-    The option ``aided`` is the time in s over which the bias was averaged before the fix (default 60 s, at most 1/40 of
-    the record). ``until`` is the last time in s (default 600 s, at most 1/10 of the record). Measured errors are drawn with
-    95 % intervals unless the record is too short. The headline compares them with the model.
+    It has one panel per integrated quantity, with a line for each effect and for the total. Measured errors have 95 %
+    intervals; they are left out if the record is too short. The headline says whether they agree with the model. Option
+    ``aided``: time in s over which the bias was averaged before the fix (default: 60 s, at most 1/40 of the record).
+    Option ``until``: last time in s (default: 600 s, at most 1/10 of the record).
     """
     from allanite.statespace.growth import error_growth, measured_growth
 
@@ -413,10 +414,11 @@ def _disagreement_text(
     low: NDArray[np.float64],
     high: NDArray[np.float64],
 ) -> str:
-    """Text ``the measured errors are larger from 30 s on``; empty if they agree with the model.
+    """Text ``the measured errors are larger from 30 s on``, or ``smaller``; empty if they agree with the model.
 
     `total` is the error of the model at each `tau` (s), `low` and `high` the 95 % interval of the measured one. They
-    agree if no more intervals miss the model than `max_outside_by_chance`. Time and direction are those of the first miss.
+    agree if `total` is outside the interval at no more τ than `max_outside_by_chance` permits. Time and direction are
+    those of the first τ outside.
     """
     over, under = low > total, high < total
     out = over | under

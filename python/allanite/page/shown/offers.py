@@ -39,7 +39,11 @@ def remedy_buttons(finding: Finding, rate: float, duration: float) -> list[dict[
 
 
 def _longer_part_button(start: float, end: float, duration: float) -> dict[str, Any]:
-    """Dict of the button that selects the part before or after a segment, whichever is longer."""
+    """Dict of a button (``text``, ``act``) that keeps only the part of the log before or after a segment.
+
+    The longer part is kept, or the first one if both are equal. `start` and `end` of the segment are in s, as is the
+    `duration` of the log.
+    """
     first, last = (end, duration) if duration - end > start else (0.0, start)
     text = f"Use only {first:.4g}–{last:.4g} s"
     return {"text": text, "act": {"do": "take", "from": first, "to": last}}

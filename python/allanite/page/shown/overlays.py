@@ -22,9 +22,10 @@ if TYPE_CHECKING:
 
 
 def set_hover_texts(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> None:
-    """Set the hover text of each trace in `data` of the view `name`; `unit` is that of the values.
+    """Set in place the text that plotly shows under the mouse, for each trace in the list `data`.
 
-    Heat maps and traces without hover text are unchanged. Measured points of the fit get a text each.
+    `name` is the view of the page, `unit` the unit of its values. Heat maps and traces with ``hoverinfo`` "skip" are
+    unchanged. With a `fit`, each measured point of the Allan deviation gets its own text.
     """
     shown = "" if unit == "1" else unit_text(unit)
     across = {
@@ -75,11 +76,11 @@ def _hover_texts(fit: Fit, unit: str) -> list[str]:
 def coefficient_readings(
     fit: Fit, work: Work, unit: str | None, look: Theme, axes: dict[str, Any]
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Pair (traces, annotations) of plotly at the points where detected standard coefficients are read off the curve.
+    """Pair (traces, annotations) of plotly that mark where standard coefficients (such as N, B, K) are read off the curve.
 
-    A coefficient without a τ of its own (B) is read at the minimum of the measured deviation. Points outside the range
-    of τ are left out. For a point above or below the figure, only an annotation at the lower edge is drawn. `axes` is
-    plotly's layout, from which the ranges are taken; heights have the displayed `unit`.
+    Only detected, positive coefficients are marked. Each has its own τ; only B has none and is read at the τ where the
+    measured deviation is smallest. A τ outside the x range is left out. A point outside the y range has no trace, only
+    an annotation at the lower edge. `axes` is plotly's layout with both ranges; heights are in the displayed `unit`.
     """
     (left, right), (bottom, top) = axes["xaxis"]["range"], axes["yaxis"]["range"]
     traces, labels = [], []

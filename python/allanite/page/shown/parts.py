@@ -40,9 +40,10 @@ POINTS = 24
 
 
 def page_data(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
-    """Data for JSON that the page requests by name: one of `_PARTS`, or ``table-VIEW`` for the tables of a view.
+    """Data for JSON that the page requests by `name`, such as the catalog of effects or a saved study.
 
-    `options` are the query parameters of the request.
+    ``table-VIEW`` returns the values of a view as tables. The other names are the keys of `_PARTS`. `options` are the
+    query parameters of the request.
 
     Raises
     ------
@@ -101,7 +102,11 @@ def _log_curve(column: Recording) -> Any:
 
 
 def _svg_path(curve: Any, alike: list[Any]) -> str:
-    """Text of the SVG path of one curve (log10 τ, log10 deviation), on the scale that fits all curves in `alike`."""
+    """Text of the SVG path of one Allan deviation, 100 × 40 pixels.
+
+    `curve` is a tuple of arrays (log10 τ, log10 deviation). The axes cover all curves in the list `alike`, so that
+    these can be compared.
+    """
     left, right = min(c[0][0] for c in alike), max(c[0][-1] for c in alike)
     low, high = min(c[1].min() for c in alike), max(c[1].max() for c in alike)
     across = 100.0 * (curve[0] - left) / max(right - left, 1e-9)

@@ -109,9 +109,10 @@ def csv_of(tables: list[dict[str, Any]]) -> str:
 
 
 def _named_columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, list[Any]]]:
-    """List of (name, values) of the columns of a mark: one for a line, two for a band, three for points with intervals.
+    """List of tuples (column name, list of values) with the y values of a mark, without x; at most 4000 values each.
 
-    At most 4000 values each.
+    A line has one column, a band has two (lower and upper end). Points have three if they have intervals (value, lower
+    and upper end), else one. Values that are not finite become None.
     """
     name = mark.label or panel.y.label
     if isinstance(mark, Band):

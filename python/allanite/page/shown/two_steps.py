@@ -92,10 +92,10 @@ def _difference_row(
 def _value_rows(
     one: Fit, two: Fit, unit: str | None, places: list[int]
 ) -> Iterator[dict[str, Any]]:
-    """Yield one dict (`_difference_row`) for each value of the effects of both models; ``–`` if a model lacks the value.
+    """Yield one table row (dict, see `_difference_row`) for each fitted value in either model, those of `one` first.
 
-    Rows of the first model come first. The remark is empty for equal texts, the ratio if both are detected, or says
-    which step has or detects the value.
+    The text is ``–`` if a model lacks the value. The remark is the ratio of both values if both are detected, or says
+    which step has the value. It is empty for equal texts. `places` are the numbers of the two steps.
     """
     first, second = _displayed_values(one, unit), _displayed_values(two, unit)
     for key in [*first, *(k for k in second if k not in first)]:
@@ -113,9 +113,10 @@ def _value_rows(
 
 
 def _value_text(value: Mapping[str, Any]) -> str:
-    """Text of a value with its interval, or the reason why it is not fitted, in brackets: ``0.3 (0.2 … 0.4)``.
+    """Text of a fitted value with its interval in brackets, ``0.3 (0.2 … 0.4)``.
 
-    Only the value if it is not detected, or without both.
+    For a value that is held, the reason is in the brackets instead. Brackets are left out if the value is not detected
+    or if there is nothing to put into them.
     """
     spread = value["kept"] or value["spread"]
     return f"{value['text']} ({spread})" if spread and value["detected"] else str(value["text"])
