@@ -71,8 +71,8 @@ def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
 def _generators(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
     """List of (name, parameters) of the random-number generators of the compiled core whose sum simulates an effect.
 
-    White noise is simulated after the modifiers of the `model`. `rate` is in Hz. InputError if the variance of a sample is
-    too large for a double, or if there is no generator.
+    Generators of white noise include the filter among the modifiers of the `model`. `rate` is in Hz. InputError if the
+    variance of a sample is too large for a double, or if the core has no generator for a term.
     """
     part = Model((effect, *model.modifiers)) if effect.white else Model((effect,))
     with np.errstate(over="ignore", invalid="ignore"):
@@ -328,16 +328,21 @@ class _SimulatedRecord:
 def _processes_with_gains(
     effect: Stochastic, span: tuple[float, float]
 ) -> list[tuple[Stochastic, list[Gain]]]:
-    """List of (process, list of gains) of the random processes whose sum is an effect, each times its gains.
+    """List of pairs (random process, list of gains) for the simulation of an effect.
 
-    A gain is a function of time (s) that returns the factor on the samples. A moving band has one process and one gain for
-    each time segment of the record, see `segment_weights`. Any other effect is one process without gains.
+    Each process is multiplied by all its gains; the sum of the products is the effect. A gain is a function of time (s)
+    that returns an array of factors. An effect whose spectrum changes over the record (`moving`) has one process and one
+    gain for each equal time segment, see `segment_weights`. Any other effect is a single process without gains.
+    `span` is the first and last time of the record, s.
     """
     if not effect.moving:
         return [(effect, [])]
 
     def gain(segment: int, time: Array, _: object = None) -> Array:
-        """Array of the factor on the process of the segment with this index, at each time (s): root of its weight."""
+        """Array of the factor on the process of time segment number `segment` at each time (s), shape (n,).
+
+        It is the square root of the weight of the segment in `segment_weights`. The last argument is not used.
+        """
         return np.sqrt(segment_weights(time, span, len(effect.segments))[segment])
 
     return [(process, [partial(gain, i)]) for i, process in enumerate(effect.segments)]
@@ -375,9 +380,10 @@ class _BandLevelFilter:
         self.delayed = np.zeros(half)
 
     def next(self, samples: Array, first: int) -> Array:
-        """Array of the input `samples` after the filter, delayed by half the taps; consecutive calls continue the record.
+        """Array of the input `samples` with the changed level of one band, shape of `samples`.
 
-        `first` is the index in the record of the first input sample.
+        The output is delayed by half the number of filter taps. Each call continues the record where the previous call
+        ended. `first` is the index in the record of the first input sample.
         """
         from scipy.signal import lfilter
 
@@ -398,7 +404,10 @@ class _StatefulFilter:
         self.state = np.zeros(len(response.poles))
 
     def next(self, samples: Array, _: int) -> Array:
-        """Array of the input `samples` after the filter, same shape; consecutive calls continue the record."""
+        """Array of the input `samples` after the recursive filter, same shape; the second argument is not used.
+
+        Each call continues the record where the previous call ended.
+        """
         from scipy.signal import lfilter
 
         out, self.state = lfilter(self.b, self.a, samples, zi=self.state)

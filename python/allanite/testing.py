@@ -179,9 +179,10 @@ def check_declaration(effect: Effect) -> None:
 
 
 def check_round_trip(effect: Effect) -> None:
-    """Raise `AssertionError` unless an effect survives a model file (every bit) and a model string (to 10⁻⁵).
+    """Raise `AssertionError` unless an effect can be written to a model file and to a model string and read back.
 
-    Skipped for an effect that is not in the catalog, because model strings cannot name it. Lists are not in model strings.
+    The values from a model file must be equal in every bit, those from a model string to a relative 10⁻⁵. Lists are
+    compared in the file only. Effects that are not in the catalog are not checked: model strings cannot name them.
     """
     if find(effect.kind) is not type(effect):
         return
@@ -210,9 +211,10 @@ def _as_model(effect: Effect) -> Model:
 
 
 def _quadrature_nodes(m: int) -> tuple[Array, Array]:
-    """Pair (nodes, weights) of a Gauss-Legendre quadrature over (0, π) for integrands with sin⁴(mw/2), shape (nodes,) each.
+    """Pair (nodes, weights) of a composite Gauss-Legendre quadrature over (0, π), both of shape (nodes,).
 
-    The nodes are dense near 0, where spectra diverge, and between the zeros of the sine.
+    It suits integrands that contain sin⁴(mw/2), as in the Allan variance at averaging factor `m`. The weights do not
+    contain this factor. The nodes are dense near w = 0, where spectra diverge, and resolve each period of the sine.
     """
     x, v = np.polynomial.legendre.leggauss(8)
     edges = np.unique(
@@ -255,9 +257,10 @@ def check_density(effect: Effect) -> None:
 
 
 def check_amplitudes(effect: Deterministic, covariates: Columns | None = None) -> None:
-    """Raise `AssertionError` unless the signal of a known function is regressors @ amplitudes, and has its Allan variance.
+    """Raise `AssertionError` unless the signal of a known function is `regressors` @ `amplitudes`, and not constant.
 
-    `with_amplitudes` must set the amplitudes. An Allan variance of zeros (not declared) is not compared.
+    `with_amplitudes` must set the amplitudes, and the signal must be proportional to them. The Allan variance of the signal
+    must agree with the declared one to 2 % of the largest value; an Allan variance of zeros is not compared.
     """
     columns, kind = dict(covariates or {}), effect.kind
     time = np.arange(LENGTH) / RATE
@@ -306,10 +309,12 @@ def _overlapping_allan_variance(samples: Array, factors: NDArray[np.int64]) -> A
 
 
 def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
-    """Raise `AssertionError` unless simulated records depend only on the seed, and have the declared properties.
+    """Raise `AssertionError` unless equal seeds give equal samples, and simulated records have the declared properties.
 
-    A known function must be added exactly. A process must have its Allan variance and density within 5 standard errors of
-    the mean over 384 records. Its samples are the difference of two simulations of a model, with and without the effect.
+    A known function must be added exactly to another process. For other effects, another seed must give other samples. The
+    mean Allan variance and spectrum of 384 records must agree with the declared ones to 5 standard errors. For effects that
+    last only for a time, long averages and low frequencies are not compared. The records are the difference of simulations
+    with and without the effect, or white noise after an effect that changes all processes.
     """
     columns, kind = dict(covariates or {}), effect.kind
     other, model = Model((GaussMarkov(q_c=2.0, correlation_time=0.5),)), _as_model(effect)

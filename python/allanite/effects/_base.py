@@ -289,7 +289,10 @@ class Effect(AsModel):
 
     @classmethod
     def may_be(cls, other: Effect | type[Effect]) -> bool:
-        """True if a short record may confuse this effect with `other`: equal kinds, or one is in the other's `rivals`."""
+        """True if a short record may confuse this kind of effect with the effect or kind `other`.
+
+        This holds if both have the same kind, or if one of them names the other in its `rivals`.
+        """
         return cls.kind == other.kind or cls.kind in other.rivals or other.kind in cls.rivals
 
     @classmethod
@@ -307,9 +310,10 @@ class Effect(AsModel):
     def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
         """Tuple of effects of this kind that a check tries to add to a fitted `model`; empty if the model must not get one.
 
-        By default it contains one effect without values, or one for each non-constant column if the effect has a
-        `column`. The class attributes `single`, `one_of` and `found_with` can exclude effects. `columns` are the logged
-        columns of the recording by name.
+        By default it contains one effect without values, or, if the kind has a ``column``, one for each logged column that
+        is not constant. With `single`, the model must not contain the kind already; otherwise it must not contain a kind of
+        `one_of`. For kinds with a ``column``, this concerns effects of the same column only. Empty if `found_with` is set.
+        `columns` are the logged columns by name.
         """
         if cls.found_with:
             return ()
@@ -322,7 +326,10 @@ class Effect(AsModel):
 
     @classmethod
     def from_values(cls, **values: Any) -> Self | None:
-        """Effect of this kind with the `values` by JSON name; None if they are not exactly the parameters of the kind."""
+        """Effect of this kind with the `values` by JSON name.
+
+        None if the names are not exactly all parameters of the kind, without derived parameters.
+        """
         return cls(**values) if values.keys() == {p.name for p, *_ in cls._given} else None
 
     def variants(self) -> tuple[Self, ...]:
@@ -351,19 +358,19 @@ class Effect(AsModel):
     def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of ascending values of the shape parameter `name` that a fit tries for n samples at `rate` Hz.
 
-        By default times run from two samples to half the record, and frequencies from 4/T (T: duration of the record) to
-        Nyquist, 8 per decade, at least 4 values.
+        By default a parameter in s has values from two samples to half the record. Any other parameter is a frequency, with
+        values from 4/T (T: duration of the record) to Nyquist. There are about 8 values per decade, at least 4 in all.
         """
         if self.parameter(name).unit == "s":
             return log_grid(2.0 / rate, n / rate / 2.0)
         return log_grid(4.0 / (n / rate), 0.5 * rate)
 
     def searched(self, name: str, n: int, rate: float) -> Array:
-        """Array of values of the shape parameter `name` that a fit tries.
+        """Array of values of the shape parameter `name` that a fit tries, ascending, for `n` samples at `rate` Hz.
 
-        They are those of `grid` between the user's limits. A limit that is at most a factor of 2 beyond the grid is
-        tried, too. Without limits, all values of the grid are tried. If there is no value to try, the grid is clipped
-        to the limits. `n` is the number of samples, `rate` the sampling rate in Hz.
+        Without limits of the user, these are the values of `grid`. With limits, they are the grid values between the limits
+        and each finite limit that is at most a factor of 2 beyond the grid (each finite limit if the grid contains 0).
+        If this leaves no value, they are the grid values clipped to the limits.
         """
         grid = self.grid(name, n, rate)
         if name not in self.limits:
@@ -576,7 +583,8 @@ class Stochastic(Effect):
     def like(cls, other: Effect, **values: Any) -> Self | None:
         """Effect of this kind with the shape parameters of the effect `other` and further `values` by JSON name.
 
-        None (default) if this kind cannot take over the shape of `other`, or if `values` are not those that it adds.
+        None if this kind cannot take over the shape of `other`, or if the names in `values` are not exactly the further
+        parameters of this kind. The base class returns None.
         """
         return None
 

@@ -167,7 +167,10 @@ def lag_parameter(name: str, description: str) -> Parameter:
 
 
 def log_grid(low: float, high: float, per_decade: int = 8, at_least: int = 4) -> Array:
-    """Array of logarithmically spaced values from `low` to `high`: `per_decade` in a decade, and at least `at_least`."""
+    """Array of logarithmically spaced values from `low` to `high`, both included.
+
+    There are about `per_decade` values in each decade, and at least `at_least` values in all.
+    """
     return np.geomspace(low, high, max(at_least, int(per_decade * np.log10(high / low))))
 
 

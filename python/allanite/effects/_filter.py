@@ -106,9 +106,9 @@ class Response:
 
     @cached_property
     def lag_zero(self) -> float:
-        """Variance at lag 0 of filtered white noise of variance 1, minus that of the exponentials of `modes`. Cached.
+        """Variance of filtered white noise minus the sum of the exponentials of `modes` at lag 0. Cached.
 
-        It is the power gain G(z) (`power`) at z = 0.
+        The white noise has variance 1 before the filter. The result is the power gain G(z) (`power`) at z = 0.
         """
         return complex(self.gain**2 * prod(self.zeros) / prod(self.poles)).real
 
@@ -300,9 +300,10 @@ def _separated_pole(phi: complex, response: Response) -> complex:
 
 
 def _sum_of_low_passes(term: Term, response: Response) -> list[Term]:
-    """List of white noise, exponentials and random walks whose sum approximates a power law or flicker term.
+    """List of white noise, exponentials and random walks whose sum approximates a power law or flicker `term`.
 
-    The time constants reach from one sample to 300 times the slowest time constant of the filter, at least 16 samples.
+    The filter is not applied yet; its poles determine the accuracy at low frequencies. Time constants reach from one sample
+    to 300 times the slowest time constant of the filter, at least 16 samples.
     """
     exponent, level = (
         (term.exponent, term.level) if isinstance(term, PowerLaw) else (-1.0, term.numbers[0])
@@ -334,7 +335,11 @@ def _sum_of_low_passes(term: Term, response: Response) -> list[Term]:
 
 
 def _filtered_lags(covariance: Array, response: Response) -> list[Term]:
-    """List of the terms of a process with finite autocovariance after the filter: exponentials and one `Lags`."""
+    """List of the terms of a process with finite autocovariance after the filter: some exponentials, then one `Lags`.
+
+    `covariance` is r(0), r(1), … of the process, and 0 beyond. Fast poles of the filter give no exponential: their
+    autocovariance is part of the `Lags`.
+    """
     last = covariance.size - 1
     both = np.concatenate([covariance[:0:-1], covariance])
     out: list[Term] = []

@@ -115,9 +115,10 @@ class Follower(Deterministic):
 
 
 def by_run(values: Array, starts: tuple[int, ...], function: Callable[[Array], Array]) -> Array:
-    """Array of shape (n,): `function`, which has memory, applied separately to the `values` of each joined log.
+    """Array of the results of `function` for each joined log in `values`, one after the other, shape (n,).
 
-    `starts` are the first samples of all logs but the first.
+    `function` has memory, such as a low-pass, which must not reach from one log into the next. `starts` are the indices of
+    the first samples of all logs but the first.
     """
     if not starts:
         return function(values)

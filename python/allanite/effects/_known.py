@@ -73,7 +73,11 @@ class Deterministic(Effect):
 
     @property
     def column_powers(self) -> tuple[int, ...]:
-        """Tuple of the power of the followed column that each amplitude multiplies; by default empty: no such function."""
+        """Tuple of one exponent for each amplitude, if the effect is a polynomial of a logged column, such as (1, 2).
+
+        Each amplitude is the coefficient of the column raised to its exponent. By default empty: the effect is no such
+        polynomial.
+        """
         return ()
 
     @property
@@ -88,9 +92,9 @@ class Deterministic(Effect):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Pair with the frequency of a line (at the first sample), Hz, as both ends; None for slow functions (`low`).
+        """Pair (f, f) with the frequency f of a line at the first sample, Hz.
 
-        None also without a frequency.
+        None for slow functions (`low`), and for an effect without a value of ``frequency``.
         """
         f: float | None = None if self.low else getattr(self, "frequency", None)
         return None if f is None else (f, f)
@@ -114,17 +118,17 @@ class Deterministic(Effect):
         return None
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:
-        """Tuple with one entry for each regressor: pairs (weight, `LaggedColumn`), whose weighted sum is the regressor.
+        """Tuple with one entry for each regressor: a tuple of pairs (weight, `LaggedColumn`).
 
-        Empty (default) if the regressors are not sums of low-passed columns.
+        The weighted sum of the low-passed columns is the regressor. By default empty: the regressors are no such sums.
         """
         return ()
 
     def seen_between(self, start: float, end: float) -> tuple[float, float] | None:
-        """Pair (lowest, highest) frequency of the function between two times, Hz.
+        """Pair (lowest, highest) frequency of the function between the times `start` and `end`, Hz.
 
-        By default None: for functions whose power is in the lowest ordinates (`low`), and for `Periodic` functions,
-        which have constant frequencies. `start` and `end` are in s from the first sample.
+        None (default) for functions whose power is in the lowest ordinates (`low`). None also for `Periodic` functions,
+        because their frequencies are constant. Times are in s from the first sample.
         """
         return None
 
@@ -148,7 +152,10 @@ class Deterministic(Effect):
         return [p.name for p in coefficients if not p.optional or getattr(self, p.name) is not None]
 
     def with_amplitudes(self, amplitudes: Array) -> Self:
-        """Copy with the k fitted `amplitudes`, shape (k,). By default they are the coefficients in the model."""
+        """Copy of the effect with the k fitted `amplitudes`, shape (k,), in the order of the columns of `regressors`.
+
+        By default the amplitudes are the coefficient parameters that a fit determines, in declared order.
+        """
         return self.with_values(
             **dict(zip(self._fitted_names(), map(float, amplitudes), strict=True))
         )

@@ -74,8 +74,8 @@ def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
 def power_law_lags(exponent: float, count: int) -> Array:
     """Array of the variogram r(0) − r(h) of the spectrum (2 sin(w/2))^exponent at lags h = 0 … count−1, shape (count,).
 
-    Fractional noise of order d = −a/2 with exponent a (Hosking 1981) has r(h) = Γ(1−2d)Γ(h+d)/(Γ(d)Γ(1−d)Γ(h+1−d)). The
-    formula is continued beyond d = ½, where only differences of r exist. At d = ½ the variogram is (2/π) Σ 1/(2k−1).
+    Fractional noise of order d = −exponent/2 (Hosking 1981) has r(h) = Γ(1−2d)Γ(h+d)/(Γ(d)Γ(1−d)Γ(h+1−d)). The formula is
+    continued beyond d = ½, where only differences of r exist. At d = ½ the variogram is (2/π) Σ 1/(2k−1) over k = 1 … h.
     Cached.
     """
     h = np.arange(count)

@@ -27,9 +27,9 @@ Switches = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def interval_switches(when: tuple[float, float] | None, factor: float | None) -> Switches:
-    """Pair: tuple of the start and the end in `when`, s, and tuple of the factors on the noise after each: `factor` and 1.
+    """Pair of tuples: (start, end) of the interval `when`, s, and (`factor`, 1), the factors on the noise from these times.
 
-    Both are empty if `when` is None. An end before the start counts as the start.
+    An end before the start is replaced by the start; a `factor` of None or 0 by 1. Both tuples are empty if `when` is None.
     """
     return ((), ()) if when is None else ((when[0], max(when)), (factor or 1.0, 1.0))
 
@@ -53,10 +53,10 @@ def interval_errors(
 ) -> dict[str, float]:
     """Dict of the standard errors of ``start`` and ``end`` (s) and ``factor`` of an interval with another noise level.
 
-    `rate` is the number of independent samples per second. The error of the factor is factor·√(2.034/2n) for n samples in
-    the interval; 2.034 = 7.81/3.84, because three values are estimated instead of one (95 % quantiles of χ²₃ and χ²₁).
-    The 95 % half-width of a boundary is 5.5/4D + 1 samples (Yao 1987, Ann. Statist. 15), and its error is 1/1.96 of that.
-    D = −ln ∫√(pq) compares the distributions p and q of a sample on both sides of the boundary.
+    `rate` is the number of independent samples per second. With n samples in the interval, the error of the factor is
+    factor·√(2.034/2n). Here 2.034 is 7.81/3.84, the ratio of the 95 % quantiles of χ²₃ and χ²₁, because three values are
+    estimated instead of one. A boundary has the 95 % half-width 5.5/4D + 1 samples (Yao 1987, Ann. Statist. 15); the error
+    is this half-width over 1.96. D = −ln ∫√(pq) compares the distributions p and q of a sample on both sides.
     """
     ratio, (start, end) = (factor or 1.0) ** 2, when or (0.0, 0.0)
     samples = max(1.0, (end - start) * rate)

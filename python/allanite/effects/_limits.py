@@ -85,15 +85,15 @@ def limitable(parameter: Parameter) -> bool:
 
 
 def limits_of(kind: str, parameters: Sequence[Parameter], given: Any) -> Limits:
-    """Checked `Limits` from user input (pairs by parameter name); ends outside a parameter's range become ∓∞.
+    """Checked `Limits` from user input `given`: a mapping of parameter names to pairs (lower, upper), None for no limit.
 
-    Pairs without a finite end are omitted.
+    A limit at or beyond an end of the parameter's own range becomes −∞ or ∞. Pairs without a finite limit are omitted.
 
     Raises
     ------
     InputError
-        Limits that are not pairs of numbers or None, are not in ascending order, or lie outside the parameter's range; or
-        a parameter that cannot have limits.
+        `given` is no mapping, a pair is not two numbers or None, or the lower limit is not below the upper one. Also if
+        both limits are outside the parameter's range on the same side, or if a parameter cannot have limits.
     """
     if not isinstance(given, Mapping):
         raise InputError(f"{kind}: limits must be (low, high) by name, found {str(given)[:40]!r}")

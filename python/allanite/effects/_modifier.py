@@ -97,16 +97,17 @@ class Modifier(Effect):
     def power_between(
         self, start: Array | float, end: Array | float, span: tuple[float, float]
     ) -> Array:
-        """Array of the mean power of the `band` from each `start` to each `end`, relative to that over `span`.
+        """Array of the mean power in the changed frequency `band` from each `start` to each `end`, shape of `start`.
 
-        By default all values are 1. Times are in s from the first sample.
+        The power is relative to the mean power over `span`, the first and last time of the record. Times are in s from the
+        first sample. By default all values are 1.
         """
         return np.ones(np.shape(start))
 
     def following(self, values: Array, coefficient: float) -> Self | None:
-        """Copy whose ln level is linear in a column's `values` with slope `coefficient`.
+        """Copy of the effect in which ln(noise level) is linear in the `values` of a column, with slope `coefficient`.
 
-        None if the kind cannot (default).
+        None (default) if effects of this kind do not follow a column.
         """
         return None
 

@@ -42,6 +42,9 @@ class Tone(Deterministic):
         return np.array([size * np.cos(phase), size * np.sin(phase)])
 
     def with_amplitudes(self, amplitudes: Array) -> Self:
-        """A copy with the amplitude and phase of a·sin + b·cos, where `amplitudes` = (a, b)."""
+        """A copy with the amplitude √(a² + b²), U, and the phase atan2(b, a), rad, of a·sin + b·cos.
+
+        `amplitudes` is the array (a, b).
+        """
         a, b = map(float, amplitudes)
         return self.with_values(amplitude=float(np.hypot(a, b)), phase=float(np.arctan2(b, a)))

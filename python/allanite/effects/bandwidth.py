@@ -187,10 +187,10 @@ class Bandwidth(Modifier):
         return rate * np.geomspace(low, lowpass.MAX_CUTOFF[design], 24)
 
     def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
-        """Pair (lowest, highest) value of a fit: half the lowest and twice the highest value of `searched`.
+        """Pair (lowest, highest) value of the shape parameter `name` that a fit of n samples at `rate` Hz may reach.
 
-        For a moving average, the lowest cutoff reaches down to that of a mean over a tenth of the record, but not below
-        0.0001 of the rate.
+        They are half the lowest and twice the highest value of `searched`. Only the lowest ``cutoff`` of a moving average
+        may be lower: the cutoff of an average over a tenth of the record, but at least 0.0001 times `rate`.
         """
         low, high = super().search_ends(name, n, rate)
         if name == "cutoff" and self.design == "moving_average":

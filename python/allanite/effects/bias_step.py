@@ -62,7 +62,10 @@ class BiasStep(Event):
     )
 
     def extended(self) -> tuple[Event, ...]:
-        """Tuple with one transient, which jumps at the time of the step and then decays back; empty without a time."""
+        """Tuple with one `Transient`: a jump at the time of the step that decays back to 0; empty without a time.
+
+        The height and the time constant of the transient have no values.
+        """
         from allanite.effects.transient import Transient
 
         return () if self.time is None else (Transient(time=self.time),)
@@ -167,9 +170,9 @@ def best_transition(
     m = np.arange(every, places, every)
 
     def cosine_sums(values: Array) -> Array:
-        """Array of the sums Σ_j values_j cos(πjm/K) for m = 0, 1, …, K, for each column of `values`.
+        """Array of the sums Σ_j values_j cos(πjm/K) over j = 1 … K − 1, for m = 0, 1, …, K, for each column of `values`.
 
-        K is the number of times.
+        K − 1 is the number of rows of `values`. The shape is (K + 1, columns).
         """
         padded = np.zeros((places + 1, values.shape[1]))
         padded[1:places] = values

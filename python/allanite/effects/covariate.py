@@ -92,7 +92,11 @@ class Covariate(Follower):
 
     @property
     def column_powers(self) -> tuple[int, ...]:
-        """Tuple of the power of the column that each amplitude multiplies: 1, and 2 and 3 if they are in the model."""
+        """Tuple of one exponent for each amplitude: (1,), (1, 2), (1, 3) or (1, 2, 3).
+
+        Each amplitude is the coefficient of the column raised to its exponent. The exponents 2 and 3 are present if the
+        quadratic and the cubic coefficient have values.
+        """
         return tuple(_POWERS[name] for name in self._fitted_names())
 
     def sums_of_lagged(self) -> tuple[tuple[tuple[float, LaggedColumn], ...], ...]:

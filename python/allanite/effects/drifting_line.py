@@ -46,9 +46,10 @@ class DriftingLine(Tone):
     rivals = ("sinusoid", "resonance")
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of values to try: 18 drifts, Hz/s, or frequencies, Hz, as for all effects.
+        """Array of values of the parameter `name` to try: 18 drifts, Hz/s, or frequencies, Hz, as in `Effect.grid`.
 
-        The drifts run from 1 to 256 cycles per record duration to both sides of 0.
+        The drifts are logarithmically spaced, from 1/T² to 256/T² and from −256/T² to −1/T², with T the duration of the
+        record.
         """
         if name == "drift":
             cycles = np.geomspace(1.0, 256.0, 9)

@@ -85,9 +85,9 @@ class DriftingResonance(Moving):
 
     @classmethod
     def like(cls, other: Effect, **values: Any) -> Self | None:
-        """Drifting resonance with damping and rms of the resonance `other` and the frequencies `course`, Hz.
+        """Drifting resonance with the damping and rms of `other` and the frequencies ``course`` (Hz) of `values`.
 
-        None if `other` is no `Resonance`, or if `values` are not just ``course``.
+        None if `other` is not exactly a `Resonance`, or if `values` have other names than ``course``.
         """
         if type(other) is not Resonance or values.keys() != {"course"}:
             return None

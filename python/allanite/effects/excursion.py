@@ -53,7 +53,8 @@ class Excursion(Away):
     def shape_error(self, name: str, variance: float, duration: float) -> float:
         """Standard error 5.6 S/height² of the start or the end, s.
 
-        The density S of the noise follows from the `variance` S·T/(l(T − l)) of the height of an excursion of length l.
+        The density S of the noise follows from the `variance` S·T/(l(T − l)) of the height of an excursion of length l in a
+        record of `duration` T. The length counts as at least 0.1 % and at most 99.9 % of T.
         """
         assert self.start is not None
         assert self.end is not None

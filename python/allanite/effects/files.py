@@ -134,12 +134,12 @@ def save_model(model: Model, path: str | Path, recording: Mapping[str, Any] | No
 
 
 def as_model(given: object) -> Model:
-    """`Model` of a model, model string, file name, effect or fit (any object with a `model`).
+    """`Model` from a `Model`, an effect, a model string, the path of a JSON file, or an object with a `model` (a fit).
 
     Raises
     ------
     InputError
-        An object of another type.
+        An object of another type, an invalid string or an invalid file.
     """
     given = getattr(given, "model", given)
     if isinstance(given, Effect):

@@ -70,9 +70,10 @@ class GaussMarkov(Stochastic):
         return (self.q_c, self.correlation_time) if self.q_c and self.correlation_time else None
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of correlation times, s, from four samples (a faster process is a filter) to half the record, 8 per decade.
+        """Array of correlation times to try, s, from four samples to half the record.
 
-        With a longer correlation time the process is a random walk.
+        There are about 8 per decade, at least 4 in all. A faster process would be a filter of white noise, a slower one a
+        random walk.
         """
         return log_grid(4.0 / rate, 0.5 * n / rate)
 

@@ -74,9 +74,9 @@ class HighPass(Filter):
         return tuple(self.with_values(order=float(o)) for o in ORDERS if self.order in (None, o))
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of cutoffs, Hz, eight per decade and at least six, up to a quarter of the rate.
+        """Array of cutoffs to try, Hz, about eight per decade and at least six, up to a quarter of the rate.
 
-        The lowest is 4/T, but at most a tenth of the rate.
+        The lowest is 4/T, with T the duration of the record, but at most a tenth of the rate.
         """
         return log_grid(min(4.0 / n, 0.1) * rate, 0.25 * rate, at_least=6)
 

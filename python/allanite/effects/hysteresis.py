@@ -95,7 +95,10 @@ class Hysteresis(Follower):
         return 2.0 * (self.coefficient or 0.0) * (self.width or 0.0)
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
-        """Array of the column after the hysteresis (play) operator of half-width `width`, shape (n, 1)."""
+        """Array of the followed column after the hysteresis (play) operator of half-width `width`, shape (n, 1).
+
+        The mean of the column is subtracted before. Each joined log is processed on its own. A `width` of None counts as 0.
+        """
         column = followed_column(self, covariates)
         column = column - column.mean()
         return by_run(column, self.starts, lambda run: play(run, self.width or 0.0))[:, None]

@@ -102,9 +102,10 @@ def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
 
 
 def generators(design: str, order: int, cutoff: float, white: float) -> Generators:
-    """List of (name, parameters) of the core's generators whose sum is white noise of variance `white`, low-pass filtered.
+    """List of (name, parameters) of generators of the compiled core whose outputs add up to low-pass filtered white noise.
 
-    Their outputs are added. A moving average of fractional length and finite filters need several.
+    `white` is the variance of a sample before the filter. A recursive design is one generator. A moving average of one
+    stage with a fractional length is the sum of two, and other finite filters are the sum of several.
     """
     if design == "moving_average" and order == 1:
         # For a fractional length, mix the means of the two neighboring whole lengths.
@@ -140,7 +141,7 @@ def _poles_and_zeros(design: str, order: int, cutoff: float) -> tuple[Poles, Pol
 
 
 def _clipped_cutoff(cutoff: float) -> float:
-    """Cutoff frequency of an FIR filter, clipped to 0.0001 … 10 cycles per sample."""
+    """The `cutoff` frequency (cycles per sample), clipped to 0.0001 … 10 cycles per sample."""
     return float(np.clip(cutoff, MIN_CUTOFF, 10.0))
 
 
@@ -195,9 +196,10 @@ def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
 
 
 def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
-    """Array of the `order` zeros, inside the unit circle, of the digital filter with the spectrum of a sampled low-pass.
+    """Array of the zeros of a digital filter whose spectrum is that of a sampled continuous Butterworth low-pass.
 
-    The low-pass is a continuous Butterworth filter whose sampled `poles` are given. The last zero is 0.
+    There are `order` zeros, the last one 0; all are inside the unit circle. `poles` are the poles of the digital filter,
+    `cutoff` is in cycles per sample.
     """
     if order == 1:
         return np.zeros(1, dtype=complex)

@@ -75,8 +75,8 @@ class ModulatedVibration(Resonance):
     def like(cls, other: Effect, **values: Any) -> Self | None:
         """Modulated vibration whose carrier is the resonance `other`: the same frequency, damping, power and limits.
 
-        `values` must be ``modulation`` (Hz) and ``depth``, otherwise None. None also if `other` is no resonance, or is
-        modulated already.
+        `values` are the ``modulation`` (Hz) and the ``depth``. None if their names differ, if `other` is no resonance, or
+        if it is a modulated vibration itself.
         """
         if not isinstance(other, Resonance) or isinstance(other, cls):
             return None

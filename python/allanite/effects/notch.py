@@ -80,10 +80,11 @@ class Notch(Filter):
     rivals = ("resonance", "bandwidth")
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of values to try: frequencies, Hz; three qualities; or two values of the amplitude gain at the center.
+        """Array of values to try for the parameter `name`: frequencies (Hz), qualities, or amplitude gains at the center.
 
-        Frequencies are 10 % apart and at least four, up to 0.48 of the rate. The lowest is 1/200 of the rate or 100/T, the
-        higher of both, but at most 0.4 of the rate.
+        There are three qualities and two gains. Frequencies are about 10 % apart and at least four, up to 0.48 of the rate.
+        The lowest is the higher of 1/200 of the rate and 100/T, with T the duration of the record, but at most 0.4 of the
+        rate.
         """
         if name != "frequency":
             return np.array(TRIED_QUALITIES if name == "quality" else TRIED_AMPLITUDES_LEFT)

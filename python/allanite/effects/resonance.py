@@ -76,10 +76,11 @@ class Resonance(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth", "quantization")
 
     def grid(self, name: str, n: int, rate: float) -> Array:
-        """Array of four dampings, or of frequencies, Hz, from 20/T to 0.48 of the rate.
+        """Array of values of the parameter `name` to try: four damping ratios from 0.01 to 0.35, or frequencies, Hz.
 
-        Frequencies are 10 % apart, or closer for a small known damping, so that no peak is missed. Dampings run from
-        the width of a bin to a broad band. A fit extends the grid by a factor of 2, up to the limit of ζ.
+        Frequencies run from 20/T (T: duration of the record) to 0.48 of the rate, at least four. They are about 10 % apart.
+        If the damping has a value below 0.077, they are 1.3 times the damping apart, at least 2.5 %, so that no peak is
+        missed.
         """
         if name == "damping":
             return np.array([0.01, 0.03, 0.1, 0.35])
@@ -99,12 +100,15 @@ class Resonance(Stochastic):
         return self.frequency - half, self.frequency + half
 
     def banded(self, low: float, high: float) -> Resonance:
-        """Copy whose half-width band is `low` … `high` Hz; its damping is limited to the maximum of 0.7."""
+        """Copy whose half-power band is `low` … `high` Hz; its damping is limited to the maximum of 0.7."""
         middle, widest = 0.5 * (low + high), self.parameter("damping").high
         return self.with_values(frequency=middle, damping=min(0.5 * (high - low) / middle, widest))
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """True if the band is wider than the resolution of the record, 2/`duration`; a narrower band is a line."""
+        """True if the half-power width of the resonance, 2·damping·frequency, is above 2/`duration`; `duration` is in s.
+
+        A narrower peak cannot be told from a line. `model` and `rate` are not used.
+        """
         return (
             2.0 * (self.damping or 0.0) * (self.frequency or 0.0) * duration
             > MIN_WIDTH_TIMES_DURATION
@@ -121,7 +125,11 @@ class Resonance(Stochastic):
 def oscillations(
     frequencies: Sequence[float], damping: float, rate: float, variance: float = 1.0
 ) -> tuple[Term, ...]:
-    """Tuple of the exponential of a resonance at each of the `frequencies`, Hz, each with this `variance`; `rate` in Hz."""
+    """Tuple with one term for each of the `frequencies` (natural, Hz): a damped oscillation of this `variance`.
+
+    Each term is a complex exponential autocovariance (`Exponential`) of a resonance with damping ratio `damping`, sampled
+    at `rate` Hz.
+    """
     root = math.sqrt(1.0 - damping**2)
     turn = complex(-damping, root) * 2.0 * math.pi / rate
     a = complex(variance, -variance * damping / root)

@@ -51,10 +51,11 @@ def in_figure_unit(deviation: Deviation) -> Deviation:
 
 
 def units_of_sheets(parameter: Parameter) -> Mapping[str, str]:
-    """Mapping from kind of sensor to the unit in which data sheets state a coefficient; empty without such a unit.
+    """Mapping from the kind of sensor to the unit in which data sheets state the coefficient `parameter`.
 
-    A coefficient that declares no such unit has that of Q, N, B, K or R, the one with the same power of seconds: an
-    amplitude is in °/h like B. Empty for parameters that do not depend on the unit of the samples.
+    It is the mapping that the parameter declares. Otherwise it is the mapping of the coefficient among Q, N, B, K and R
+    with the same power of seconds: an amplitude is in °/h like B. Empty if there is none, or if the unit of `parameter`
+    does not depend on the unit of the samples.
     """
     if not isinstance(parameter.unit, float):
         return {}
@@ -63,10 +64,10 @@ def units_of_sheets(parameter: Parameter) -> Mapping[str, str]:
 
 
 def sheet_unit(parameter: Parameter, sample: str) -> str:
-    """Unit in which tables and figures show a parameter if the samples are in the unit `sample`: that of data sheets.
+    """Unit of a parameter as in data sheets, for tables and figures; `sample` is the unit of the samples.
 
-    For gyroscopes N is in °/√h and B in °/h, for example, unless another unit was requested. A parameter whose unit does
-    not depend on the samples, such as Hz, keeps this unit.
+    For gyroscopes, N is in °/√h and B in °/h, for example, unless another unit was requested. A unit that does not
+    depend on the samples, such as Hz, is returned unchanged.
     """
     power = parameter.unit
     if not isinstance(power, float):
@@ -75,10 +76,11 @@ def sheet_unit(parameter: Parameter, sample: str) -> str:
 
 
 def in_sheet_unit(value: Estimate, parameter: Parameter) -> Estimate:
-    """`Estimate` of a fit, converted to the unit in which tables and figures show the `parameter` (`sheet_unit`).
+    """`Estimate` of a fitted `parameter`, converted to the unit in which tables and figures show it.
 
-    A change with a logged column is in °/s or mg, or the requested unit, per unit of the column. Unchanged if its unit does
-    not depend on that of the samples, or is unknown.
+    A coefficient gets its unit in data sheets (`sheet_unit`). A change per unit of a logged column is in °/s or mg, or in
+    the requested unit, per unit of the column. Any other estimate is returned unchanged, as is a change whose unit is
+    unknown.
     """
     if isinstance(parameter.unit, float):
         sample = value.unit.removesuffix(coefficient_unit("", parameter.unit))

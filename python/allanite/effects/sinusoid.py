@@ -72,9 +72,9 @@ class Sinusoid(Periodic):
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[float]) -> Self:
-        """New effect with a line at `frequency` (Hz), and at each further factor of `multiples` times the frequency.
+        """New sinusoid with one line at each of the `multiples` of `frequency`, Hz; the first of the `multiples` must be 1.
 
-        The first factor is 1. The amplitude of the first line is None, those of further lines are 0.
+        The amplitude of the first line is None (to be fitted). The amplitudes and phases of all further lines are 0.
         """
         empty = tuple(float(v) for m in multiples[1:] for v in (m, 0.0, 0.0))
         return cls(frequency=frequency, overtones=empty or None)
@@ -102,7 +102,10 @@ class Sinusoid(Periodic):
         return f"comb of {len(self.lines)} lines" if self.spaced else super().name_for(kind)
 
     def with_amplitudes(self, amplitudes: Array) -> Self:
-        """A copy with the amplitude and phase of a·sin + b·cos for each line, from `amplitudes` (a₁, b₁, a₂, b₂ …)."""
+        """A copy with new amplitudes and phases of the fundamental and of its overtones.
+
+        `amplitudes` is (a₁, b₁, a₂, b₂, …): line k is aₖ·sin + bₖ·cos at its frequency. The fundamental is line 1.
+        """
         size = np.hypot(amplitudes[::2], amplitudes[1::2])
         phase = np.arctan2(amplitudes[1::2], amplitudes[::2])
         rest = [

@@ -59,7 +59,10 @@ class _Reader:
         return None
 
     def take_name(self, what: str) -> tuple[str, int]:
-        """Pair: the next name, consumed, and its position; InputError "expected `what`" without a name."""
+        """Pair (next name, position of its first character); the position of the reader moves behind the name.
+
+        InputError "expected `what`" if no name follows.
+        """
         self.skip_space()
         match = _TOKEN.match(self.text, self.at)
         if match is None or match["name"] is None:
@@ -105,10 +108,11 @@ class _Reader:
         return self.text[start : self.at].strip()
 
     def take_factor(self, parameter: Parameter, place: int) -> float:
-        """Factor that converts the value before the present position to the unit of `parameter`; 1 if no unit follows.
+        """Factor from the unit at the present position to the unit of `parameter`; the position moves behind the unit.
 
-        The unit is consumed. The attribute `unit` becomes the unit of the samples that it implies. Without a unit, `bare`
-        becomes the name and position (`place`) of the coefficient, if it is the first one. InputError for another unit.
+        Without a unit the factor is 1. A coefficient, whose unit depends on the unit of the samples, also changes
+        attributes of the reader. With a unit, `unit` becomes the unit of the samples, and `has_units` becomes True. Without
+        a unit, `bare` becomes its name and position `place`, unless `bare` is set. InputError for a unit that does not fit.
         """
         start = self.at
         own = self.take_unit()
@@ -136,7 +140,10 @@ class _Reader:
         raise self.error_at(f"{parameter.name} in {own}: {problem}", place)
 
     def take_match(self, pattern: re.Pattern[str], what: str) -> str:
-        """First group of the match of `pattern` at the present position, consumed; InputError "expected `what`" without."""
+        """First group of the match of `pattern` at the present position; the position moves behind the match.
+
+        InputError "expected `what`" if `pattern` does not match there.
+        """
         match = pattern.match(self.text, self.at)
         if match is None:
             raise self.error_at(f"expected {what}")

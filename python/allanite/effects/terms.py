@@ -181,9 +181,10 @@ class Blue(_Sized):
         return replace(self, ends=False)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair (name, parameters) with which the core computes the variances of the cosine ordinates of n samples.
+        """Pair (name, parameters) for the variances of the cosine-transform coefficients of n samples.
 
-        Without the leakage of the first and last sample (`ends` False) these are the values of the spectrum.
+        The compiled core computes the variances from this pair. If `ends` is False, they are the values of the spectrum,
+        without the leakage of the first and last sample.
         """
         return self.kernel if self.ends else ("power_law", [2.0, self.variance, 1.0])
 
@@ -241,7 +242,11 @@ class Flicker(_Sized):
         return self.variance * power_law_allan(-1.0, m)
 
     def at_ordinates(self, n: int) -> tuple[str, list[float]]:
-        """Pair ("flicker", [B², q₁, …, q₆₄]), with which the core computes variances of ordinates; q as in `PowerLaw`."""
+        """Pair ("flicker", [B², q₁, …, q₆₄]) for the variances of the cosine-transform coefficients of n samples.
+
+        The compiled core computes the variances from this pair. Each q is the ratio of the variance of a coefficient to the
+        spectrum, see `power_law_ends`; for n below 65 there are n − 1 ratios.
+        """
         return self.name, [self.variance, *power_law_ends(-1.0, n)]
 
     def variogram(self, count: int) -> Array:

@@ -71,9 +71,9 @@ class Transient(Event):
         return self._edge_error(density)
 
     def regressors(self, time: Array, covariates: Columns) -> Array:
-        """Array with 0 before the jump, then the decay from 1, shape (n, 1).
+        """Array of the transient at amplitude 1, shape (n, 1): 0 before the jump, then e^{−t/T} at time t after the jump.
 
-        Without values the jump is at 0 and the time constant 1 s.
+        Without values the jump is at 0 and the time constant T is 1 s.
         """
         after = time - (self.time or 0.0)
         decay = np.exp(-np.maximum(after, 0.0) / (self.time_constant or 1.0))
@@ -83,10 +83,11 @@ class Transient(Event):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> Array:
-        """Array of cosine-transform coefficients j of the transient of each of the `points`, shape (points, ordinates).
+        """Array of cosine-transform coefficients j of the transient of each of the `points` at amplitude 1.
 
-        They are √(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z), with A the value at the first sample k. Here z = r e^{iθ},
-        r = e^{−1/(rate T)} and θ = πj/n. e^{iθ/2}/(1 − z) is ((1 − r) cos ½θ + i (1 + r) sin ½θ)/((1 − r)² + 4r sin² ½θ).
+        Its shape is (points, ordinates). The coefficients are √(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z). Here A is the
+        value at the first sample k of the transient, z = r e^{iθ}, r = e^{−1/(rate T)} and θ = πj/n. The computed form of
+        e^{iθ/2}/(1 − z) is ((1 − r) cos ½θ + i (1 + r) sin ½θ)/((1 − r)² + 4r sin² ½θ).
         """
         at = np.array([p.time or 0.0 for p in points])
         decay = np.array([p.time_constant or 1.0 for p in points])

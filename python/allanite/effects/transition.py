@@ -72,9 +72,9 @@ class Transition(Event):
     ) -> Array:
         """Array of cosine-transform coefficients j of the transition of each of the `points`, shape (points, ordinates).
 
-        A transition from sample k to l has (h(k) − h(l))/(l − k), with h(k) the transform of max(i − k, 0); k may lie
-        between samples. With m the first sample after k, max(i − k, 0) is a step of m − k at m and a step of 1 at each
-        later sample. With a = πj/2n, h(k) is −√(1/2n) ((m − k) sin 2am + cos a(2m + 1)/(2 sin a))/sin a, plus a part
+        A transition from k to l, in samples, has (h(k) − h(l))/(l − k), with h(k) the transform of max(i − k, 0). Here k
+        and l may be fractions. With m the first sample after k, max(i − k, 0) is a step of m − k at m and a step of 1 at
+        each later sample. With a = πj/2n, h(k) is −√(1/2n) ((m − k) sin 2am + cos a(2m + 1)/(2 sin a))/sin a, plus a part
         independent of k.
         """
         edges = (np.array([p._edges() for p in points]) - start) * rate

@@ -81,9 +81,9 @@ class Unexplained(Stochastic):
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """Tuple of effects with one band each, three per octave and at least two.
+        """Tuple of effects with one band each, about three per octave and at least two in all, in ascending order.
 
-        Their frequencies reach from 16 periods in the record (`n` samples at `rate` Hz) to 0.45 times `rate`.
+        Their center frequencies reach from 16/T, with T the duration of `n` samples at `rate` Hz, to 0.45 times `rate`.
         """
         low, high = MIN_PERIODS * rate / n, MAX_BAND_FREQUENCY * rate
         count = max(2, int(BANDS_PER_OCTAVE * np.log2(high / low)))
