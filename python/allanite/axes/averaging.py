@@ -83,11 +83,11 @@ def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> t
 def _average_of(
     recording: Recording, names: Sequence[str], studies: Mapping[str, Study]
 ) -> Averaged | None:
-    """`Averaged` of the named columns with weights proportional to 1/N², and its gain over the best column.
+    """`Averaged`: mean of the named columns with weights proportional to 1/N², and its gain over the best column.
 
     The gain is that of the Allan deviation at averaging times of 1, 10, 100, … samples.
 
-    None if an N is 0, the samples are angles, or the record has fewer than 50 samples.
+    None if an N is not above 0, the samples are angles, or the record has fewer than 50 samples.
     """
     noise = np.array([float(studies[name].fit["N"]) for name in names])
     most = recording.n // MIN_AVERAGES

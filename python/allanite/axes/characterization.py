@@ -258,7 +258,10 @@ class Characterization:
         )
 
     def table(self, width: int = 100, words: Mapping[str, str] = CALL) -> str:
-        """Text table of all axes, as ``print`` shows it, wrapped at `width` characters; `words` names parameters."""
+        """Text table of all axes, as ``print`` shows it, wrapped at `width` characters.
+
+        `words` maps parameters, such as ``rate``, to the names that the remarks use for them (call or command line).
+        """
         from allanite.axes.table import table
 
         return table(self, width, words)
@@ -278,7 +281,7 @@ class Characterization:
 
 
 def common_of(studies: Mapping[str, Study]) -> Common:
-    """`Common`: model forms, lines, events and noise that several characterized columns share.
+    """`Common`: effects, lines, events and noise that several characterized columns share.
 
     Parameters
     ----------
@@ -290,7 +293,7 @@ def common_of(studies: Mapping[str, Study]) -> Common:
     cross = cross_spectra(fits)
 
     def sensor(names: tuple[str, ...]) -> Sensor:
-        """`Sensor` of the named columns."""
+        """`Sensor` of the named columns: kind, columns, what their models have in common, and their cross spectra."""
         own = {name: fits[name] for name in names}
         kind = kind_of_sensor(names[0], own[names[0]].recording.unit)
         within = tuple(c for c in cross if own.keys() >= {*c.columns})

@@ -75,22 +75,22 @@ class Form:
     def agree(self) -> bool:
         """True if no parameter differs significantly between the axes, at 5 % over all parameters together (Bonferroni).
 
-        True without parameters.
+        True if no parameter can be compared.
         """
         least = min((n.pooled.p_value for n in self.numbers), default=1.0)
         return least * len(self.numbers) >= DIFFERENCE_LEVEL
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: model, agree and parameters."""
+        """Dict for JSON: ``model`` (sum of short names), ``agree`` (bool), ``parameters`` (list of those compared)."""
         form = {"model": self.model, "agree": self.agree}
         return form | {"parameters": plain_value(self.numbers)}
 
 
 def common_form(fits: Mapping[str, Fit]) -> Form | None:
-    """`Form`: model form that holds for every axis; None for fewer than two axes or without a common noise process.
+    """`Form`: the effects that all axes have in common; None for fewer than two axes or without a common noise process.
 
-    An effect belongs to the form if every axis either detects it or cannot exclude it with the values of another axis.
-    An effect that no axis detects belongs to the form if every model has it.
+    An effect belongs to the form if each axis detects it, or has a record that is compatible with its values on another
+    axis. If no axis detects an effect, it belongs to the form if every model has it.
 
     Parameters
     ----------
@@ -183,8 +183,8 @@ class _Axis:
 def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
     """True if the effect `label` can be in the model of every axis.
 
-    Each axis must detect the effect, or its record must not exclude the values of an axis that does. If no axis detects the
-    effect, True if every model has it.
+    An axis that does not detect the effect must have a record that is compatible with its values on an axis that does. If
+    no axis detects the effect, True if every model has it.
     """
     detecting = [axis for axis in axes if axis.detects(label)]
     if not detecting:
@@ -196,7 +196,7 @@ def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
 def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
     """Yields one `Agreement` (pooled value and p-value of equality) per parameter of the effect `label`.
 
-    Only axes that detect the effect, and the parameter with a standard error, count. Omitted are derived parameters,
+    It compares the axes that detect the effect and have a standard error of the parameter. Omitted are derived parameters,
     parameters of fewer than two such axes, and units that cannot be converted to that of the first axis.
     """
     detecting = [axis for axis in axes if axis.detects(label)]
@@ -235,10 +235,10 @@ def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
 
 
 def _labels_of_model(model: Model, shapes_of: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
-    """Tuple of the label of each effect of a model, in the order of the effects, such as ``SIN`` and ``SIN2``.
+    """Tuple of labels, one per effect of a model in its order, such as ``SIN`` and ``SIN2``.
 
-    `shapes_of` maps each kind to the logarithms of the first shape parameter, such as a frequency, for its labels ``SIN``,
-    ``SIN2``, …. The assignment has the least sum of distances to these logarithms.
+    `shapes_of` maps a kind of effect to numbers: logarithms of a frequency (or other shape) for ``SIN``, ``SIN2``, …. The
+    effects of a kind are assigned to these numbers so that the sum of all distances is least.
     """
     from scipy.optimize import linear_sum_assignment
 

@@ -88,9 +88,10 @@ class _Occurrence:
 
 
 def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
-    """Tuple of `CommonLine`: lines whose frequencies agree within their errors on several columns, lowest first.
+    """Tuple of `CommonLine`, lowest frequency first: frequencies that agree within their errors on several columns.
 
-    Repetition rates count as lines. Empty without any.
+    They are frequencies of lines and of bands of noise, and the rates at which bands or noise levels repeat. Empty if no
+    frequency agrees.
     """
     return tuple(_common_line(group) for group in _agreeing_groups(fits, _frequencies))
 
@@ -125,9 +126,10 @@ def _agreeing_groups(
 
 
 def _frequencies(column: str, fit: Fit) -> list[_Occurrence]:
-    """List of `_Occurrence`: frequency (Hz), its standard error and kind of each line and band of a fit.
+    """List of `_Occurrence` (frequency in Hz, standard error, column, kind): one per line and per band of noise of a fit.
 
-    Rates at which bands or noise levels repeat are listed too, equal ones once. A moving band has its mean frequency.
+    A band that moves has its mean frequency. Rates at which bands or noise levels repeat follow, without duplicates.
+    Frequencies without a standard error are omitted.
     """
     out: list[_Occurrence] = []
     repeating: list[_Occurrence] = []
@@ -196,7 +198,10 @@ def _weighted_mean(group: list[_Occurrence]) -> tuple[float, float]:
 
 
 def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
-    """True if `line` agrees with the weighted mean of a group, and the group has no occurrence of the same column."""
+    """True if `line` agrees within the errors with the weighted mean of `group`, which has no entry of the same column.
+
+    False if the group has one.
+    """
     if line.column in {s.column for s in group}:
         return False
     mean, error = _weighted_mean(group)

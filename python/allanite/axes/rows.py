@@ -36,7 +36,10 @@ class Row:
 
 
 def rows(studies: Mapping[str, Study]) -> list[Row]:
-    """List of `Row` with one cell per study: model, parameters (data-sheet units, then SI), discrepancy δ and verdict."""
+    """List of `Row` with one cell per study: model name, parameters, discrepancy of the model δ, and verdict.
+
+    Parameters have a row in the data-sheet unit with intervals, then rows in other units (SI) without.
+    """
     fits = [study.fit for study in studies.values()]
     out = [Row("model", tuple(fit.model.name for fit in fits))]
     labels = labels_of([fit.model for fit in fits])
@@ -122,8 +125,8 @@ def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fi
 def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True) -> str:
     """Text of a cell (effect, parameter, estimate) without its unit: value and 95 % interval, converted to `unit` if given.
 
-    With `interval` False, only the value with four digits. A value that was not fitted has its reason in brackets.
-    ``< limit`` if the parameter was not detected; a dash without a limit, and for None.
+    None gives a dash. A parameter that was not detected gives ``< limit``, or a dash without an interval. A value without
+    an interval has four digits, then the reason in brackets if it was not fitted. With `interval` False, only four digits.
     """
     if cell is None:
         return ABSENT
@@ -138,7 +141,7 @@ def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = 
 
 
 def _discrepancy_text(fit: Fit) -> str:
-    """Text ``0.5 % (0.1 … 0.9)``: model discrepancy of a fit with its interval."""
+    """Text such as ``0.5 % (0.1 … 0.9)``: discrepancy between model and data of a fit, with its 95 % interval."""
     found = fit.discrepancy
     low, high = found.interval
     return f"{number(found.percent, 2)} % ({low:.2g} … {high:.2g})"

@@ -144,11 +144,11 @@ def improve_columns(
     seconds: float | None = None,
     on_study: Callable[[Study], None] | None = None,
 ) -> list[Study | AllaniteError]:
-    """List with one entry per column: its study, or the package error that explains why there is none.
+    """List with one entry per column: its study, or the package's exception that explains why there is none.
 
-    `models` are the initial models of the columns. The other parameters are those of `characterize`. Columns are
-    computed in parallel and share `seconds`; `allanite.improve_columns` gives `seconds` to each column. Errors of other
-    kinds are raised.
+    `models` are the initial models of the columns. The other parameters are those of `characterize`. Columns are computed
+    in parallel and share `seconds`. (`allanite.improve_columns` gives `seconds` to each column.) Other exceptions are
+    raised.
     """
     end = None
     if seconds is not None:
@@ -167,14 +167,18 @@ def improve_columns(
         return max((end - time.monotonic()) * min(max_parallel_columns(), left) / left, MIN_SECONDS)
 
     def study(column: Recording, model: Start) -> Study:
-        """`Study` of one column within its share of the time; calls `on_progress` and then `on_study`.
+        """`Study` of one column within its share of the time.
 
-        Data that only the search needs are deleted from the study.
+        Calls `on_progress` when the column ends (also with an error), and then `on_study` with the study. Data that only
+        the search needs are deleted from the study.
         """
         name, most = column.columns[0], limit + 1
 
         def report(done: int, _total: int) -> None:
-            """Call `on_progress` with (column, steps done, maximum), except for the last step, which comes at the end."""
+            """Call `on_progress` (unless None) with (column name, `done`, maximum number of steps).
+
+            Does nothing for the last step, which `study` reports when the column is finished.
+            """
             if on_progress is not None and done < most:
                 on_progress(name, done, most)
 

@@ -77,11 +77,11 @@ _Pair = tuple[tuple[str, str], "CrossBand"]
 def shared_noise(
     cross: Sequence[CrossSpectrum], lines: Sequence[CommonLine], fits: Mapping[str, Fit]
 ) -> tuple[SharedNoise, ...]:
-    """Tuple of `SharedNoise`, one per source of significant coherent noise: common lines, then others by frequency.
+    """Tuple of `SharedNoise`, one per source of significant coherent noise: common lines first, then others by frequency.
 
-    A line is the source of an octave if it would cause at least half of the measured coherence. Other pairs of columns in
-    one octave that share a column are one source. Neighboring octaves are one source if the columns of one octave are among
-    those of the other octave.
+    The significant octaves of all pairs of columns are grouped by source. A line is the source if it would cause at least
+    half of the measured coherence. Otherwise, pairs that share a column in one octave are one source. Groups of adjacent
+    octaves are joined if the columns of one group are among those of the other.
     """
     of_lines: dict[CommonLine, list[_Pair]] = {}
     unexplained: list[_Pair] = []
@@ -118,9 +118,10 @@ def shared_noise(
 def _noise_of_pairs(
     columns: tuple[str, ...], pairs: Sequence[_Pair], line: CommonLine | None
 ) -> SharedNoise:
-    """`SharedNoise` of `columns` over the octaves of all `pairs`, with the coherence of the clearest pair.
+    """`SharedNoise` of `columns` over the frequency range of all `pairs`, with the coherence of the clearest pair.
 
-    The clearest pair has the largest coherence relative to its 95 % quantile for independent columns.
+    The clearest pair has the largest coherence relative to its 95 % quantile for independent columns. `line` is the common
+    line that causes the noise, or None.
     """
     # For few ordinates, independent axes have a larger coherence.
     pair, band = max(pairs, key=lambda one: one[1].coherence / one[1].chance)
@@ -129,14 +130,14 @@ def _noise_of_pairs(
 
 
 def _columns_of_pairs(pairs: Iterable[_Pair]) -> set[str]:
-    """Set of the names of all columns in `pairs`, each (names of two columns, their coherence in an octave)."""
+    """Set of the names of all columns in `pairs`. Each pair is ((name, name), their coherence in an octave)."""
     return {column for pair, _ in pairs for column in pair}
 
 
 def _are_neighbors(one: Sequence[_Pair], other: Sequence[_Pair]) -> bool:
-    """True if two groups of coherent column pairs, each of one octave, are one source.
+    """True if two groups of coherent column pairs have the same source. Each group is of one octave.
 
-    The octaves must be adjacent, and the columns of one group be among those of the other.
+    The two octaves must be adjacent, and the columns of one group must be among those of the other.
     """
     (_, a), (_, b) = one[0], other[0]
     if a.high != b.low and a.low != b.high:
@@ -161,9 +162,9 @@ def _connected_groups(items: Iterable[T], joins: Callable[[T, T], bool]) -> list
 def _coherence_of_line(
     line: CommonLine, pair: tuple[str, str], band: CrossBand, fits: Mapping[str, Fit]
 ) -> float:
-    """Squared coherence that a line would cause in one octave if both columns had the same line signal.
+    """Squared coherence, in the octave `band`, that `line` would cause if both columns of `pair` had the same line signal.
 
-    It is 0 if the line is not on both columns.
+    0 if `line` is not on both columns.
     """
     shares = [_resonance_share(line, name, fits[name]) for name in pair if name in line.columns]
     if len(shares) < 2:
@@ -175,10 +176,10 @@ def _coherence_of_line(
 
 
 def _resonance_share(line: CommonLine, column: str, fit: Fit) -> Array:
-    """Share of the fitted spectrum of `column` that a resonance causes, in each bin of the spectrum, shape (bins,).
+    """Array, shape (bins,): share of the fitted spectrum of `column` that one resonance causes, in each bin of frequency.
 
-    The resonance is the random process of the line's kind whose band is nearest to the line. If the line is a sinusoid,
-    which the fit subtracts, all shares are 0.
+    The resonance is the random process of the line's kind whose band is nearest to the line. All shares are 0 if the fit
+    has no such process, for example if the line is a sinusoid.
     """
     kind = line.kinds[line.columns.index(column)]
     own = [process for process in fit.solution.processes if process.effect.kind == kind]

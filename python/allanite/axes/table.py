@@ -70,7 +70,10 @@ def _wrapped_lines(text: str, width: int) -> list[str]:
 
 
 def _sensor_lines(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str]:
-    """List of texts: lines of the table of one sensor, its legend and its sentences; axes beyond `width` follow below."""
+    """List of texts: lines of the table of one sensor, then its legend and the sentences on what its axes have in common.
+
+    If not all axes fit into `width` characters side by side, further tables with the other axes follow.
+    """
     lines = []
     names = list(studies)
     while names:

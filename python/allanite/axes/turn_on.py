@@ -68,7 +68,7 @@ class TurnOn:
         return text
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: logs, mean, sigma, interval, temperature (None without one) and unit."""
+        """Dict for JSON: logs, mean, sigma, interval, unit and temperature (dict, or None if none explains the bias)."""
         names = ("column", "share", "residual", "slope")
         temperature = {name: getattr(self, name) for name in names}
         return fields_dict(self, **dict.fromkeys(names, "")) | {
@@ -106,7 +106,7 @@ def turn_on_biases(
 
 
 def column_means(recording: Recording) -> dict[str, float]:
-    """Dict from the name of each logged column (covariate), such as a temperature, to its mean without NaN."""
+    """Dict from the name of each logged column (covariate), such as a temperature, to its mean without NaN; often empty."""
     return {name: float(np.nanmean(values)) for name, values in recording.covariates.items()}
 
 
@@ -118,7 +118,7 @@ def _column_named(log: Sequence[Recording], name: str) -> Recording | None:
 def turn_on_bias(
     biases: Sequence[float], temperatures: Sequence[Mapping[str, float]], unit: str
 ) -> TurnOn:
-    """`TurnOn`: mean and spread of the bias between logs, and the temperature that explains a part.
+    """`TurnOn`: mean and spread of the bias between logs, and the temperature that explains most of it, if any.
 
     Parameters
     ----------
@@ -147,9 +147,9 @@ def _best_temperature(
 ) -> tuple[str, float, float, float]:
     """Tuple (name, R², residual standard deviation, slope) of the logged column that explains most of `means`.
 
-    `means` and the dicts of `temperatures` have one entry per log, and each column is a straight-line regressor. R² is
-    corrected for the degrees of freedom. If no column is significant (5 % over all columns), or with fewer than 4 logs, the
-    tuple is ("", 0, 0, 0).
+    `means` and `temperatures` (means of the logged columns, by name) have one entry per log. The regressor of each column
+    is a straight line, and R² is corrected for the degrees of freedom. The tuple is ("", 0, 0, 0) for fewer than 4 logs, or
+    if no column is significant (5 % over all columns).
     """
     from scipy.stats import linregress
 

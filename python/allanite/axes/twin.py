@@ -86,8 +86,8 @@ def twin(
     """`Twin`: simulated recording of every axis of a saved characterization, and what the simulation lacks.
 
     The axes are simulated independently; `seed` and the number of the axis determine its noise. Each axis has the mean of
-    the measured axis, is rounded to its step and clipped where the measured axis was. Filters, lines, drifts and steps are
-    those of its model.
+    the measured axis and is clipped where that axis was. It is rounded to the measured step, unless its noise contains the
+    rounding. Filters, lines, drifts and steps are those of its model.
 
     Parameters
     ----------
@@ -158,7 +158,10 @@ def twin(
 
 
 def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
-    """List of sentences, one per shared noise that a simulation lacks; deterministic common lines are not listed."""
+    """List of sentences, one per noise that several axes share and that a simulation of independent axes lacks.
+
+    `common` is that entry of a saved characterization. Common lines that are sinusoids are not listed.
+    """
     steady = {cls.kind for cls in CATALOGUE if issubclass(cls, Deterministic)}
     lines = {line["frequency_hz"] for line in common.get("lines", ()) if steady >= {*line["kinds"]}}
     return [
@@ -192,8 +195,8 @@ def _simulatable_model(
 def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Model, float | None]:
     """Tuple (model whose white noise is smaller by the variance step²/12 that rounding will add, `step`).
 
-    The tuple is (`model`, None) if there is no step or no white noise, or if the step is too coarse
-    (`MAX_ROUNDING_SHARE`). The same holds for a model with a filter, where a smaller N would change the spectrum.
+    The tuple is (`model`, None) if there is no step, no white noise, or a filter in the model. The same holds if the
+    rounding would be more than half of the white noise.
     """
     white = model.white
     filtered = any(not (e.passing or e.removes) for e in model.modifiers)
@@ -211,8 +214,8 @@ def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Mo
 def _as_recorded(samples: Array, known: Mapping[str, Any], step: float | None) -> Array:
     """Array of simulated `samples` as the sensor would record them.
 
-    `known` is the dict of `sample_statistics`. Its mean is added, and the sum is rounded to multiples of `step` (unless
-    None). It is then limited to the values in ``clipped``, the ends of the sensor's range.
+    `known` is the dict of `sample_statistics`. Its mean is added; then the samples are rounded to multiples of `step`,
+    unless None. Last, they are limited to the values in ``clipped``, the ends of the sensor's range, if it has any.
     """
     out = samples + float(known.get("mean", 0.0))
     if step is not None:

@@ -36,7 +36,7 @@ def title(found: Characterization) -> str:
 
 
 def common_form_sentences(sensor: Sensor) -> list[str]:
-    """List of texts: sentences on a sensor's common model form, on parameters that agree or differ, and on correlation.
+    """List of sentences: effects that all axes of a sensor have in common, parameters that agree or differ, correlation.
 
     Empty for a sensor of one column.
     """
@@ -89,7 +89,10 @@ def _difference_text(number: Agreement, sensor: Sensor) -> str:
 
 
 def _agreement_text(number: Agreement, sensor: Sensor) -> str:
-    """Item ``N = 0.3 (0.2 … 0.4) °/√h, p 0.4`` for a list of parameters that agree between axes."""
+    """Text ``N = 0.3 (0.2 … 0.4) °/√h, p 0.4``: mean of a parameter over the axes, its interval, and p-value of equality.
+
+    The compared axes follow if they are not all axes of the sensor.
+    """
     pooled, declared = number.pooled, number.parameter
     value = Estimate(pooled.value, None, pooled.interval, pooled.unit)
     value = in_sheet_unit(value, declared)

@@ -158,7 +158,7 @@ class Working:
         return out or ["nothing above the noise at rest"]
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON of all results; the entry notes repeats `reasons`, and motion is None without motion."""
+        """Dict for JSON of all results; the entry ``notes`` repeats `reasons`, and ``motion`` is None without motion."""
         return {
             **fields_dict(self, broad="broad_hz", interval="", rate="", unit=""),
             "N": {"value": self.N, "interval": list(self.interval)},
@@ -177,7 +177,8 @@ def working_states(
 ) -> dict[str, Working]:
     """Dict from column name to its `Working`: the model of the column with the noise that running motors add.
 
-    `studies` are those of the log at rest, `recordings` the log with running motors. Only columns of both logs are in it.
+    `studies` are those of the log at rest, `recordings` the log with running motors. Columns of only one of them are
+    omitted.
 
     Raises
     ------
@@ -228,12 +229,12 @@ def check_working(quiet: Sequence[Recording], recordings: Sequence[Recording]) -
 
 
 def _working_state(fit: Fit, log: Recording) -> Working:
-    """`Working`: noise at work of one column, from its fit at rest and its working log.
+    """`Working`: noise at work of one column, from its fit at rest and its log at work.
 
-    N grows by the mean excess of density above the frequencies of motion. The range ends at 10 Hz or at twice the end of
-    motion, the larger of both, but at most at a quarter of the rate. The model gets a sinusoid of the same rms for each
-    spectral line, and for each band of vibration above this range. Raises `InputError` if the model at rest has no white
-    noise.
+    N is raised by the mean excess of the spectral density in one range of frequency. It begins at the end of motion. It
+    ends at 10 Hz or twice the end of motion, the larger of both, but at most at a quarter of the rate. Spectral lines, and
+    bands of vibration above this range, become sinusoids of the same rms in the model. Raises `InputError` if the model at
+    rest has no white noise.
     """
     recording = fit.recording
     model = fit.model.steady((0.0, recording.duration))
@@ -332,14 +333,14 @@ def _lines_and_smooth_spectrum(
 
 
 def _with_harmonics(lines: list[Line], width: float, rate: float) -> list[Line]:
-    """List of the `Line` objects, in which each harmonic of the base line gets its order (`multiple`) and `base` frequency.
+    """List of the `Line` objects; each harmonic of the base line gets its order (`multiple`) and the frequency `base`.
 
-    The base is the line with the most harmonics, folded at half the rate, among the lines; of several, the strongest.
-    `width` is the frequency resolution, Hz.
+    The base is the line with the most harmonics among the lines; of several, the strongest. Harmonics are folded at half of
+    `rate`. `width` is the frequency resolution, Hz. Fewer than two lines are returned as they are.
     """
 
     def harmonics_of(base: Line) -> dict[int, int]:
-        """Dict from the index of each line that is a harmonic of `base` (up to `MAX_MULTIPLE`) to the lowest such order.
+        """Dict from the index of each line that is a harmonic of `base` to its order, 2 to 12 (the lowest that fits).
 
         Harmonics above half the sampling rate are folded.
         """
@@ -365,8 +366,9 @@ def _with_harmonics(lines: list[Line], width: float, rate: float) -> list[Line]:
 def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
     """Frequency in Hz below which the log shows motion; the lowest frequency f[0] if there is no motion.
 
-    `S` and `quiet` are the densities at work and at rest at the frequencies `f`, `nu` the degrees of freedom of each S. In
-    bands below 10 Hz, motion ends where the excess S − quiet is least, if a lower band exceeds this by 4 standard errors.
+    `S` and `quiet` are the densities at work and at rest at the frequencies `f`, `nu` the degrees of freedom of each S. The
+    excess S − quiet is averaged in third octaves below 10 Hz. Motion ends at the third octave of least excess. There is
+    motion only if a lower third octave has a larger excess, by over 4 standard errors.
     """
     top = min(MAX_MOTION_FREQUENCY, f[-1] / 2.0)
     count = max(2, int(BANDS_PER_OCTAVE * np.log2(top / f[0])) + 1)
@@ -407,9 +409,10 @@ def _vibration_bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list
 
 
 def _merge_adjacent(bands: list[Any], width: float) -> tuple[Any, ...]:
-    """Tuple of bands (lowest frequency in Hz, highest frequency in Hz, rms), in which adjacent bands are merged.
+    """Tuple of (lowest frequency in Hz, highest frequency in Hz, rms), one per band, after merging adjacent `bands`.
 
-    Their rms are added as squares. Bands are adjacent if less than 1.5 `width` lies between them.
+    `bands` ascend in frequency. Two are adjacent if less than 1.5 `width` (Hz) lies between them. The rms of a merged band
+    is the root of the sum of the squares.
     """
     out: list[list[float]] = []
     for low, high, rms in bands:

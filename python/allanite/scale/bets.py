@@ -127,9 +127,9 @@ class Bets:
         self.power = np.zeros(self.weights.size)
 
     def gains(self, total: Array) -> Array:
-        """Natural logarithm of the factor by which each bet multiplies its capital, from the spectrum's shape, (…, bets).
+        """Array, shape (…, bets): logarithm of the factor by which each bet multiplies its capital after one segment.
 
-        The factor is an e-value: its mean is 1 if the model holds.
+        It judges the shape of the spectrum. The factor is an e-value: its mean is 1 if the model holds.
 
         Parameters
         ----------
@@ -210,7 +210,8 @@ class Bets:
     def best_bet(self) -> tuple[int, int, float, int]:
         """Tuple (first ordinate, last ordinate + 1, measured divided by expected power, start) of the best bet.
 
-        The power is measured from the segment with index `start` on.
+        A bet is that the power in a range of ordinates has changed at some segment. The best bet has gained most. The power
+        is measured from the segment with index `start` on.
         """
         top = int(np.argmax(self.best))
         low, high = self.spans[top]
@@ -220,7 +221,7 @@ class Bets:
     def state(self) -> dict[str, Any]:
         """Dict for JSON with the state of the bets, which `restore` accepts.
 
-        A bet that has not begun has the ``best`` None.
+        In its list ``best`` (logarithms of gains), a bet that has not begun has None instead of −∞, which JSON lacks.
         """
         numbers = {name: getattr(self, name).tolist() for name in STATE_FIELDS}
         # JSON has no infinities: bets that have not begun have the logarithm None.
@@ -249,16 +250,16 @@ class Bets:
 
 @lru_cache(maxsize=4)
 def _rank_quantiles(n: int) -> Array:
-    """Normal quantiles of the n ranks, ascending, shape (n,). Cached."""
+    """Array, shape (n,), ascending: standard normal quantiles at the probabilities (k + ½)/n, k = 0 … n − 1. Cached."""
     from scipy.special import ndtri
 
     return np.asarray(ndtri((np.arange(n) + 0.5) / n))
 
 
 def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
-    """Array like `ratios`: the nearest ratios whose maximum is at most `contrast` times their minimum.
+    """Array like `ratios`: `ratios` clipped to an interval whose upper end is `contrast` times its lower end.
 
-    They are clipped `ratios`, the nearest of 100 on a logarithmic grid. The distance is the Kullback-Leibler divergence
+    The lower end is the best of 100 on a logarithmic grid. Best is the least Kullback-Leibler divergence from `ratios`,
     after the best common scaling. `count` is the number of ordinates of each ratio.
     """
     lows = np.geomspace(ratios.min(), max(ratios.max() / contrast, ratios.min()), 100)
@@ -270,9 +271,10 @@ def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
 
 
 def _line_sums(total: Array) -> Array:
-    """Array, shape (…, positions): sum of `LINE_WIDTH` successive values that begin at each position, `LINE_STEP` apart.
+    """Array, shape (…, bands): sum of the values in each band of `LINE_WIDTH` neighboring ordinates.
 
-    `total` is 0 followed by the cumulative sums of the values, shape (…, segment).
+    The bands begin `LINE_STEP` ordinates apart, the first at `FIRST_LINE_ORDINATE`. `total` is 0 followed by the cumulative
+    sums of the values, shape (…, segment).
     """
     first = FIRST_LINE_ORDINATE - 1
     return total[..., first + LINE_WIDTH :: LINE_STEP] - total[..., first:-LINE_WIDTH:LINE_STEP]
@@ -285,7 +287,7 @@ def capital_share(segment: int) -> float:
 
 
 def _cell_edges(segment: int) -> NDArray[np.int64]:
-    """Integer array, ascending: first ordinate of each half octave, then the number of samples of the segment."""
+    """Integer array, ascending: first ordinate of each half octave of the cosine spectrum, then `segment` (its length)."""
     halves = (at for k in range(segment.bit_length() - 1) for at in (1 << k, 3 << k >> 1))
     return np.array(sorted({1, *halves, segment}), dtype=np.int64)
 

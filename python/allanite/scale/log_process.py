@@ -157,9 +157,9 @@ class LogProcess:
         self._end()
 
     def _answer_or_none(self, path: str) -> Answer | None:
-        """`Answer` of the child for a log; None if no child starts or the log ended the child (reason in `_why`).
+        """`Answer` of the child for a log; None if no child starts, or if the child ends during the log (reason in `_why`).
 
-        A log that exceeds the deadline gets a failed row, and the child is killed.
+        If a log exceeds the deadline, the child is killed and the answer is a failed row.
         """
         if self._process is None and not self._start():
             return None
@@ -225,9 +225,10 @@ class LogProcess:
             self._process.stdin.flush()
 
     def _read_line(self, seconds: float) -> tuple[dict[str, Any] | None, bool]:
-        """Tuple (next message of the child; True if its time limit of `seconds` passed).
+        """Tuple (next message of the child as a dict, or None; True if the time limit passed).
 
-        The message is None if the child ended or wrote no JSON. The child is killed when the time limit passes.
+        The time limit is `seconds`; when it passes, the child is killed. The message is None if the child ended or wrote no
+        JSON.
         """
         process = self._process
         assert process is not None
@@ -235,7 +236,7 @@ class LogProcess:
         late = threading.Event()
 
         def stop() -> None:
-            """Kill the child and set `late`."""
+            """Kill the child process and set the event `late`; the timer calls this when the time is over."""
             late.set()
             process.kill()
 
@@ -254,9 +255,9 @@ class LogProcess:
             return None, late.is_set()
 
     def _ending(self) -> str:
-        """Clause on how the child ended, such as ``its process ended with code 1``; waits up to `GRACE_SECONDS`.
+        """Clause on how the child process ended, such as ``its process ended with code 1``; waits for this up to 10 s.
 
-        A child that still runs "closed its output"; a signal without a text in `SIGNALS` is a crash.
+        If it still runs, "its process closed its output". A signal has its text in `SIGNALS`, or is called a crash.
         """
         assert self._process is not None
         try:
@@ -390,10 +391,11 @@ def _set_time_limit(seconds: float) -> None:
 
 
 def _rows_of_log(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
-    """Dict for JSON with the journal ``key`` and the ``rows`` (list of dicts) of a log.
+    """Dict for JSON with the journal ``key`` of a log and its ``rows`` (list of dicts, one per axis).
 
-    ``rows`` is None if `setup.done` has the key. ``key`` is empty if the log cannot be read or changes meanwhile; then one
-    row states the reason. Side effect: before slow steps, `say` asks the parent for more time.
+    ``rows`` is None if an earlier run has finished the log (its key is in `setup.done`). ``key`` is "" if the log cannot be
+    read or changes meanwhile; its only row then states the reason. Side effect: before slow steps, `say` asks the parent
+    process for more time.
     """
     from allanite.scale.logs import rows_of
 

@@ -48,9 +48,10 @@ FORMULA_STARTS = tuple("=+-@")
 
 
 def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
-    """List of `Path`: logs of a folder, a pattern, a list in a text file or a sequence, sorted by path; or the single log.
+    """List of `Path`, sorted: the logs that `source` names.
 
-    Folders are searched with their subfolders. Hidden files, journals, and tables that have a journal are not logs.
+    `source` is a folder (with its subfolders), a glob pattern, a text file with one path per line, a single log, or a
+    sequence of paths. In folders and patterns, hidden files, journals, and tables that have a journal are left out.
 
     Raises
     ------
@@ -172,11 +173,11 @@ def _reason_text(error: Exception) -> str:
 
 
 def study_columns(study: Study) -> dict[str, Any]:
-    """Dict of the entries model, verdict, discrepancy_percent, effects and numbers of a row of the fleet's table.
+    """Dict of a study's entries in a row of the fleet's table: model, verdict, discrepancy_percent, effects and numbers.
 
     ``numbers`` is a JSON text: name → [value, low, high, standard error], also of the ``mean`` of the samples. ``effects``
-    is a JSON text: kind of each added effect that is still in the model → its smallest p-value. It is corrected for at
-    least 1000 trials.
+    is a JSON text: kind of each added effect that is still in the model → its smallest p-value. The p-values are corrected
+    for at least 1000 trials.
     """
     from scipy.special import chdtrc
 
@@ -337,10 +338,10 @@ def child_setup(
     workers: int,
     known: dict[str, Any],
 ) -> Setup:
-    """`Setup` (settings) of the child processes; each of `workers` gets an equal share of the memory budget.
+    """`Setup` (settings) of the child processes that work on the logs.
 
-    If the user set ``ALLANITE_MEMORY``, this limit applies to each child instead. The keys of `known` are those of finished
-    logs.
+    The memory limit of each child is an equal share of the memory budget. If the user set ``ALLANITE_MEMORY``, that is the
+    limit of each child. `deadline` is the time limit of a log, s. `known` has the journal keys of finished logs.
     """
     from allanite._kernels import version
     from allanite.effects.files import as_model, model_to_dict
@@ -388,9 +389,10 @@ def _name_with_digest(declared: Any) -> str:
 
 
 def _main_program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...]:
-    """Tuple of (key, value) by which another process imports the running program; () if it declares no effect.
+    """Tuple of (key, value) pairs with which `multiprocessing` imports the running program in another process.
 
-    Raises `InputError` for an effect that is declared at the prompt.
+    Empty if none of the `effects` is declared in the running program. Raises `InputError` for an effect that is declared at
+    the prompt or in a notebook.
     """
     own = [effect for effect in effects if effect.__module__ == "__main__"]
     if not own:
@@ -410,10 +412,10 @@ def _main_program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...
 def _answers_of(
     logs: list[str], setup: Setup, scheduler: str | None, workers: int
 ) -> Iterator[Answer]:
-    """Yields the `Answer` of each log as soon as it is known, in any order; raises the exception of a worker thread.
+    """Yields the `Answer` of each log as soon as it is known, in any order.
 
-    With a `scheduler` (address), Dask computes them, else `workers` threads with a child process each. When the generator
-    is closed, the child processes are killed.
+    With a `scheduler` (address), Dask computes the answers. If it is None, `workers` threads with a child process each do.
+    The child processes are killed when the generator is closed. Raises the exception of a thread.
     """
     if scheduler is not None:
         yield from _answers_by_dask(logs, setup, scheduler)
@@ -422,7 +424,10 @@ def _answers_of(
     answers: SimpleQueue[Answer | BaseException] = SimpleQueue()
 
     def work(process: LogProcess) -> None:
-        """Put the answers of waiting logs, or an exception, into `answers` until no log is left; then close `process`."""
+        """Put the answer of each waiting log into the queue `answers` until no log is left; then close `process`.
+
+        An exception is put into the queue as well, and ends the work.
+        """
         try:
             while True:
                 answers.put(process.answer(waiting.popleft()))
@@ -479,14 +484,17 @@ def _answer_in_child(setup: Setup, path: str) -> Answer:
 
 
 def _write_sorted(rows: list[dict[str, Any]], target: Path) -> list[dict[str, Any]]:
-    """List of the rows sorted by file and column. Side effect: writes them to the table `target`."""
+    """List of the rows sorted by file and column. Side effect: writes this list to the file `target`."""
     rows = sorted(rows, key=lambda row: (row["file"], row["column"]))
     write_table(rows, target)
     return rows
 
 
 def write_table(rows: list[dict[str, Any]], target: Path) -> None:
-    """Write rows as Parquet, or as CSV if the name ends with ``.csv``; `without_quote` restores the texts of a CSV."""
+    """Write rows (dicts) to the file `target`: CSV if its name ends with ``.csv``, else Parquet.
+
+    In a CSV, a text that a spreadsheet would evaluate as a formula gets an apostrophe in front; `without_quote` removes it.
+    """
     names = list(dict.fromkeys(name for row in rows for name in row))
     table = {name: [row.get(name) for row in rows] for name in names}
     with whole_file(target) as draft:
@@ -505,7 +513,10 @@ def write_table(rows: list[dict[str, Any]], target: Path) -> None:
 
 
 def _quoted_cells(row: Sequence[Any]) -> list[Any]:
-    """List: cells of a row, with an apostrophe in front of texts that a spreadsheet would evaluate, or that look quoted."""
+    """List of the cells of a row; a text that a spreadsheet would evaluate gets an apostrophe in front.
+
+    So does such a text with apostrophes in front, so that `without_quote` restores all texts.
+    """
     return [
         f"'{cell}"
         if isinstance(cell, str) and cell.lstrip("'").startswith(FORMULA_STARTS)

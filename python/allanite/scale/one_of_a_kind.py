@@ -41,9 +41,10 @@ class SearchOfKinds(Search):
     """Search that adds effects of the same kind only from one check, and keeps its steps in the order of the search."""
 
     def _check_of_last_fit(self) -> Check:
-        """`Check` of the last fit, without suggested effects of kinds that the model already has.
+        """`Check` of the last fit, without the suggested effects of kinds that the model already has.
 
-        Suggestions of excluded samples and single events stay. `self.check` is set to the check with all suggestions.
+        Excluded samples and single events may be suggested again. Side effect: `self.check` is the check with all
+        suggestions.
         """
         check = super()._check_of_last_fit()
         kinds = {effect.kind for effect in check.fit.model}
@@ -55,13 +56,13 @@ class SearchOfKinds(Search):
         return replace(check, suggestions=tuple(new))
 
     def _stop_reason(self, check: Check) -> str | None:
-        """Reason (text) to end the search after the last check; None to continue.
+        """Reason (text) to end the search, such as an adequate model; None to continue.
 
-        `self.check`, with all suggestions, replaces the argument.
+        It judges `self.check`, which has all suggestions, and ignores the argument.
         """
         assert self.check is not None
         return super()._stop_reason(self.check)
 
     def _steps(self, _stop: str) -> tuple[Rung, ...]:
-        """Tuple of the checked steps of the search, oldest first (`Search` would rearrange them for readers)."""
+        """Tuple of the checked steps of the search (models with their fits), oldest first. The argument is not used."""
         return tuple(self.ladder[: self.checked])

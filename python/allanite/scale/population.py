@@ -291,9 +291,9 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
 
 
 def _biases_by_column(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
-    """Dict from the name of a column to the `TurnOn` (mean and spread) of its bias over the logs.
+    """Dict from column name to `TurnOn`: mean and spread of the column's bias over all logs.
 
-    Columns with fewer than two logs, without a finite mean in each log, or with several units are omitted.
+    Omitted are columns with fewer than two logs, with several units, and those that lack a finite mean in any log.
     """
     out = {}
     for column in dict.fromkeys(str(row["column"]) for row in rows):
@@ -334,10 +334,10 @@ def _population(
 ) -> tuple[Population, Array]:
     """Tuple (`Population` of a parameter over all units, p-value of each unit's deviation, shape (units,)).
 
-    `values` are [value, low, high, standard error] of each unit. If all values are positive, they are compared in
-    logarithms, except means. The p-value is two-sided, that of (value − median)/width. The distribution is Student's t with
-    half as many degrees of freedom as units (at least 2), and normal from 200 units on. The width is the larger of two
-    robust standard deviations: that on this side of the median, and that of all units with the unit's own error.
+    `values` are [value, low, high, standard error], one per unit. Logarithms are compared if all values are positive, but
+    not for ``mean``. The p-value is two-sided, for (value − median) / width. The width is a robust standard deviation, that
+    of all units or that of the units on the same side of the median, the larger; it includes the unit's own error. The
+    distribution is Student's t with half as many degrees of freedom as units (at least 2), or normal from 200 units on.
     """
     from scipy.special import ndtr, stdtr
 
@@ -386,9 +386,9 @@ def _population(
 
 
 def _upper_limit(order: Array) -> float | None:
-    """Upper tolerance limit: value below which 95 % of all units lie with 95 % confidence; None for too few units.
+    """Upper tolerance limit: the smallest value in `order` that 95 % of all future units stay below, with 95 % confidence.
 
-    `order` are the sorted values of the units. The result is one of these values.
+    `order` has the sorted values of the known units. None for too few units (fewer than 59).
     """
     from scipy.special import bdtr
 
@@ -464,9 +464,10 @@ def serve_parquet_rows(path: str) -> list[dict[str, Any]]:
 
 
 def _check_row(row: dict[str, Any]) -> None:
-    """Raise `TypeError`, `KeyError` or `ValueError` unless a row has the entries and types of `allanite fleet`.
+    """Raise `TypeError`, `KeyError` or `ValueError` unless a row can be one of `allanite fleet`.
 
-    File, column and status must be texts in every row. Further entries are only checked in finished rows with numbers.
+    File, column and status must be texts. In finished rows (status ``done``) with numbers, these and further entries must
+    be finite.
     """
     for name in ("file", "column", "status"):
         if not isinstance(row[name], str):

@@ -47,11 +47,11 @@ class ClippedPower:
         self.sums = np.zeros(4)
 
     def bound(self) -> float:
-        """Upper bound on the mean of (w² − LOW_CLIP)₊ over whitened samples w; infinity before the first sample.
+        """Upper bound on the mean of max(w² − LOW_CLIP, 0) over whitened samples w; infinity before the first sample.
 
-        It is the larger of two bounds. The first bounds the mean of the observed excess. The second bounds the mean of
-        the excess up to HIGH_CLIP, and assumes that the tail above falls at least as w⁻⁴ (four degrees of freedom). The
-        excess over HIGH_CLIP is then at most HIGH_CLIP times the fraction of samples there.
+        It is the larger of two bounds. The first is the mean of the observed values plus three standard errors. The second
+        is such a bound for w² limited to HIGH_CLIP, plus HIGH_CLIP times a bound on the share of samples with w² ≥
+        HIGH_CLIP. It allows for a rare tail that falls at least as w⁻⁴.
         """
         n = self.samples
         if n == 0:
@@ -62,10 +62,10 @@ class ClippedPower:
         return max(seen, near + HIGH_CLIP * count / n)
 
     def update(self, white: Array) -> None:
-        """Add whitened samples to the counts and sums, in place; squares are limited to `MAX_SQUARE`.
+        """Add whitened samples to the counts and sums, in place; their squares are first limited to `MAX_SQUARE`.
 
-        The excess of each square over `LOW_CLIP` enters two sums: in full, and limited to `HIGH_CLIP` − `LOW_CLIP`. Squares
-        of at least `HIGH_CLIP` are also counted in `beyond`.
+        The excess of a square over `LOW_CLIP` enters the sums twice: in full, and limited to `HIGH_CLIP` − `LOW_CLIP`.
+        Squares of at least `HIGH_CLIP` are counted in `beyond`.
         """
         square = np.minimum(np.abs(white), math.sqrt(MAX_SQUARE)) ** 2
         square = square[square > LOW_CLIP]
@@ -117,10 +117,10 @@ class PowerBets:
         )
 
     def gains(self, white: Array, clipped: float) -> Array:
-        """Natural logarithm of the e-value of each of the n `levels`, from the whitened samples of a segment, shape (n,).
+        """Array, shape (n,): natural logarithms of the e-values of the n `levels` (total power relative to the model).
 
-        An e-value has a mean of at most 1 if the model holds. The logarithm is 0 for levels within the tolerance, and for
-        low levels that clipping alone could explain.
+        The e-value is evidence for this level from one segment; its mean is at most 1 if the model holds. The logarithm is
+        0 for levels within the tolerance, and for low levels that clipping alone could explain.
 
         Parameters
         ----------

@@ -183,9 +183,10 @@ class Watch:
 
     @property
     def e_value(self) -> float:
-        """Evidence against the model: the larger of two capitals, that of the bets on short and that on long segments.
+        """Evidence against the model: the larger of two capitals, of the bets on short and of those on long segments.
 
-        They are 0.75 and 0.25 at the start. If the model holds, the probability that it ever reaches 100 is at most 1 %.
+        The capitals are 0.75 and 0.25 at the start. If the model holds, the probability that the evidence ever reaches 100
+        is at most 1 %.
         """
         return max(self._capitals())
 
@@ -250,7 +251,7 @@ class Watch:
     def _alarm_of_best_bet(self) -> Alarm:
         """`Alarm` at the end of the last tested segment; start, frequencies and ratio are those of the best bet.
 
-        It is the best bet on short or on long segments, whichever have the larger capital.
+        The best bet is taken from the bets on short or on long segments, whichever have the larger total capital.
         """
         bets = self._bets[int(np.argmax(self._capitals()))]
         low, high, ratio, since = bets.best_bet()
@@ -327,7 +328,10 @@ class Watch:
                 self._segment = StreamSegment.empty(self.taken, 1, 0, self.rate, (self.unit,))
 
     def _restore_state(self, state: dict[str, Any]) -> None:
-        """Set the watch to a parsed state; raises `InputError` or another error for a damaged or foreign state."""
+        """Set the watch to the parsed state of a file.
+
+        Raises `InputError`, `KeyError`, `TypeError` or `ValueError` for a damaged state, or one of another model or rate.
+        """
         if state["schema"] != SCHEMA:
             raise InputError(f"{state['schema']}, and this is {SCHEMA}: use another state file")
         if (state["model"], state["rate"]) != (str(self.model), self.rate):

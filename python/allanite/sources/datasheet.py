@@ -129,7 +129,7 @@ class Quoted:
 
     @property
     def coefficient(self) -> str:
-        """Coefficient that the figure states: ``"N"``, ``"K"``, …, or ``"minimum"`` of the Allan deviation."""
+        """Name of the coefficient that the figure states: ``"N"``, ``"K"``, …, or ``"minimum"`` of the Allan deviation."""
         return known_figures()[self.name][0]
 
     def in_unit(self, unit: str) -> float:
@@ -178,9 +178,9 @@ class DataSheet:
         """Tuple (smallest, largest factor) by which aliasing raises N if samples are skipped down to `rate` Hz.
 
         Skipping samples without averaging folds all noise of the sensor's band below half the rate, so N rises by
-        √(band/rate). The band is 2·bandwidth for a sharp filter and π·bandwidth for a filter of first order, but not
-        more than the sensor's sampling rate. The result is None if the sheet states neither frequency, or if the band
-        is narrower than twice the rate.
+        √(band/rate). The band is 2·bandwidth for a sharp filter and π·bandwidth for a filter of first order, but at most
+        the sensor's sampling rate. None if the sheet states neither frequency, or if the smaller band is below twice the
+        rate.
         """
         most = math.inf if self.sample_rate is None else self.sample_rate
         band = math.inf if self.bandwidth is None else self.bandwidth

@@ -153,9 +153,11 @@ def _fitted_factors(tau: Array, rate: float) -> tuple[NDArray[np.int64], NDArray
 
 
 def _column_units(unit: str | None, names: list[str]) -> list[str]:
-    """List of the unit of each column, from a comma-separated text: one unit, one per column, or one per kind of sensor.
+    """List of unit names, one for each column in `names`, from the comma-separated text `unit`.
 
-    Raises `InputError` for None, or if the units cannot be assigned to the columns.
+    The text has one unit for all columns, one per column, or one per kind of sensor. The kind of a column (angular rate,
+    acceleration or frequency) follows from its name. Raises `InputError` for None, for an unknown unit, and if a column
+    gets no unit.
     """
     if unit is None:
         raise InputError(

@@ -89,8 +89,8 @@ def _axis_documents(
 ) -> list[dict[str, Any]]:
     """List of model documents (dicts): three named x, y, z if any field has three numbers, else one for the sensor.
 
-    A field with one number applies to all axes. Raises `InputError` without a noise density above 0. NoiseDensity is
-    divided by √2 unless NoiseType is double-sided.
+    A field with one number applies to all axes. NoiseDensity is divided by √2 unless NoiseType is double-sided. Raises
+    `InputError` without a noise density above 0.
     """
     numbers = {
         letter: _one_or_three_numbers(given[key], key) for key, letter in FIELDS if key in given

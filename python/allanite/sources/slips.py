@@ -29,10 +29,11 @@ SLIPS_OF_ALL = (
 
 
 def mistake_text(coefficient: str, ratio: float, tolerance: float) -> str:
-    """Text ``looks as if …`` that names the mistake with units that explains `ratio` (measured over stated value); or "".
+    """Text ``looks as if radians were taken for degrees``: the mistake that explains `ratio` (measured over stated value).
 
-    |ln ratio| must exceed the tolerance. ln ratio must agree with the logarithm of a known factor to within the tolerance
-    or 0.1, whichever is smaller. `coefficient` is that of the figure; some mistakes concern only N.
+    Empty if |ln ratio| is within the tolerance, or if no known mistake has a factor near the ratio. Near means that the
+    logarithms differ by at most the tolerance, or 0.1 if it is larger. Some mistakes are only known for the `coefficient`
+    N.
     """
     if ratio <= 0 or abs(math.log(ratio)) <= tolerance:
         return ""

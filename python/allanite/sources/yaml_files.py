@@ -103,8 +103,8 @@ def _imu_utils_documents(
 ) -> list[dict[str, Any]]:
     """List of model documents (dicts) of an imu_utils file: three axes per sensor if all are present, else their average.
 
-    N is the noise per sample divided by √rate, B the minimum divided by 0.664. Raises `InputError` without the rate, or
-    for a missing number.
+    N is the file's noise per sample divided by √rate, B its minimum of the Allan deviation divided by 0.664. Raises
+    `InputError` without the rate, or for a missing number.
     """
     if rate is None:
         raise InputError(

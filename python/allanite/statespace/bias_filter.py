@@ -89,10 +89,10 @@ class Errors:
 
 @lru_cache(maxsize=64)
 def mission_of(horizon: float, rate: float) -> Mission:
-    """`Mission` (aiding, then coasting) for a filter horizon; the step is a whole number of samples. Cached.
+    """`Mission` (aiding, then coasting) for a filter horizon; its step is a whole number of samples. Cached.
 
-    The step is 1 s, but the horizon has 10 to 200 steps. Aiding lasts 300 s or three horizons, the longer of both, at
-    most 1000 steps. There are five coasting times per decade, from one step to the horizon.
+    The step is 1 s, or more or less for 10 to 200 steps in the horizon. Aiding lasts 300 s or three horizons, the longer of
+    both, but at most 1000 steps. There are about five coasting times per decade, from one step to the horizon.
 
     Parameters
     ----------
@@ -115,9 +115,9 @@ def mission_of(horizon: float, rate: float) -> Mission:
 
 
 def bias_filter_errors(mission: Mission, walk: ArrayLike, correlation_time: ArrayLike) -> Errors:
-    """`Errors`: weights and predicted variances of the coasting errors of c bias filters, with white noise N = 1.
+    """`Errors` of c Kalman filters that estimate integral and bias, and then coast: weights and predicted variances.
 
-    The fixes of the integral have no error.
+    A filter corrects the bias with exact values of the integral at each step of aiding. Its model has white noise N = 1.
 
     Parameters
     ----------
@@ -201,11 +201,12 @@ def _aided_gains(F: Array, Q: Array, P: Array, count: int) -> tuple[Array, Array
 
 
 def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -> Array:
-    """True variance of the error of c filters after t coasting times, for a model's noise, shape (c, t), U² s².
+    """True variance of the integral's error after each coasting time of c filters, U² s², shape (c, coasting times).
 
-    The fixes have no error. Lines count with a random phase, a ramp with its square. Steps, warm-ups and effects of a
-    logged column are left out, because the filter is expected to subtract them. A Gauss-Markov bias estimate decays to the
-    mean of the noise. Noise without a mean (a walk) is taken relative to its mean over 30 horizons before aiding.
+    The noise is that of `model`, and the fixes have no error. Lines have a random phase, a ramp counts with its square.
+    Steps, warm-ups and effects of a logged column are left out, because the filter is expected to subtract them. The bias
+    of a Gauss-Markov filter decays to the mean of the noise. Noise without a mean, such as a walk, then counts relative to
+    its mean over up to 30 horizons before aiding.
 
     Parameters
     ----------
@@ -268,11 +269,11 @@ def _signal_error(effect: Deterministic, rate: float, mission: Mission, weights:
 def _step_variogram(
     terms: tuple[Term, ...], rate: float, m: int, count: int
 ) -> tuple[Array, float]:
-    """Tuple (v, U² s², shape (count,); c, U²), from which variances of step integrals of the noise follow. Cached.
+    """Tuple (v, c) for the variance of weighted sums of the noise: v in U² s², shape (count,), and c in U². Cached.
 
-    u(k) is the integral of the noise over step k of m samples. A sum Σ w(k) u(k) with Σ w = 0 has the variance
-    −Σ w(k) w(l) v(|k − l|). v(h) is the sum of g − c over all pairs of samples of two steps h apart, divided by rate². g is
-    the variogram of the samples, ½ E(x(k+h) − x(k))², and c its value at the longest lag.
+    u(k) is the integral of the noise over step k, which has m samples. If Σ w(k) = 0, the sum Σ w(k) u(k) has the variance
+    −Σ w(k) w(l) v(|k − l|). c is the variogram of the samples, ½ E(x(k+h) − x(k))², at the longest lag. v(h) is the sum of
+    variogram − c over all pairs of samples of two steps that are h apart, divided by rate².
     """
     g = variogram_of(terms, m * (count + 1))
     # Weights with the sum 0 ignore a constant; without the constant, little cancels.

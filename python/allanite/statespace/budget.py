@@ -161,11 +161,12 @@ def _horizontal_axes(own: Sequence[Axis]) -> list[Axis]:
 def _horizontal_variance(
     axes: Sequence[Axis], step_response: Callable[[Array], Array], aided: float, times: Array
 ) -> Array:
-    """Array of the error variance of velocity or position at each time (s) after aiding ends, SI units squared.
+    """Array: variance of the horizontal velocity or position error at the `times` (s) after aiding ends, SI units squared.
 
-    Sum over both horizontal channels: twice the mean over `axes`, which are of one kind of sensor. `step_response` is the
-    response of a channel to a unit step of the sensor's error (one of `RESPONSES`). `aided` is the duration of aiding
-    before, s. Raises `InputError` for too many samples.
+    The error is that due to the noise of `axes`, which are all gyroscopes or all accelerometers. It is twice the mean over
+    the axes, because there are two horizontal channels. `step_response` is the error of a channel due to a sensor error of
+    1 from time 0 on. Before, the mean over `aided` seconds was subtracted as the bias. Raises `InputError` for too many
+    samples.
     """
     total = np.zeros(times.size)
     for axis in axes:

@@ -80,11 +80,11 @@ class Coasting:
 
     @cached_property
     def _aiding_weight(self) -> float:
-        """Weight of each of the `back` samples before the fix: their mean is subtracted, so Σ `weights` / `back`."""
+        """Weight of each of the `back` samples before the fix: Σ `weights` / `back`, because their mean is subtracted."""
         return float(self.weights.sum()) / self.back
 
     def deviation(self, sums: Sums) -> float:
-        """Standard deviation of the error due to noise with the variogram in `sums` (U²), in U·s^`order`."""
+        """Standard deviation of the error after coasting due to noise, in U·s^`order`; `sums` has the noise's variogram."""
         back, m, below = self.back, self.m, sums.below
         each = below[back + 1 : back + 1 + m] - below[1 : 1 + m]
         across = self.weights @ each
@@ -95,13 +95,20 @@ class Coasting:
         return float(np.sqrt(max(0.0, variance)))
 
     def line_error(self, angle: float) -> float:
-        """Error after coasting due to a sinusoid of amplitude 1 and `angle` rad per sample; maximum over all phases."""
+        """Maximum over all phases of the error after coasting due to a sinusoid of amplitude 1, in U·s^`order`.
+
+        `angle` is the phase advance per sample, rad. The mean of the `back` samples before coasting is subtracted as the
+        bias.
+        """
         aided = fourier_sum(np.ones(self.back), angle)
         since = fourier_sum(self.weights, angle) * np.exp(1j * angle * self.back)
         return float(abs(since - self._aiding_weight * aided))
 
     def signal_error(self, values: Array) -> float:
-        """Absolute error after coasting due to a known function; `values` are its samples, shape (back + m,)."""
+        """Absolute error after coasting due to a known function, in U·s^`order`.
+
+        `values` are the samples of the function during aiding and coasting, shape (back + m,).
+        """
         since = self.weights @ values[self.back : self.back + self.m]
         return float(abs(since - self._aiding_weight * values[: self.back].sum()))
 

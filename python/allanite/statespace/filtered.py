@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float) -> Section:
-    """One `Section` for the sum of all sections after a filter, at `rate` Hz.
+    """`Section` (block of a state space) for the sum of all `sections` after the filter, at the sampling rate `rate` (Hz).
 
-    White noise becomes a state, because it drives the filter's states as well as the sample. States of unknown level
-    come first. The filter's states are differences from their equilibrium at this level, so that they are stationary.
-    States of a level that the filter blocks are omitted.
+    White noise becomes a state, because it drives the filter's states as well as the sample. A state of unknown level comes
+    first, unless the filter blocks this level; then it is omitted. The filter's states are relative to their equilibrium at
+    the level, so that they are stationary.
     """
     from scipy.linalg import block_diag
 

@@ -79,7 +79,10 @@ class Innovations:
 
     @cached_property
     def nis(self) -> Array:
-        """Normalized innovation squared of each sample, shape (n,); expectation 1. NaN as in `values`."""
+        """Normalized innovation squared (innovation² / its variance) of each sample, shape (n,); NaN as in `values`.
+
+        Its expectation is 1 if the model is true.
+        """
         return self.values**2 / self.variances
 
     @cached_property
@@ -95,7 +98,7 @@ class Innovations:
 
     @property
     def mean_nis(self) -> float:
-        """Mean normalized innovation squared. If the model is true, it is 1 with the standard error √(2/n)."""
+        """Mean of the normalized innovations squared. If the model is true, it is about 1; its standard error is √(2/n)."""
         return float(np.nanmean(self.nis))
 
     @property

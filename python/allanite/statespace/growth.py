@@ -188,7 +188,7 @@ def error_growth(
 ) -> tuple[Growth, ...]:
     """Tuple of `Growth` of the error since the last fix, one for each quantity to which this sensor is integrated.
 
-    Only the effects of the model count. Slow noise or a ramp that the record hardly shows makes errors larger.
+    Only effects in the model count. True errors are larger if the record is too short to show slow noise.
 
     Parameters
     ----------
@@ -332,9 +332,9 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
 
 
 def _measured_errors(x: Array, back: int, m: int, rate: float, order: int) -> Array:
-    """Measured error after coasting, one per segment of `back` + m samples without NaN, shape (segments,).
+    """Array: error after coasting, one per segment of `back` + m samples without NaN, shape (segments,).
 
-    It is the `order`-fold integral of the last m samples after subtraction of the mean of the first `back` samples.
+    The error is the `order`-fold integral of the last m samples after subtraction of the mean of the first `back` samples.
     """
     length = back + m
     segments = x[: x.size // length * length].reshape(-1, length)
@@ -344,7 +344,10 @@ def _measured_errors(x: Array, back: int, m: int, rate: float, order: int) -> Ar
 
 
 def sample_count(seconds: float, rate: float, name: str) -> int:
-    """Time in samples, rounded, at least 1. Raises `InputError`, which mentions `name`, unless `seconds` is positive."""
+    """Number of samples in a time of `seconds`, rounded, at least 1.
+
+    Raises `InputError`, which mentions `name`, unless `seconds` is positive and finite.
+    """
     if not seconds > 0.0 or not np.isfinite(seconds):
         raise InputError(f"{name} = {seconds:g} s: give positive seconds")
     return max(1, round(seconds * rate))
@@ -382,9 +385,10 @@ def variogram_of(terms: Sequence[Term], count: int) -> Array:
 
 
 def _known_error(model: Model, label: str, coasting: Coasting) -> float:
-    """Error after coasting due to the known function `label` of the model, in U·s^order (`Coasting`).
+    """Error after coasting due to the known function `label` of the model, in U·s^order.
 
-    For lines, the rms over all phases; for a ramp, the absolute error with the ramp starting at the start of aiding.
+    Coasting is integration after the fix, with the mean of the aiding before it as the bias. For lines, the rms over all
+    phases. For a ramp, the absolute error, with the ramp starting at the start of aiding.
     """
     effect = model.effects[model.labels.index(label)]
     assert isinstance(effect, Deterministic)

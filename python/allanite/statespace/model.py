@@ -155,7 +155,7 @@ class StateSpace:
         return allan_variance_of(self.terms, m.ravel()).reshape(m.shape)
 
     def with_level(self) -> StateSpace:
-        """State space with one more state, a constant of unknown value; `self` if a state's initial level is unknown."""
+        """State space with one more state, a constant of unknown value; `self` if it has such a state already."""
         if self.diffuse.any():
             return self
         one = np.ones((1, 1))
@@ -271,9 +271,9 @@ def state_space(
 def _filtered_state_space(
     model: Model, rate: float, states: int | None, duration: float | None
 ) -> StateSpace:
-    """`StateSpace` of a model with filters: all filtered noise in one block, then one block per spectral line.
+    """`StateSpace` of a model with filters: one block of states for all filtered noise, then one per spectral line.
 
-    `states` limits the total; at least one state is left for the noise.
+    `states` limits the total number of states, but at least one is left for the noise; None keeps all.
     """
     from allanite.statespace.filtered import filtered_section
 

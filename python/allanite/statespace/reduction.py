@@ -75,9 +75,9 @@ def cost(space: StateSpace) -> Cost:
 def reduced(space: StateSpace, states: int) -> StateSpace:
     """State space of at most `states` states with nearly the same Allan deviation and spectrum.
 
-    Sections other than AR(1) (a resonance, quantization, a random walk, a filter) are kept while states remain, the
-    largest first. New AR(1) sections in the remaining states replace all AR(1) sections. Their variances and time
-    constants come from least squares in the logarithms of both curves.
+    Parts that are no AR(1) process (a resonance, quantization, a random walk, a filter) are kept, the largest first, if
+    they fit; one state is left for AR(1). New AR(1) processes in the remaining states replace all former ones. Their
+    variances and time constants come from least squares in the logarithms of both curves.
 
     Raises
     ------
@@ -111,7 +111,10 @@ def reduced(space: StateSpace, states: int) -> StateSpace:
 
 
 def _largest_share(section: Section, space: StateSpace) -> float:
-    """Maximum over frequency of the section's density divided by that of the whole model; 2 for a line or unknown level."""
+    """Maximum over frequency of the section's spectral density, as a fraction of that of the whole model.
+
+    2 for a line and for a section of unknown initial level.
+    """
     if section.diffuse or not section.Q.any():
         return 2.0
     w = np.geomspace(np.pi / space.samples, np.pi, 500)

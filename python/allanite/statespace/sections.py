@@ -67,7 +67,7 @@ class Section:
 
     @property
     def states(self) -> int:
-        """Number of states."""
+        """Number of states of the section; 0 for white noise."""
         return self.H.size
 
     @property
@@ -77,7 +77,7 @@ class Section:
 
 
 def sections_of(terms: Iterable[Term], n: int) -> list[Section]:
-    """List of `Section`: state space of the terms of one effect, for records of up to `n` samples.
+    """List of `Section` (blocks of a state space) whose sum has the covariance of all `terms`, for up to `n` samples.
 
     Raises
     ------
@@ -145,9 +145,9 @@ def _random_walk(step: float) -> Section:
 
 
 def _exponential(term: Exponential) -> Section | None:
-    """Section of one exponential: AR(1) for a real φ, a rotating pair for a complex φ.
+    """Section of one exponential term of an autocovariance: AR(1) for a real φ, a rotating pair of states for a complex φ.
 
-    None if the term alone has a negative density somewhere.
+    None if no process has this term alone, because its spectral density is negative somewhere.
     """
     a, phi = complex(term.a), complex(term.phi)
     if phi.imag == 0.0:
@@ -224,9 +224,10 @@ def _moving_average(lags: tuple[float, ...]) -> Section:
 
 
 def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Section:
-    """Section of the differences u(k) − u(k−1) of an AR(1) process u with coefficient φ and this variance.
+    """Section of the differences u(k) − u(k−1) of an AR(1) process u with the coefficient `phi` and this variance.
 
-    `terms` describe the autocovariance of the differences; by default an exponential plus white noise, which needs φ ≠ 0.
+    `terms` describe the autocovariance of the differences. By default, they are an exponential and white noise, for which
+    `phi` must not be 0.
     """
     F = np.array([[phi, 0.0], [1.0, 0.0]])
     Q = np.diag([variance * (1.0 - phi**2), 0.0])
@@ -242,9 +243,9 @@ def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Se
 
 
 def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Section:
-    """Section of the running sum z(k+1) = z(k) + u(k) of an AR(1) process u of this variance; z(0) is unknown.
+    """Section of the running sum z(k+1) = z(k) + u(k) of an AR(1) process u with this variance; z(0) is unknown.
 
-    `terms` become those of the section; they may be empty if another section contains them.
+    `terms` (its covariance) become those of the section; they may be empty if another section contains them.
     """
     F = np.array([[1.0, 1.0], [0.0, phi]])
     Q = np.diag([0.0, variance * (1.0 - phi**2)])

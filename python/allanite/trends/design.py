@@ -106,9 +106,9 @@ def seconds_of(text: str, epoch: float | None) -> float:
 
 
 def date_of(seconds: float, epoch: float | None) -> str:
-    """ISO date of a time in s since the first sample, with the time of day unless midnight.
+    """ISO date of a time in s since the first sample, such as ``2012-03-04``, with the time of day unless midnight.
 
-    Without `epoch`, the days: ``12 d``.
+    Without `epoch` (time of the first sample, s since 1970), the number of days, such as ``12 d``.
     """
     if epoch is None or not math.isfinite(epoch):
         return f"{seconds / 86400.0:.6g} d"

@@ -24,10 +24,11 @@ COARSE_DISTANCE = 8
 
 
 def significant_step(series: StampedSeries, noise: StampedNoise) -> float | None:
-    """Time, s, of the sample at which the most significant step begins, or None if no step is significant.
+    """Time, s, of the first sample after the most significant step; None if no step is significant.
 
-    Each step is fitted together with the known functions of `series`, under this noise. Every eighth sample is tried
-    first, then all samples around the best one. The false-alarm probability is 1 % for the whole series (Bonferroni).
+    A step at each time is fitted together with the known functions of `series`, with the noise model `noise`. Every eighth
+    sample is tried first, then all samples around the best one. The false-alarm probability is 1 % for the whole series
+    (Bonferroni).
     """
     from scipy.special import chdtrc
 

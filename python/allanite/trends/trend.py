@@ -506,10 +506,11 @@ def _known_functions(
     steps: Sequence[float | str],
     periods: Sequence[float] | None,
 ) -> Functions:
-    """`Functions` of a trend: offset, rate, the given steps, and periodic terms, for samples at `times` (s).
+    """`Functions` of a trend for samples at `times` (s): offset, rate per unit of time `per`, steps, and periodic terms.
 
-    Without `periods`, the terms of a year and of half a year, or none for a record shorter than a year. Raises
-    `TooShortError` for fewer than 16 samples in addition to one per function, and `InputError` for an unsuitable step.
+    `steps` are times in s or texts such as dates. If `periods` (s) is None, a year and half a year are used, or none for a
+    record shorter than a year. Raises `TooShortError` for fewer than 16 samples in addition to one per function. Raises
+    `InputError` for a text that is no time, and for a step without samples on both sides.
     """
     if periods is None:
         periods = PERIODS if times[-1] - times[0] >= YEAR * MIN_YEARS else ()
@@ -559,10 +560,11 @@ def _amplitude_estimates(
 def _given_step_times(
     steps: Sequence[float | str], epoch: float | None, times: Array, name: str
 ) -> tuple[float, ...]:
-    """Tuple of the times of given steps, s since the first row, ascending. `steps` are such times, or texts.
+    """Tuple of the times of the given steps, s since the first row, ascending.
 
-    `epoch` is the time of the first row, s since 1970, which dates need. Raises `InputError` for a text that is no time,
-    and unless samples lie before, between and after all steps. `name` is the column in its message.
+    `steps` are such times, or texts (date or time span). `epoch` is the time of the first row, s since 1970, which dates
+    need. Raises `InputError` for a text that is no time, for a step outside the samples, and for two steps between the same
+    samples. Its message names the column `name`.
     """
     out = sorted(seconds_of(s, epoch) if isinstance(s, str) else float(s) for s in steps)
     rows = np.searchsorted(times, out)
@@ -623,8 +625,8 @@ def _wave_amplitude(regressed: Regressed, at: int, unit: str) -> Estimate:
 def _noise_parts(model: Model, rate: float, unit: str) -> tuple[tuple[str, float, str], ...]:
     """Tuple of (name, size, unit), one per noise process of the model, in the convention of geodesy.
 
-    The unit is U for white noise and U/yr^(−κ/4) for a power law whose spectrum is f^κ, where U is the unit of the series.
-    `rate` is the sampling rate, Hz.
+    The size is that of the white noise which, filtered, gives the process. The unit is U for white noise, and U/yr^(−κ/4)
+    for a power law whose spectrum is f^κ. U is the unit of the series, `rate` the sampling rate in Hz.
     """
     names = {
         "angle_random_walk": "white",
