@@ -72,8 +72,8 @@ def curve_of(fit: Fit, temperature: Array, tried: Sequence[Tried] = ()) -> Curve
     Notes
     -----
     The half-width is the root mean square deviation of random laws at each temperature, times the 95 % quantile of the
-    largest ratio of a random law's deviation to this value. The joint distribution covers all noise models that agree
-    with the record (`fit.likelihood.marginal`).
+    largest ratio of a random law's deviation to this value. The quantile is at least 1.96. The joint distribution covers
+    all noise models that agree with the record (`fit.likelihood.marginal`).
     """
     reference = float(temperature.mean())
     grid = np.linspace(float(temperature.min()), float(temperature.max()), POINTS)

@@ -84,7 +84,7 @@ def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
 def law_signal(fit: Fit) -> Array:
     """Contribution of the thermal law to each sample, in the unit of the samples, shape (n,).
 
-    Its mean is zero without a lag. Zeros without a law.
+    For a law without a lag, its mean over the record is zero. The result is all zeros if the fit has no thermal law.
     """
     effects = law_of(fit)
     return fit.data.signal(effects) if effects else np.zeros(fit.data.n)

@@ -246,10 +246,11 @@ def three_cornered_hat(
 def _differences_of_clocks(
     recording: Recording, pairs: list[tuple[str, str]] | None
 ) -> tuple[list[str], dict[tuple[str, str], Recording]]:
-    """Tuple (names of the clocks, dict from each pair of names (a, b) to the `Recording` of a − b).
+    """Tuple (names of the clocks, dict from each pair of names (a, b) to the `Recording` of clock a minus clock b).
 
-    Without `pairs`, the columns are clocks, which are subtracted; else they are the differences of these pairs. Raises
-    `InputError` for fewer than three clocks, for a pair without a column, and for clocks that are differences.
+    If `pairs` is None, the columns of the recording are clocks, and the function subtracts them. Otherwise the columns
+    are already differences, one for each of the `pairs`. Raises `InputError` for fewer than three clocks, or a pair of
+    clocks without a column. Also if `pairs` is None, but the columns seem to be differences.
     """
     if pairs is None:
         names = list(recording.columns)
@@ -320,9 +321,10 @@ def _differences_of_pair(allan: dict[tuple[str, str], Array], a: str, b: str) ->
 
 
 def _variances_of_clocks(names: list[str], allan: dict[tuple[str, str], Array]) -> Array | None:
-    """Allan variance of each clock, shape (clocks,): mean Groslambert covariance over all pairs of other clocks.
+    """Allan variance of each clock, shape (clocks,), from the differences of all pairs of clocks.
 
-    The result is None if two differences have no common samples.
+    It is the mean of the Groslambert covariances: for two other clocks, the covariance of this clock's differences to
+    both. The result is None if two differences have no common samples.
     """
     out = []
     for own in names:

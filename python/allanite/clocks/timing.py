@@ -373,10 +373,11 @@ def _timing_of_column(
     steering: tuple[str, float] | None,
     report: Callable[[int], None] | None,
 ) -> Timing:
-    """`Timing` of one column; `report`, if given, is called with the number of noise models fitted.
+    """`Timing` of one column; `report`, if given, is called with the number of noise models fitted so far.
 
-    With `steering` (covariate, scale to a frequency), the servo's phase is subtracted before the fit and added to the
-    holdover; ``constant_error`` is None. Raises `TooShortError` for fewer than 32 samples.
+    `steering` is the name of a covariate and the factor that converts its values to a fractional frequency. The phase
+    that the servo added is then subtracted before the fit, and added to the holdover; ``constant_error`` is None. Raises
+    `TooShortError` for fewer than 32 samples.
     """
     name = column.columns[0]
     # Samples may be in a multiple of seconds: the scale of the unit converts them.
@@ -577,7 +578,10 @@ class _PhaseFit:
         return self._amplitude("temperature", "1")
 
     def drift(self) -> Estimate:
-        """`Estimate` of the change of the fractional frequency per day; marked as not detected if no drift was fitted."""
+        """`Estimate` of the change of the fractional frequency per day.
+
+        If the data do not show a drift, the estimate is marked as not detected, with its value and 95 % interval.
+        """
         found = self._amplitude("drift", "1/d", 86400.0)
         if found is not None:
             return found

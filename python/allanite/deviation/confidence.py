@@ -61,9 +61,10 @@ def degrees_of_freedom(
 
 
 def _lag_nodes(m: int, count: int, order: int) -> NDArray[np.float64]:
-    """Ascending integer lags, as floats, from 0 to min(`count` − 1, 40 (`order` + 1) m): nodes of a sum over all lags.
+    """Lags at which the terms of a sum over all lags are evaluated; between them the terms are interpolated.
 
-    All lags if there are at most 65. Otherwise they are dense near 0, m, … `order`·m, and neighbors differ by up to 6 %.
+    The result has ascending whole numbers as floats, from 0 to min(`count` − 1, 40 (`order` + 1) m). Up to 65 lags are
+    all returned. Longer lists are dense near 0, m, … `order`·m; elsewhere neighbors differ by up to 6 %.
     """
     farthest = min(count - 1, 40 * (order + 1) * m)
     if farthest <= 64:

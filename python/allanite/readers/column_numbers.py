@@ -93,7 +93,7 @@ def repeats_exactly(values: NDArray[Any]) -> bool:
 
 
 def is_serial_number(values: NDArray[Any]) -> bool:
-    """True if a column holds the same whole number of at least 100 in its first 20 000 rows.
+    """True if the first 20 000 rows of a column hold one whole number that is the same everywhere and at least 100.
 
     False for fewer than 20 rows.
     """

@@ -474,10 +474,10 @@ class _Changes:
 
 
 def _dominated_findings(c: _Column) -> Iterator[Finding]:
-    """Iterator over a `Finding` if a single event makes more than half of the Allan variance at some averaging time.
+    """Iterator over at most one `Finding`: a single event makes more than half of the Allan variance at an averaging time.
 
-    An event lies within one average or between two, so it makes one second difference of the phase or two in a row.
-    Averaging times are octaves with more than 32 averages.
+    An event is the largest sum of two consecutive squared changes between neighboring averages. Averaging times are
+    octaves with more than 32 averages.
     """
     changes: dict[int, _Changes] = {}
     for _, piece in c.pieces():

@@ -68,10 +68,11 @@ def without_steps(values: Array) -> Array:
 
 
 def _curve_on_grid(values: Array, grid: Array, code: Array, step: float) -> Array:
-    """Curve that rounds to the codes `code`, at the positions `grid` (in samples), shape (points,).
+    """Smooth curve through a column logged in coarse steps, shape (points,), at the positions `grid` (in samples).
 
-    The relaxation is used if it rounds to the codes, else the smoothest curve that does, else the last curve tried, the
-    least smooth. `step` is the distance of two codes.
+    `code` are the logged (rounded) values at these positions, and `step` is their step. The curve should lie within half
+    a step of `code`. The result is a relaxation curve if it does. Otherwise it is the smoothest spline-like curve that
+    does. If no curve does, it is the last one tried, the least smooth.
     """
     from scipy.sparse import diags_array
     from scipy.sparse.linalg import spsolve

@@ -133,7 +133,11 @@ def _rate_findings(stamps: Stamps, rate: float) -> Iterator[Finding]:
 
 
 def _restart_findings(stamps: Stamps) -> Iterator[Finding]:
-    """Iterator over findings about a counter that restarts, and about the first three rows after which time runs back."""
+    """Iterator over findings about time stamps that begin anew or run back; empty for other stamps.
+
+    At most one finding states that the time is a counter that begins anew. Each of the first three rows after which time
+    runs back has a finding of its own.
+    """
     if stamps.wraps:
         yield Finding(
             "wraps",

@@ -40,10 +40,10 @@ class Locked:
 
 
 def locked_of(x: NDArray[np.floating | np.integer]) -> Locked | None:
-    """`Locked` (share, step, limit of the standard deviation) if at least 95 % of the samples have one code; else None.
+    """`Locked` (share, step, limit of the standard deviation) if at least 95 % of the samples have one value; else None.
 
-    None also for more than 16 different values, or if fewer than 5 samples leave the code. The nearest other value must
-    not be a fill value such as 0.
+    None also for samples that are all equal, for more than 16 different values, and if fewer than 5 samples have another
+    value. None also if the nearest other value is a fill value such as 0.
 
     Notes
     -----

@@ -308,12 +308,12 @@ class _ColumnMotion:
 
 
 def _column_motion(x: Array, rate: float, kind: str, length: int, windows: int) -> _ColumnMotion:
-    """`_ColumnMotion`: windows with motion and loud windows of the samples `x` of one column, with its activities.
+    """`_ColumnMotion`: windows with motion, loud windows and activities of the samples `x` of one column.
 
-    `x` are in SI units, `rate` in Hz; each of `windows` has `length` samples. A window moves if the changes within it are
-    significant. It also moves if those of a longer window around it are, and its own changes exceed white noise by a
-    fifth of the limit. A window is loud if its changes are above a fifth of the limit, and above six times those of the
-    quietest quarter of the windows.
+    `x` are in SI units, `rate` in Hz; each of `windows` has `length` samples. A window moves if the changes within it
+    are significant. It also moves if two conditions hold: the changes of a longer window around it are significant, and
+    its own changes exceed white noise by a fifth of the limit. A window is loud if its changes are above a fifth of the
+    limit, and above six times those of the quietest quarter of the windows.
     """
     fast = _Averages.of(x, rate, AVERAGING_TIME)
     slow = _Averages.of(x, rate, SLOW_AVERAGING_TIME)
@@ -408,8 +408,8 @@ def _absolute_changes(x: Array, m: int, order: int = 1) -> Array:
 def _white_noise_activity(bends: Array, m: int, short: int, length: int, windows: int) -> Array:
     """Standard deviation that averages of m samples would have in each window if all noise were white, shape (windows,).
 
-    The white noise is measured by `bends`, absolute second differences of averages of `short` samples (0.05 s or less).
-    Each median of them is over `length` samples.
+    The white noise comes from `bends`, the absolute second differences of averages of `short` samples (0.05 s or less).
+    They are reduced to medians over consecutive blocks of `length` samples.
     """
     # The median of three thirds scatters 0.670 √3 times as much as their mean.
     middle = 1.16 if short < MIN_SAMPLES_FOR_THIRDS <= m else 1.0

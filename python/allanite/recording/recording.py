@@ -542,6 +542,7 @@ class Recording(Record):
         return al.plots.plot_recording(self, path, theme)
 
     def _repr_html_(self) -> str:
+        """HTML text that shows the recording in notebooks."""
         from allanite.common.showing import recording_html
 
         return recording_html(self)

@@ -93,13 +93,13 @@ def _equals_earlier(rows: NDArray[np.floating | np.integer], lag: int) -> NDArra
 
 
 def _regular_repeats(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool_] | None:
-    """Mask of the entries of `equal` that repeat in the regular pattern of a slower sensor; None without a pattern.
+    """Mask, shape of `equal`, of repeats in the regular pattern of a sensor slower than the log; None without a pattern.
 
-    `equal[k]` says that row k + 1 equals row k. Its other entries are True by chance, with the probability `chance`;
-    above 0.5 the result is None.
+    Entry k of `equal` is True if row k + 1 equals row k. Rows outside of the pattern are equal by chance, with the
+    probability `chance`. None also if `chance` is above 0.5.
 
-    Sample k shows the sensor's value floor(k r + φ), where r is the ratio of the rates. New values come when that
-    number changes, which makes a line at r in the spectrum of `equal`.
+    Sample k shows the sensor's value with the number floor(k r + φ), where r is the ratio of the rates. This makes a
+    line at the frequency r in the spectrum of `equal`.
     """
     if chance > 0.5:
         return None
@@ -122,9 +122,9 @@ def _regular_repeats(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool
 
 
 def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool_]:
-    """Mask, of the shape of `equal`, of repeats that a sensor at `ratio` times the rate of the log would make.
+    """Mask, shape of `equal`, of the repeats expected from a sensor whose rate is `ratio` times the rate of the log.
 
-    The phase of the pattern is measured from `equal`, whose entry k says that row k + 1 equals row k.
+    Entry k of `equal` is True if row k + 1 equals row k. The phase of the periodic pattern is estimated from `equal`.
     """
     k = np.arange(1, equal.size + 1, dtype=np.float64)
     blocks = max(equal.size // PHASE_BLOCK, 1)

@@ -167,7 +167,10 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
 
 
 def _require_unit_of_calendar(start: float, end: float, step: float, rate: float | None) -> None:
-    """Raise `InputError` for stamps that may be Modified Julian Dates or decimal years as well as seconds.
+    """Raise `InputError` if it is unclear whether stamps are seconds, Modified Julian Dates or decimal years.
+
+    This is so if both ends are usual dates and the step is a usual interval, such as one day. Nothing is raised with a
+    stated rate.
 
     Parameters
     ----------

@@ -39,7 +39,10 @@ def read_stamps_in_chunks(
     given = 0
 
     def add(rows: NDArray[Any], end: int) -> None:
-        """Add the stamps up to `end`; raises `InputError` for a stamp that is not finite."""
+        """Add the stamps ``rows[given:end]`` to the sums, in place; returns None.
+
+        The `rows` before and after them are only neighbors. Raises `InputError` if any of the `rows` is not finite.
+        """
         bad = np.flatnonzero(~np.isfinite(rows))
         if bad.size:
             row = sums.rows - given + int(bad[0])

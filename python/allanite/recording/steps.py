@@ -213,9 +213,10 @@ class Steps:
                 done = end
 
     def _disorder_around(self, i: int) -> tuple[int, int] | None:
-        """Tuple (first, end) of the shortest run of steps around step i over which time advances as usual; end exclusive.
+        """Tuple (first, end) of the shortest run of steps with step i that restores the usual advance; end exclusive.
 
-        None if no run of up to 16 steps does: time runs back for good, as in joined logs.
+        The sum of the run differs from that of as many usual steps by at most 0.6 usual steps. None if no run of up to
+        16 steps does this, because time runs back for good, as in joined logs.
         """
         low = max(i - MAX_DISORDER_ROWS, 0)
         sums = np.concatenate(([0.0], np.cumsum(self.clean[low : i + MAX_DISORDER_ROWS])))
@@ -356,9 +357,10 @@ class Steps:
     # -- stamps that several samples share --------------------------------------------------------
 
     def _set_gaps_of_shared_stamps(self) -> None:
-        """Set `gaps`, `counts` and `times`, for stamps that several samples share (whole seconds of a 5 Hz log).
+        """Set `gaps`, `counts` and `times`, for stamps that several samples share, such as whole seconds of a 5 Hz log.
 
-        A gap is a step of more than (2.5 + 2/n) `usual`, where n is the mean number of samples per stamp.
+        A gap is a step of more than (2.5 + 2/n) usual steps between different stamps. n is the mean number of samples
+        per stamp. Returns None.
         """
         at = np.flatnonzero(self.clean > 0)
         steps = self.clean[at]

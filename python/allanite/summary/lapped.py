@@ -64,9 +64,10 @@ def halved(x: Array) -> Array:
 
 @lru_cache(maxsize=1)
 def _window() -> tuple[Array, Array]:
-    """Tuple (after, before), each (`SEGMENT`/2,): window of the transform at ½, 1½, … samples from a border. Cached.
+    """Tuple (after, before): the rising slope of the transform window, around the border at which a segment begins.
 
-    It is the window of the segment that begins at the border: `after` the border it rises to 1, `before` it falls to 0.
+    Both have shape (`SEGMENT`/2,), with values at ½, 1½, … samples from the border. `after` the border the slope
+    continues to 1. `before` the border, going backwards, it falls to 0. The result is cached.
     """
     rise = np.cumsum(np.kaiser(SEGMENT + 1, np.pi * WINDOW_ALPHA))
     rise = np.sqrt(rise[:-1] / rise[-1])

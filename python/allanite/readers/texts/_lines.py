@@ -61,7 +61,10 @@ def chosen_source(
 
 
 def text_lines(path: Path) -> Iterator[str]:
-    """Yield the lines of a text in UTF-8, with line ends; without a byte order mark, and wrong bytes become U+FFFD."""
+    """Yield the lines of a UTF-8 text file, each with its line end.
+
+    A byte order mark is removed. Bytes that are no UTF-8 become U+FFFD.
+    """
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         yield from stream
 

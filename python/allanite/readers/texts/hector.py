@@ -32,9 +32,9 @@ def recognizes(head: bytes) -> bool:
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format fixes the columns
-    """`Table` of a Hector series: one column of observations, without unit, and its dates; days without one have no row.
+    """`Table` of a Hector series: one column of observations without unit, and their dates as the time.
 
-    `pick` is not used: all these columns are read.
+    Days without an observation have no row. A third column of the file (the model) is not used. `pick` is not used.
 
     Raises
     ------

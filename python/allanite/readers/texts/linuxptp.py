@@ -60,7 +60,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     Raises
     ------
     InputError
-        No line has an offset, lines have no time, there are only summaries, or no clock in `topics`.
+        No line has an offset, a line has no time, or there are only summaries. The clock in `topics` does not occur, or
+        several topics are given.
     """
     rows: dict[str, list[tuple[str, ...]]] = {}
     summaries = 0

@@ -63,9 +63,10 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
 def _table_of_topics(bag: Any, requested: Sequence[str]) -> Table:
     """`Table` of the `requested` topics of an open bag; without requested topics, of its first IMU topic.
 
-    Without requested topics, a further IMU topic can be joined: one with the gyroscope if the first has only the
-    accelerometer, or vice versa. Temperatures are interpolated to the times of the first topic. Raises `InputError` if a
-    topic is missing, there is no IMU, or the requested topics have different rates.
+    Without requested topics, an IMU topic with only the other kind of sensor (gyroscope or accelerometer) is joined. At
+    another rate it is not joined, but named in the attribute `others`. Temperatures are interpolated to the times of the
+    first topic. Raises `InputError` if a topic is missing, there is no IMU, or the requested topics have different
+    rates.
     """
     types = {c.topic: c.msgtype for c in bag.connections}
     listed = ", ".join(sorted(f"{topic} ({kind})" for topic, kind in types.items())) or "none"
