@@ -65,9 +65,10 @@ def inspect_in_child(path: Path, options: dict[str, Any]) -> dict[str, Any]:
 def _call_in_child(
     function: str, path: Path, options: dict[str, Any], watch: Callable[[], None] | None
 ) -> Any:
-    """Return value of ``function(path, options)``, a function of this module, called in a child process.
+    """Return value of ``function(path, options)``, a function of this module that is called in a child process.
 
-    `watch` is called meanwhile. Raises `InputError` as `read_in_child`.
+    `watch`, if given, is called every 20 ms; an exception that it raises ends the call. Raises `InputError` if the log
+    cannot be used, or if the child process crashes or reaches a limit of time or memory.
     """
     try:
         seconds = SECONDS + SECONDS_PER_BYTE * path.stat().st_size

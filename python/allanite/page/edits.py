@@ -108,7 +108,10 @@ def with_limits(
 
 
 def with_values_held(effect: Any) -> Any:
-    """Copy of an effect that a fit leaves unchanged: coefficients and shapes with a value are held, without limits."""
+    """Copy of an effect that a fit cannot change: every coefficient and shape that has a value is held at it.
+
+    Limits of the parameters are removed.
+    """
     names = [p.name for p in effect.parameters if p.role in ("coefficient", "shape")]
     held = tuple(n for n in names if effect.values[n] is not None)
     return effect.with_values(hold=held, limits={}, at_limit=())

@@ -149,9 +149,9 @@ def _exclude_segment(tab: Tab, request: dict[str, Any]) -> None:
 
 
 def _include_segment(tab: Tab, request: dict[str, Any]) -> None:
-    """Start a job that includes the excluded segment at the index ``number`` again.
+    """Start a job that analyzes the log with the excluded segment at the index ``number`` of the request included again.
 
-    Raises `InputError` if there is none.
+    Raises `InputError` if there is no excluded segment at this index.
     """
     span, out = tab.work.part
     number = _integer_of(request, "number")

@@ -67,9 +67,10 @@ class _UploadTooLargeError(InputError):
 
 
 def _guarded(handler: Callable[[Request], Any]) -> Callable[[Request], Any]:
-    """Copy of a request handler that always returns a `Response`: results become JSON, bad input ``{"error": …}``.
+    """Request handler that calls `handler` and always returns a `Response`.
 
-    Bad input has status 400, or 413 if an upload is too large.
+    Results become JSON. Errors of the input (`AllaniteError`, also `ValueError`, `TypeError` and `KeyError`) become
+    ``{"error": …}`` with status 400, or 413 if an upload is too large.
     """
 
     async def safe(request: Request) -> Response:
@@ -187,7 +188,10 @@ class _TabHandlers:
         return {}
 
     async def state(self, request: Request) -> Any:
-        """Dict with the state of a tab; only that of its job (`job_state`) if the query's ``seen`` is the tab's version."""
+        """Dict with the complete state of a tab.
+
+        If the browser already has this version (query parameter ``seen``), only the state of the job (`job_state`).
+        """
         tab = self.sessions.tab(request)
         if request.query_params.get("seen") == str(tab.version):
             return job_state(tab)
@@ -204,12 +208,15 @@ class _TabHandlers:
         return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
 
     async def part(self, request: Request) -> Any:
-        """Data that `page_data` returns for the name in the path, with the query parameters as options."""
+        """Data for JSON from `page_data`, for the name in the URL and with the query parameters as options."""
         tab, name = self.sessions.tab(request), request.path_params["name"]
         return await run_in_threadpool(page_data, tab, name, _query_options(request))
 
     async def act(self, request: Request) -> Any:
-        """Dict with the state of the tab after an action of the user. Raises `InputError` for an action over 4 MB."""
+        """Dict with the state of the tab after carrying out an action of the user, which the body of the request describes.
+
+        Raises `InputError` if the action is unknown, not possible now, or larger than 4 MB.
+        """
         tab = self.sessions.tab(request)
         await run_in_threadpool(carry_out, tab, await _json_body(request))
         return await run_in_threadpool(state, tab)
@@ -217,8 +224,8 @@ class _TabHandlers:
     async def upload(self, request: Request) -> Any:
         """Dict with the state of the tab after a log or data sheet was uploaded.
 
-        The file is deleted if it is not accepted. Raises `InputError` for bad files, `_UploadTooLargeError` for large
-        ones.
+        The file is deleted if it is not accepted. Raises `InputError` if it cannot be used, and `_UploadTooLargeError`
+        if it exceeds the largest permitted size.
         """
         tab, uploads = self.sessions.tab(request), self.sessions.uploads
         name = check_name(request.query_params.get("name", ""))

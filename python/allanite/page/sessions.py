@@ -40,7 +40,8 @@ class Sessions:
     def open(self) -> str:
         """Key of a new tab that opens the first log.
 
-        Silent tabs are deleted, and the oldest ones if there are over 32.
+        Before, tabs without a request in the last 900 s are deleted. If there are still over 32 tabs, the oldest are,
+        too.
         """
         self.delete_silent_tabs()
         with self.lock:

@@ -59,9 +59,9 @@ class Tab(TabState):
         )
 
     def add(self, number: int) -> None:
-        """Start a job that adds the suggested effect at an index of the list of suggestions.
+        """Start a job that adds the suggested effect at index `number` of the check's suggestions, and fits the model.
 
-        Raises `InputError` if there is none.
+        Raises `InputError` if there is no suggestion at this index.
         """
         step = self.step
         if step.check is None or not 0 <= number < len(step.check.suggestions):
@@ -69,9 +69,9 @@ class Tab(TabState):
         self._fit_with(step.check.suggestions[number].effect)
 
     def add_by_name(self, text: str) -> None:
-        """Start a job that adds an effect, given by its name or as a model string with values.
+        """Start a job that adds one effect, given by its name or as a model string with values, and fits the model.
 
-        Raises `InputError` unless it is one effect.
+        Raises `InputError` if the text is invalid or names several effects.
         """
         model = parse_model_string(text)
         if len(model) != 1:
@@ -79,9 +79,10 @@ class Tab(TabState):
         self._fit_with(model.effects[0])
 
     def restore(self, place: int) -> None:
-        """Start a job that adds a removed effect again, with its former values; `place` is its index in ``work.removed``.
+        """Start a job that adds a removed effect to the model again, with its former values, and fits the model.
 
-        Raises `InputError` if there is none.
+        `place` is the index of the effect in the list ``work.removed`` of this column. Raises `InputError` if there is
+        none.
         """
         tray = self.work.removed[self.column]
         if not 0 <= place < len(tray):
@@ -114,7 +115,11 @@ class Tab(TabState):
         )
 
     def hold(self, place: int, name: str, value: float | None) -> None:
-        """Start a job that fits with the parameter `name` of the effect at index `place` held at `value`; None: free."""
+        """Start a job that fits with the parameter `name` of the effect at index `place` held at `value`.
+
+        If `value` is None, the fit estimates the parameter again. Raises `InputError` if there is no such effect or
+        parameter.
+        """
         fit = self.step.fit
         model = with_value(fit.model, place, name, value, held=value is not None)
         what = f"{name} of {fit.display_name(model.effects[place])}"
@@ -126,7 +131,10 @@ class Tab(TabState):
         )
 
     def limit(self, place: int, name: str, low: float | None, high: float | None) -> None:
-        """Start a job that fits with limits of the parameter `name` of the effect at index `place`; None is no limit."""
+        """Start a job that fits with limits `low` and `high` of the parameter `name` of the effect at index `place`.
+
+        None means no limit on this side. Raises `InputError` if there is no such effect.
+        """
         fit = self.step.fit
         model = with_limits(fit.model, place, name, low, high)
         effect = model.effects[place]

@@ -79,7 +79,7 @@ class TabState:
 
     @property
     def open_work(self) -> Work | None:
-        """`Work` on the open log; None if no log is open or while the log is being read."""
+        """`Work`: the state of the analysis of the open log. None if no log is open or while the log is being read."""
         return None if self.source_index is None else self.works.get(self.source_index)
 
     @property
@@ -112,7 +112,7 @@ class TabState:
 
     @property
     def column_steps(self) -> ColumnSteps:
-        """`ColumnSteps` with the steps of the current column; it has no steps before the first fit."""
+        """`ColumnSteps`: the steps of the model building of the current column; without steps before the first fit."""
         return self.board.columns[self.column]
 
     @property

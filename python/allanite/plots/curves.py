@@ -121,8 +121,8 @@ def _limit_ratio(effect: Effect, values: dict[str, Any]) -> float | None:
 def failing_tau_ranges(fit: Fit) -> list[tuple[float, float, float]]:
     """List of (low, high, ratio): ranges of τ (s) in which the measured curve deviates from the model; empty if it fits.
 
-    In a range, all residuals z (in σ) have one sign and |z| > 2. The largest |z| is at least `MIN_FAILING_SCORE`, the
-    limit for a failing model. The ratio is measured/model at the τ with this |z|.
+    In a range, all residuals z (in σ) have the same sign and |z| > 2, and the largest |z| is at least 4. The ratio is
+    measured/model at the τ with this largest |z|.
     """
     curve = fit.curve
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
@@ -279,10 +279,11 @@ def residuals_between(
 
 
 def _ordinate_groups(fit: Fit, low: float, high: float, most: int) -> tuple[Ordinates, Ordinates]:
-    """Tuple (j, starts) of integer arrays: the single ordinates from `low` to `high` Hz, in at most `most` groups.
+    """Tuple (j, starts) of integer arrays: single ordinates from `low` to `high` Hz, in at most `most` groups of neighbors.
 
-    Ordinate j of the cosine transform has the frequency j·rate/(2 n). `starts` are the indices into j at which a group
-    begins. Both are empty for summaries, and if many samples are missing.
+    Ordinate j of the cosine transform has the frequency j·rate/(2 n). `starts` are the indices into the array j at
+    which a group begins. Both are empty for summaries, if over 10 % of the samples are missing, and if the range has no
+    ordinate.
     """
     data = fit.data
     step = data.rate / (2.0 * data.n)
@@ -299,9 +300,9 @@ def _group_means(values: NDArray[np.floating[Any]], starts: Ordinates) -> Array:
 
 
 def _narrow_band_ranges(fit: Fit) -> list[tuple[float, float]]:
-    """List of (low, high): frequency ranges in Hz around the bands of the model that are narrower than a bin.
+    """List of (low, high): frequency ranges in Hz around the bands of the model that are narrower than a frequency bin.
 
-    Empty for summaries, and if many samples are missing.
+    Each range extends beyond its band on both sides. Empty for summaries, and if over 10 % of the samples are missing.
     """
     if not has_all_ordinates(fit.data):
         return []
@@ -381,9 +382,10 @@ class _SpectrumGrid:
         return np.asarray(total / width / data.rate)
 
     def line_densities(self, power: Array, terms: tuple[Term, ...], theta: float) -> Array:
-        """Density (U²/Hz) of a model at the vertices `at`: `point_densities`, or exact values near narrow bands.
+        """Array of the two-sided density (U²/Hz) of a model at the frequencies `at`, to be drawn as a line.
 
-        `power` has one value per bin. The exact density of an ordinate is `theta` times the spectrum of `terms`.
+        At points that average bins, it is `point_densities` of `power` (one value per frequency bin). At single
+        ordinates near narrow bands, it is exact: `theta` times the spectrum of `terms`.
         """
         near, data = self.ordinates, self.fit.data
         exact = theta * density(terms, near, data.bins.n) / data.rate if near.size else np.zeros(0)

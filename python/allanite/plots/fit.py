@@ -53,11 +53,11 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
 
 
 def plot_check(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """`Figure` as from `plot_fit`, with failing ranges shaded and the strongest missing effect in the subtitle.
+    """`Figure` as from `plot_fit`, with ranges shaded in which the model fails, and the strongest missing effect named.
 
-    Panels on the right show the samples over time if the model fails at some time. They also appear if a missing effect
-    is a function of time or follows a logged column, which is drawn below the samples.
-    Written to `path` (SVG, PNG, PDF) if given; raises as `plot_fit`.
+    Panels on the right show the samples over time if the model fails at some time. They also do if a missing effect is
+    a function of time; a logged column that this effect follows is drawn below. The figure is written to `path` (SVG,
+    PNG or PDF) if given. Raises `InputError` if this is not possible.
     """
     fit = check.fit
     spans = spectrum_spans(fit, check.where.worst_frequency)
@@ -90,10 +90,10 @@ def _fit_figure(
 
 
 def _time_panels(check: Check) -> tuple[Panel, ...]:
-    """Tuple of one or two `Panel`: samples over time, and the logged column that the missing effect follows, if any.
+    """Tuple of one or two `Panel`: means of the samples over time, and the logged column that the missing effect follows.
 
-    The range of time in which the model fails is shaded, and the first missing function of time is drawn. Empty if
-    there is neither, or if the record has no single samples.
+    The time range in which the model fails is shaded, and the first missing effect that is a slow function of time is
+    drawn. The tuple is empty if there is neither, for summaries, and if over 10 % of the samples are missing.
     """
     fit, worst = check.fit, check.where.worst_time
     missing = (s.effect for s in check.significant)

@@ -100,9 +100,9 @@ def samples_panel(
 
 
 def means_panel(column: Recording, signal: Array | None) -> Panel:
-    """`Panel` of the means of 120 segments of one column, which show a drift below the white noise of the samples.
+    """`Panel` with the means of 120 equal segments of one column, in which a drift is visible below the white noise.
 
-    The y axis also covers the means of the `signal` as `signal_line` draws it.
+    `signal` is a function of time that another mark will show, or None; the y axis also covers its means.
     """
     size, name = time_scale(column.duration)
     time, _, _, mean = _segment_statistics(column.rate_samples(), MEANS)

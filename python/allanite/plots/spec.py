@@ -97,7 +97,10 @@ class Band:
         _freeze_arrays(self, "x", "low", "high")
 
     def gap_free_ranges(self) -> list[NDArray[np.intp]]:
-        """List of the index arrays of neighboring positions at which both `low` and `high` are finite."""
+        """List of index arrays: one per range of consecutive points at which both `low` and `high` are finite.
+
+        Empty if there is no such point.
+        """
         there = np.isfinite(self.low) & np.isfinite(self.high)
         ranges = np.split(np.arange(there.size), np.flatnonzero(np.diff(there)) + 1)
         return [piece for piece in ranges if there[piece].any()]

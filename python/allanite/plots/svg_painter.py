@@ -85,9 +85,10 @@ def inline_svg(figure: Figure, size: tuple[float, float], label: str) -> str:
 
 
 def _left_width(panel: Panel) -> float:
-    """Width in pixels left of a panel: 10 plus the longest y tick text (estimated), at least `LEFT` with a y label.
+    """Width in pixels of the space left of a panel, for the tick texts and the label of its y axis.
 
-    12 if the panel does not show its y axis.
+    It is 10 plus the estimated width of the longest tick text, but at least 66 if the axis has a label. It is 12 if the
+    panel does not show its y axis.
     """
     texts = [line for _, text in panel.y.ticks for line in text.split("\n")]
     longest = max(map(len, texts), default=0) if panel.show_y else 0
@@ -287,9 +288,9 @@ def _stroked_path(role: str, path: str, width: float, dash: str = "solid", more:
 
 
 def _simplified_line(x: Array, y: Array) -> tuple[Array, Array]:
-    """Tuple (x, y) of a line without the points within `FLAT` pixels of it (Ramer 1972; Douglas and Peucker 1973).
+    """Tuple (x, y) of a line with fewer points; no omitted point is over 0.2 pixels away from the new line.
 
-    A line with values that are not finite is returned unchanged.
+    Ramer 1972; Douglas and Peucker 1973. A line with values that are not finite is returned unchanged.
     """
     if x.size < 3 or not (np.isfinite(x).all() and np.isfinite(y).all()):
         return x, y

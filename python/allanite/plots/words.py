@@ -46,7 +46,10 @@ def allan_label(unit: str) -> str:
 
 
 def with_bracketed_unit(words: str, unit: str) -> str:
-    """Axis label followed by a printed unit in round brackets; in square brackets if the unit begins with one."""
+    """Axis label with the printed unit in brackets, ``rate (°/s)``.
+
+    The brackets are round, or square if the unit itself begins with a round bracket: ``density [(°/s)²/Hz]``.
+    """
     return f"{words} [{unit}]" if unit.startswith("(") else f"{words} ({unit})"
 
 

@@ -62,7 +62,7 @@ class Entry:
         return shown
 
     def to_shown_dict(self) -> dict[str, Any]:
-        """Dict as from `to_dict` without suggestions and alternatives of effects, which take long to compute."""
+        """Dict as from `to_dict`, but without the suggested and alternative effects, which take long to compute."""
         last = self.study.check
         return {
             "schema": "allanite/report/1",

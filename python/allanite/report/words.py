@@ -78,9 +78,9 @@ def as_sentence(text: str) -> str:
 def parameter_cells(value: dict[str, Any], place: str) -> tuple[str | Number, Cell, str]:
     """Tuple (value, 95 % interval, text of the unit) of a parameter, as cells of a table.
 
-    `value` is the dict of the parameter in the JSON document of a fit, `place` its path there. For a parameter that was
-    not detected, the value is "not detected" and the interval its upper limit; without a limit "not present". The
-    interval is empty for lists, texts, and without both ends. A missing value is a dash.
+    `value` is the dict of the parameter in the JSON document of a fit, and `place` its path there. If it was not
+    detected, the first cell is "not detected" and the second its upper limit; without a limit it is "not present".
+    Lists, texts and values without both ends have an empty interval. A missing value is ``–``.
     """
     found, interval = value.get("value"), value.get("interval")
     unit = unit_text(str(value.get("unit") or ""))
@@ -111,9 +111,10 @@ def parameter_cells(value: dict[str, Any], place: str) -> tuple[str | Number, Ce
 
 
 def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -> str:
-    """Text of a parameter in the unit of data sheets, ``0.72 °/√h``, or ``< limit`` if not detected.
+    """Text of a parameter in the unit of data sheets, ``0.72 °/√h``, or ``< limit`` if it was not detected.
 
-    Empty if it has no such unit or no value.
+    `value` is the dict of the parameter in the JSON document, `sensor` the unit of the samples. The text is empty if
+    the parameter has no such unit, no value, or no limit although it was not detected.
     """
     wanted = units_of_sheets(parameter).get(parse_unit(sensor).kind)
     found, interval = value.get("value"), value.get("interval")

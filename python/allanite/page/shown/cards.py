@@ -43,10 +43,10 @@ def chips(
 ) -> list[dict[str, Any]]:
     """List of one dict per effect of the model: place, kind, names, physics, color, label, and values with intervals.
 
-    The color role and the label are None for an effect that figures do not draw. Values are displayed in units made of the
-    sample unit `unit`; `SHEET` stands for the units of data sheets, None for the unit of the recording. `colors` are the
-    color roles of the effects. `found` holds the models that explain the record equally well. If the interval of a value
-    over all these models is wider, it is added.
+    Values are displayed in units made of the sample unit `unit`; `SHEET` stands for data-sheet units, None for the
+    recording's unit. `colors` are the color roles of the effects; color and label are None for an effect that figures
+    do not draw. `found` holds other models that explain the record equally well. An interval over all these models is
+    added if it is wider.
     """
     drawn = {part.place: part for part in component_styles(fit)}
     out = []
@@ -308,7 +308,7 @@ def _frequency_range_text(ends: Sequence[float] | None, duration: float) -> str:
 
 
 def _symbol(effect: Effect, name: str) -> str:
-    """Symbol of a parameter; without a symbol, its name with blanks for underscores, except ``q_c``."""
+    """Symbol of a parameter; if it has none, its name with blanks instead of underscores, except ``q_c``, which stays."""
     plain = name if name == "q_c" else name.replace("_", " ")
     return effect.parameter(name).symbol or plain
 

@@ -182,9 +182,9 @@ def _ratio_text(ratio: Estimate) -> str:
 def generated_file(
     tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None
 ) -> GeneratedFile:
-    """`GeneratedFile` with this name: a figure or its values, the study, an export of all axes, a law, or the report.
+    """`GeneratedFile` with this name: a figure or its values, the study, an export, a temperature law, or the report.
 
-    Figures are in the `theme`; `options` are those of the view, such as a time range.
+    Figures are in the `theme`; `options` are those of the figure's view, such as a time range.
 
     Raises
     ------

@@ -135,8 +135,8 @@ def _allan_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
 def _psd_figure(tab: Tab, options: Mapping[str, str]) -> Figure:
     """`Figure` of the spectrum with the model (with trial values, if any), and of the residuals in σ below.
 
-    Single ordinates are drawn between ``from`` and ``to`` Hz if both options are given. After a check whose worst range
-    is narrower than an octave, the power of this range over time is beside it.
+    Single ordinates between ``from`` and ``to`` Hz are added if both options are given. If the check finds that the
+    model fails in a range narrower than an octave, a map of the power in this range over time is beside it.
     """
     fit = displayed_fit(tab) or tab.step.fit
     check = tab.step.check if tab.preview is None else None
@@ -440,7 +440,7 @@ def max_outside_by_chance(points: int) -> int:
 
 
 def _positive_option(options: Mapping[str, str], name: str, otherwise: float) -> float:
-    """Number called `name` in the options, or `otherwise` if it is missing or empty.
+    """Positive float that `options` has under `name`; `otherwise` if it is missing or empty.
 
     Raises `InputError` unless 0 < number < 1e9.
     """

@@ -17,10 +17,10 @@ def capitalized(text: str) -> str:
 
 
 def remedy_buttons(finding: Finding, rate: float, duration: float) -> list[dict[str, Any]]:
-    """List with the button (a dict with the keys ``text`` and ``act``) that remedies a finding; empty if there is none.
+    """List of at most one button (a dict with the keys ``text`` and ``act``) that remedies a finding; else empty.
 
-    Buttons use the measured rate, the quiet segment, or the longer part before or after motion. Or they split the record
-    at a seam, where two logs were joined. `rate` (Hz) and `duration` (s) are those of the record.
+    A button sets the measured rate, or keeps the quiet segment or the longer part before or after motion. Where two
+    logs were joined (a seam), it keeps the longer part. `rate` (Hz) and `duration` (s) are those of the record.
     """
     values = finding.values
     if finding.kind == "rate" and "measured_hz" in values:

@@ -55,10 +55,10 @@ def view(
 def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) -> dict[str, Any]:
     """Dict of a view in the current units: plotly's ``data`` and ``layout``, title, and what the figure shows.
 
-    ``headline`` and ``subtitle`` are the lines before the last line of the figure's subtitle, and that line. ``fails``
-    and ``singles`` are True if failing ranges and single ordinates are drawn; ``drift`` is the label of the known
-    function in the samples, or empty. Figures of a fit contain ``live`` (`drag_data`), and that of the Allan deviation
-    also readings of coefficients and ``units`` of the cursor.
+    ``subtitle`` is the last line of the figure's subtitle, and ``headline`` all lines before. ``fails`` is True if
+    ranges are shaded in which the model fails, ``singles`` if single ordinates are drawn. ``drift`` is the label of the
+    known function of time in the samples, or empty. With a fit, ``live`` is `drag_data`. The Allan deviation also has
+    marks where coefficients are read, and ``units`` for the readout under the mouse.
     """
     look = theme_of(theme)
     figure = figure_of(tab, name, options)
@@ -141,9 +141,10 @@ def _adapt_layout(layout: dict[str, Any], name: str, kind: str, look: Any) -> No
 
 
 def _cursor_units(unit: str) -> list[dict[str, Any]]:
-    """List of the units of the cursor: dicts with the text and the factor from `unit`, which comes first.
+    """List of dicts with the units in which the readout under the mouse shows deviations.
 
-    Units that it cannot be converted to are left out.
+    ``text`` is the unit, ``factor`` converts a value from `unit` to it. `unit` comes first; units without a conversion
+    are left out.
     """
     kind = parse_unit(unit).kind
     others = [u for u in UNITS if u != unit and parse_unit(u).kind == kind]
