@@ -72,7 +72,7 @@ class Curve:
 
     @property
     def ratio(self) -> Array:
-        """Array of measured over modeled deviation, shape (k,)."""
+        """Array of the measured Allan deviation divided by that of the model, shape (k,)."""
         return self.measured / self.model
 
     @property
@@ -135,7 +135,7 @@ class Curve:
         return float(np.exp(apart[top])), float(self.tau[self.is_counted][top])
 
     def _log_ratio(self) -> Array:
-        """Array of ln(model/measured Allan deviation) at the τ with edf ≥ 10."""
+        """Array of ln(model/measured), both Allan deviations, at the τ with edf ≥ 10 and a measured deviation above 0."""
         keep = self.is_counted
         return np.asarray(np.log(self.model[keep] / self.measured[keep]))
 
@@ -187,7 +187,7 @@ def deviation_band(data: Data, model: Model, curve: Curve) -> DeviationBand:
     found = bands(terms, data.n, curve.factors)
 
     def at(factor: Array) -> Array:
-        """Array of the deviation at each τ if the variance of the random part is divided by `factor`²."""
+        """Array of the modeled deviation at each τ, if the variance of the random part alone is divided by `factor`²."""
         return np.asarray(np.sqrt(known + noise / factor**2))
 
     low, high = at(found.high_everywhere), at(found.low_everywhere)
@@ -198,10 +198,10 @@ def deviation_band(data: Data, model: Model, curve: Curve) -> DeviationBand:
 
 
 def compare_curves(data: Data, model: Model) -> Curve:
-    """`Curve`: the overlapping Allan deviation of the record, and that of a model with values, with errors and bands.
+    """`Curve`: overlapping Allan deviation of the record and of a model with values, with 95 % limits and z scores.
 
-    The record is `data.samples`, in which missing samples are filled. Deterministic effects contribute the Allan variance
-    of their signal to the model.
+    Missing samples of the record are filled (`data.samples`). Deterministic effects contribute the Allan variance of their
+    signal to the model.
     """
     from scipy.special import chdtri
 

@@ -97,8 +97,9 @@ def _fit(
 ) -> Solution:
     """`Solution` of a model as for `solve`, but coefficients and amplitudes may leave the limits that the user gave.
 
-    The arguments are those of `solve`. A model without functions of time needs one round. Other fits end when logL changes
-    by less than 1e-3, when the residual stays the same, or after `rounds`.
+    The arguments are those of `solve`. A round fits the random effects and then the functions of time. A model without
+    functions of time needs one round. Other fits end when logL changes by less than 1e-3, when the residual stays the
+    same, or after `rounds`.
     """
     given = model
     free = effective_freedom(model, data)
@@ -163,10 +164,10 @@ def _fit_random_effects(
     polish: bool,
     settled: int,
 ) -> tuple[Model, Maximum]:
-    """Pair: model with fitted random effects and modifiers, and its `Maximum`, while functions of time stay fixed.
+    """Pair: model with fitted random effects and modifiers, and its `Maximum`; functions of time stay fixed.
 
-    `reopened` is None, or a second model, in which some shapes have no start values. It is fitted too, and the better
-    of the two fits continues. Narrow bands are fitted last. For the other arguments see `solve`.
+    `reopened` is None, or a second model, in which some shapes have no start values. It is fitted too, and the fit with
+    the higher logL is used. Narrow bands are then fitted to `ordinates`. For the other arguments see `solve`.
     """
     found = fit_shapes(model, part, start, polished=polish)
     if reopened is not None:
@@ -206,10 +207,10 @@ class _Functions:
         return _Functions(tuple(made), design, regression)
 
     def without_leverage(self, whole: RandomPart) -> RandomPart:
-        """Copy of the bin power `whole` without the degrees of freedom that the regression used.
+        """`RandomPart` (bin power, degrees of freedom) of `whole`, minus the degrees of freedom that the regression used.
 
-        The mean power of a bin is scaled up by the ratio of the degrees of freedom before and after. A bin keeps at least
-        0.05 degrees of freedom, or all if it has fewer.
+        The mean power of a bin is multiplied by its old degrees of freedom divided by the new ones. A bin keeps at
+        least 0.05 degrees of freedom, or all if it has fewer.
         """
         edges = whole.data.bins.edges
         used = np.zeros(whole.count.size)
@@ -219,7 +220,11 @@ class _Functions:
         return RandomPart(whole.data, whole.power * whole.count / count, count)
 
     def fitted(self, removed: tuple[Deterministic, ...]) -> tuple[Regressed, ...]:
-        """Tuple of a `Regressed` for each function of time; `removed` are the functions subtracted from the residual."""
+        """Tuple with a `Regressed` (fitted function with amplitudes, covariance and regressors) for each function of time.
+
+        `removed` holds for each function, in the same order, the copy that is subtracted from the residual. The amplitudes
+        of this copy can differ slightly from the fitted amplitudes.
+        """
         return tuple(
             Regressed(
                 effect,
@@ -251,11 +256,11 @@ class _ResidualOrdinates:
     is_local: tuple[bool, ...]
 
     def with_removed(self, functions: _Functions, data: Data, is_tried: bool) -> _ResidualOrdinates:
-        """`_ResidualOrdinates` with `functions` subtracted instead of the functions of this object.
+        """`_ResidualOrdinates` with the current `functions` subtracted instead of those that were subtracted before.
 
-        A function whose amplitudes changed by at most 0.01 standard errors stays subtracted with its old amplitudes.
-        `is_tried` says that an additional effect is only tried. Then the limit is 0.1 standard errors. Changes below 12
-        standard errors are then subtracted only at the ordinates of the regression, except for short events.
+        A function keeps its old amplitudes if none of them changed by more than 0.01 standard errors. `is_tried` is True
+        while a search tries an additional effect; the limit is then 0.1 standard errors. In a trial, changes below 12
+        standard errors are subtracted only at the ordinates of the regression, except for those of short events.
         """
         scatter = np.sqrt(np.diag(functions.regression.covariance))
         max_change = MAX_KEPT_CHANGE_TRIED if is_tried else MAX_KEPT_CHANGE
@@ -293,8 +298,8 @@ class _ResidualOrdinates:
 def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:
     """Local `Maximum` of the likelihood, with a fitted discrepancy, that is reached from the model's values.
 
-    None if a coefficient of a random effect, or a free shape of a random effect or modifier, has no value. None also if all
-    coefficients are 0.
+    None if a value is missing: a coefficient of a random effect, or a free shape of a random effect or modifier. None
+    also if all coefficients are 0.
     """
     known = [getattr(e, e.coefficient) for e in model.stochastic]
     shapes = [e.values[n] for e in model if not isinstance(e, Deterministic) for n in e.free_shapes]

@@ -123,7 +123,10 @@ class Residual:
 
     @property
     def ordinates(self) -> Array:
-        """Array of the residual ordinates, shape (n,); from the cache of the data, or computed again."""
+        """Array of the residual ordinates, shape (n,): those of the data minus the subtracted functions of time.
+
+        They are taken from the cache of the data, or computed again.
+        """
         if not self.removed:
             return self.data.ordinates
         return self.data.functions.get(self._key, lambda: self.data.ordinates_without(self.removed))
@@ -219,7 +222,10 @@ class Solution:
 
     @property
     def removed_functions(self) -> tuple[Deterministic, ...]:
-        """Tuple of the known functions of time that were removed from the residual ordinates."""
+        """Tuple of the known functions of time that were subtracted from the residual ordinates, one for each in the model.
+
+        Their amplitudes can differ slightly from the fitted amplitudes.
+        """
         return tuple(own.removed for own in self.functions)
 
     @property

@@ -36,8 +36,10 @@ CELL_EDGES_OUTSIDE = (*CELL_EDGES[3:], 45.0, 65.0, 95.0, 140.0)
 def remove_level_change(white: Array, effect: Modifier, solution: Solution, data: Data) -> None:
     """Divide a band's change of level out of the whitened ordinates `white`, in place.
 
-    The time series of the band is divided by the root of its expected relative power over time. Where other processes
-    make a part of the density, only the share of the affected processes is divided.
+    If the change belongs to processes of the model, the frequency cells around their peaks are changed (`cell_shares`).
+    Otherwise all ordinates of the frequency band `effect.band` are changed. Their time series is divided by √(1 + s(p −
+    1)). Here p is the expected relative power over time, and s is the share of the process in the density (1 without a
+    process).
     """
     assert effect.band is not None
     owners = [p for p in solution.processes if effect.changes_level_of(p.effect)]
@@ -108,8 +110,9 @@ def cell_shares(
 ) -> Iterator[tuple[int, int, float]]:
     """Iterator over (first ordinate, number of ordinates, share) of frequency cells around the peaks of a process.
 
-    The share, 0 … 1, is the part of the model's density that the process makes. Only cells below ordinate `n` with a
-    share above 1 % are included.
+    An ordinate is a coefficient of the cosine transform; a cell is a group of successive ordinates. The share, 0 … 1, is
+    the part of the model's spectral density that the process makes at the middle of the cell. Cells end before ordinate
+    `n`. Cells with a share of at most 1 % are omitted.
     """
     for low, high in process.effect.peaks:
         middle, half = ((high + s * low) * data.n / data.rate for s in (1.0, -1.0))

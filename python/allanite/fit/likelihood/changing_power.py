@@ -35,23 +35,26 @@ def changing_effects(model: Model) -> tuple[Effect, ...]:
 
 
 def mean_squared_level(model: Model, data: Data) -> float:
-    """Mean over time of the squared noise power, relative to the mean power, from a model's level changes; at least 1."""
+    """Mean over time of the squared white-noise power, relative to its mean, that the model's level changes cause; ≥ 1."""
     power = expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n))
     return float(np.mean(power**2))
 
 
 def peak_level(model: Model, data: Data) -> float:
-    """Maximum over time of the noise power, relative to the mean power, from a model's level changes; 1 without changes."""
+    """Maximum over time of the white-noise power that the model's level changes cause, relative to its mean over time.
+
+    It is 1 for a model without level changes.
+    """
     return float(expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n)).max())
 
 
 def effective_freedom(model: Model, data: Data) -> Array:
-    """Array of the degrees of freedom of each bin, reduced for noise power that changes over time, shape (bins,).
+    """Array of the degrees of freedom of each bin, shape (bins,); lower if the noise power of the model changes over time.
 
-    Level changes and bands of moving frequency correlate ordinates; without them it is `data.bins.count`. A change of
-    the white noise acts in proportion to the share of white noise in the bin. This share comes from the record alone
-    (median power of all ordinates over the power nearby). All models with the same changes thus get the same degrees of
-    freedom. Cached for each set of changes.
+    Level changes and bands of moving frequency correlate ordinates; without them, `data.bins.count` is returned. For level
+    changes of white noise, the count is divided by 1 + s²(m − 1). Here m is the mean squared relative power over time, and
+    s is the share of white noise in the bin. s is the median power of all ordinates over that of nearby bins. It depends on
+    the record alone, so that models with the same changes have the same degrees of freedom. Cached for each set of changes.
     """
     changes = changing_effects(model)
     if not changes:
@@ -88,10 +91,10 @@ def _reduced_freedom(model: Model, data: Data) -> Array:
 
 
 def _segments_of_equal_width(moving: Stochastic) -> list[Stochastic]:
-    """List of processes, one for each time segment: the moving band at its frequency there, with one common half-width.
+    """List of processes, one for each time segment: a band of common half-width at the frequency of the moving band there.
 
-    The half-width is 1/8 of the range over which the band moves, at least 1 µHz, instead of that of the damping. Segments
-    whose process has no such form (`banded` returns None) are omitted.
+    The half-width is 1/8 of the range of these frequencies, at least 1 µHz; the damping of the moving band is not used.
+    Segments whose process cannot be such a band (`banded` returns None) are omitted.
     """
     places = moving.middles
     half = max((max(places) - min(places)) / 8.0, 1e-6)

@@ -109,9 +109,10 @@ class Data(ABC):
 
     @property
     def gain(self) -> Array | None:
-        """Array of the factor √(1 − r) on known functions in each ordinate, shape (n,); None if no sample is missing.
+        """Array of factors √(1 − r), shape (n,), by which missing samples reduce the ordinates of known functions of time.
 
-        r is the share of the power of an ordinate that missing samples leave unknown.
+        r is the share of the power of an ordinate that missing samples leave unknown. None for a summary, if no sample
+        is missing, or if missing samples are not completed yet.
         """
         return None
 
@@ -120,7 +121,7 @@ class Data(ABC):
         """Matrix, shape (bins, bins), by which missing samples mix the power of bins; or None.
 
         An element is the relative change of the observed power (row) per relative change of the true power (column).
-        None if no sample is missing, or if the mixing is negligible.
+        None for a summary, if no sample is missing, or if the mixing is negligible.
         """
         return None
 
@@ -150,11 +151,17 @@ class Data(ABC):
         return self.start, self.start + self.duration
 
     def terms(self, model: Model) -> tuple[Term, ...]:
-        """Tuple of the primitive spectral terms that make up the spectrum of a model with values."""
+        """Tuple of the primitive spectral terms whose sum is the spectrum of a model with values.
+
+        If the first and the last sample are missing, the terms contain no leakage from the ends of the record.
+        """
         return self._without_end_leakage(model.terms(self.rate, self.span))
 
     def unit_terms(self, model: Model, effect: Stochastic) -> tuple[Term, ...]:
-        """Tuple of the primitive spectral terms that make up the spectrum of one effect at coefficient 1."""
+        """Tuple of the primitive spectral terms whose sum is the spectrum of one effect of the model at coefficient 1.
+
+        If the first and the last sample are missing, the terms contain no leakage from the ends of the record.
+        """
         return self._without_end_leakage(model.unit_terms(effect, self.rate, self.span))
 
     def _without_end_leakage(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
@@ -187,7 +194,10 @@ class Data(ABC):
 
     @abstractmethod
     def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
-        """Array of the overlapping Allan deviation, U, of the record minus the signal `subtracted`, shape of `factors`."""
+        """Array of the overlapping Allan deviation of the record, U, at the averaging `factors`, shape of `factors`.
+
+        The signal `subtracted` is first subtracted from the record; None subtracts nothing. U is the unit of the samples.
+        """
 
     @abstractmethod
     def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
@@ -198,11 +208,17 @@ class Data(ABC):
         expected: Callable[[NDArray[np.int64]], Array],
         relative_power: Callable[[NDArray[np.int64], Array], Array],
     ) -> list[tuple[int, int, Array, float]]:
-        """List of (first ordinate, end ordinate, power, number) for octaves whose single ordinates a summary does not keep.
+        """List of (first ordinate, end ordinate, power, number), one for each octave of a summary; empty for a recording.
 
-        `power` over time is relative to the expected power, in equal time cells; `number` squares are averaged in each.
-        `expected` maps ordinates to their expected density, U² per sample. `relative_power` maps ordinates and times to the
-        expected power relative to this density. The list is empty for a recording.
+        Of these octaves, a summary keeps no single ordinates but mean squares over time. `power` is an array: the mean
+        square in each of equal time cells, divided by its expectation. `number` is how many squares each mean contains.
+
+        Parameters
+        ----------
+        expected : callable
+            Maps ordinates j to the expected density, U² per sample.
+        relative_power : callable
+            Maps ordinates and times to the expected power relative to this density, shape (times, ordinates).
         """
         return []
 
@@ -217,10 +233,11 @@ class Data(ABC):
     def resolved_sections(
         self, band: tuple[float, float], max_number: int, min_product: float
     ) -> int:
-        """Number of equal time sections in which a band (low, high), Hz, can be followed, or 0.
+        """Number of equal time sections in which a band (low, high), Hz, can be followed; 0 if it cannot.
 
-        It is `max_number`, or half, a quarter, … of it. Bandwidth times duration of a section must be at least
-        `min_product`; in a summary, bandwidth times duration of a stored transform.
+        The number is `max_number`, or a half, a quarter, … of it. For a recording, bandwidth times duration of a
+        section must be at least `min_product`. For a summary, bandwidth times duration of one of its transformed
+        segments must be.
         """
 
     @abstractmethod
@@ -337,7 +354,10 @@ class SampleData(Data):
         return averaging_factors(self.n // 3)
 
     def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
-        """Array of the overlapping Allan deviation, U, of the samples minus the signal `subtracted`, shape of `factors`."""
+        """Array of the overlapping Allan deviation of the samples, U, at the averaging `factors`, shape of `factors`.
+
+        The signal `subtracted` is first subtracted from the samples; None subtracts nothing. U is the unit of the samples.
+        """
         return self.deviation_of(
             self.samples if subtracted is None else self.samples - subtracted, factors
         )
@@ -439,9 +459,14 @@ def _checked_values(samples: NDArray[Any], label: str) -> Array:
 
 
 def _require_noise(filled: Array, label: str) -> None:
-    """Raise TooShortError for constant samples or fewer than 10 changes of value.
+    """Raise an error if a fit of the samples `filled` is impossible; `label` names them in the message.
 
-    Raises InputError if the largest deviation from the mean is not within 1e-75 to 1e75 (`check_size`).
+    Raises
+    ------
+    TooShortError
+        The samples are constant, or change their value fewer than 10 times.
+    InputError
+        The largest deviation from the mean is below 1e-75 or above 1e75.
     """
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}); there is no noise to fit")

@@ -105,10 +105,11 @@ def nearest_best_scale(
 
 
 def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Array:
-    """Array of the estimated ratio e^ε of true to modeled power in each bin, shape (bins,); 1 if `scale` is None (δ = 0).
+    """Array of the estimated ratio e^ε of true to modeled power in each bin, shape (bins,).
 
-    Neighboring bins share the ratio in groups. It is also 1 in a group with less than half a degree of freedom left: a
-    regression fits such bins exactly, so that their power is rounding error.
+    `scale` is the index of the discrepancy δ in `SCALES`; None means δ = 0, and all ratios are 1. Groups of neighboring
+    bins share one ratio. The ratio is also 1 in a group with less than half a degree of freedom: a regression fits such
+    bins exactly, so that their power is rounding error.
     """
     if scale is None:
         return np.ones_like(power)
@@ -127,7 +128,7 @@ def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -
 def linearized(
     slopes: Array, power: Array, count: Array, spectrum: Array, weight: Array
 ) -> tuple[Array, Array]:
-    """Pair (rows, residual): least-squares problem whose solution x is a Fisher-scoring step, changing ln S by slopes · x.
+    """Pair (rows, residual) of the least-squares problem rows · x ≈ residual, whose solution x is a Fisher-scoring step.
 
     Parameters
     ----------
@@ -138,9 +139,12 @@ def linearized(
 
     Returns
     -------
-    tuple of ndarray, shapes (rows, p) and (rows,)
-        First the bins relative to the mean of their group (cell), with all degrees of freedom; then the mean of each group,
-        with the effective degrees of freedom. ½ rowsᵀ·rows is the Fisher information, ½ rowsᵀ·residual the gradient.
+    rows : ndarray, shape (bins + groups, p)
+        A group consists of neighboring bins that share one error of the model. First come the bins, as deviation from the
+        mean of their group, with all degrees of freedom. The mean of each group follows, with the effective ones.
+        ½ rowsᵀ·rows is the Fisher information.
+    residual : ndarray, shape (bins + groups,)
+        ½ rowsᵀ·residual is the gradient of logL.
     """
     first = cells_of(count.size)
     sizes = np.diff([*first, count.size])
@@ -159,9 +163,10 @@ def linearized(
 def scale_interval(
     power: Array, count: Array, spectrum: Array, scale: int | None
 ) -> tuple[float, float]:
-    """Pair (low, high): 95 % interval of the discrepancy δ of ln power at a spectrum, from its profile likelihood.
+    """Pair (low, high): 95 % interval of the discrepancy δ of ln power at a fixed spectrum, from its profile likelihood.
 
-    `low` is 0 if δ = 0 is inside or `scale` is None. (0, 0.001) is returned if no tried δ is inside.
+    `scale` is the index of the fitted δ in `SCALES`, or None for δ = 0. `low` is 0 if `scale` is None, or if δ = 0 is
+    inside the interval. (0, 0.001) is returned if no δ of `SCALES` is inside.
     """
     values = profile_likelihood(power, count, spectrum)
     plain = marginal_likelihood(power, count, spectrum, None).log_likelihood

@@ -53,7 +53,8 @@ class Noise:
     def variance(self, j: NDArray[np.int64]) -> Array:
         """Array of the expected squares of the ordinates j, U² per sample, shape of j.
 
-        Multiplied by 1e12 in the bins of a filter's stop band, so that no ordinate stands out there.
+        It is the density of the model times `level`, the estimated ratio of true to modeled power of the bin. In the
+        bins of a filter's stop band, it is multiplied by 1e12, so that no ordinate stands out there.
         """
         place = np.searchsorted(self.bins.edges, j, side="right") - 1
         unseen = np.where(is_empty(self.bins), EMPTY_BIN_DENSITY_FACTOR, 1.0)
@@ -98,8 +99,8 @@ def column(terms: tuple[Term, ...], data: Data) -> Array:
 def column_of(model: Model, effect: Stochastic, data: Data) -> Array:
     """Array of the expected power of each bin from one effect of a model at coefficient 1, shape (bins,).
 
-    It includes the filters of the model, for white noise all its modifiers, and leakage by missing samples. Cached, except
-    for the factor of level changes.
+    The filters of the model act on the effect; on white noise, its level changes and bandwidth act too. Leakage by
+    missing samples is included. The array is cached, except for the factor of level changes.
     """
     stop_if_unwanted()
     unscaled, mixing = _without_coefficient(effect), data.mixing
@@ -117,10 +118,10 @@ def column_of(model: Model, effect: Stochastic, data: Data) -> Array:
 
 
 def expected_power(model: Model, data: Data, ends_missing: bool = False) -> Array:
-    """Array of the expected power of each bin from all random effects of a model with values, shape (bins,).
+    """Array of the expected power of each bin: sum over all random effects of a model with values, shape (bins,).
 
-    It is that of the record with all samples present or, with `ends_missing`, without the first and the last sample. The
-    ends then add no leakage.
+    The power is computed as if no sample were missing. With `ends_missing`, only the first and the last sample are
+    missing, and the leakage from the ends of the record is left out.
     """
     total = np.zeros(data.bins.count.size)
     for effect in model.stochastic:
@@ -195,7 +196,7 @@ def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> Ar
 
 
 def _evaluator_at(ordinates: NDArray[np.int64], n: int) -> _kernels.Ordinates:
-    """Compiled evaluator of densities at given ordinates of n samples; cached for up to 8192 successive ordinates."""
+    """Compiled evaluator of densities at the given ordinates of n samples; cached for 2 to 8192 successive ordinates."""
     if 1 < ordinates.size <= MAX_CACHED_RUN and bool((np.diff(ordinates) == 1).all()):
         return _evaluator_of_run(int(ordinates[0]), ordinates.size, n)
     return _kernels.Ordinates(ordinates, n)
@@ -211,9 +212,10 @@ def _evaluator_of_run(first: int, size: int, n: int) -> _kernels.Ordinates:
 def relative_power_of_segments(
     parts: Sequence[Stochastic], ordinates: NDArray[np.int64], data: Data
 ) -> Array:
-    """Array of the power of a process in each time segment, relative to the mean over the segments, at single ordinates.
+    """Array of the power of a process in each time segment, divided by the mean over the segments.
 
-    `parts` holds the process of each segment. The shape is (segments, ordinates).
+    Its shape is (segments, ordinates). `parts` holds the process of each segment; `ordinates` are the indices j at which
+    the power is computed.
     """
     terms = [part.unit_terms(data.rate) for part in parts]
     power = np.array([density(own, ordinates, data.n) for own in terms])

@@ -85,9 +85,10 @@ def sum_of_squares_quantiles(tail: Tail, sizes: Array) -> tuple[float, float]:
 
 
 def _quantiles_by_kurtosis(sizes: Array) -> tuple[float, float]:
-    """Pair: 2.5 % and 97.5 % points of the sum of squares relative to its expectation, by the central limit theorem.
+    """Pair: 2.5 % and 97.5 % points of the sum of squares of the samples, divided by its expectation.
 
-    `sizes` are |samples|; their squares have the scatter and number that the theorem needs.
+    `sizes` are the absolute values of the samples. The points are exp(∓1.96 s/√n), by the central limit theorem: s is the
+    relative standard deviation of the n squares.
     """
     squares = sizes**2
     spread = NORMAL * float(squares.std() / squares.mean()) / np.sqrt(sizes.size)

@@ -186,11 +186,12 @@ def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) 
 
 
 def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tuple[Array, ...]:
-    """Tuple (means, covariances, weights) of the amplitudes of slow functions, for 400 draws of the noise coefficients.
+    """Tuple (means, covariances, weights) of the amplitudes of slow functions, one entry for each of 400 draws.
 
-    Importance sampling with a fixed seed; coefficients that are not `free` stay. The first proposal is a wide
-    multivariate t around the fit. The next two are the smoothed previous draws (Population Monte Carlo, Cappé et al.
-    2004). Coefficients may be drawn negative, because only their squares matter.
+    A draw is a set of noise coefficients, from importance sampling with a fixed seed; coefficients that are not `free`
+    stay. The first proposal density is a wide multivariate t around the fit. Twice, the weighted draws are smoothed
+    into the next proposal (Population Monte Carlo, Cappé et al. 2004). The result is that of the third set.
+    Coefficients may be drawn negative, because only their squares matter.
     """
     rng = np.random.default_rng(0)
     fitted = np.sqrt(solution.theta)

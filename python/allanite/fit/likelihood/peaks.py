@@ -74,9 +74,9 @@ def is_fitted_to_ordinates(effect: Effect, data: Data) -> bool:
 
 
 def bins_near(effect: Effect, bins: Bins, rate: float) -> Ordinates:
-    """Ascending array of the indices of the bins with a peak of the effect, and of three bins on either side.
+    """Ascending array of the indices of bins near the peaks of an effect: the bin of each peak and three on either side.
 
-    For a peak outside the spectrum, these are the bins at the nearer end.
+    For a peak outside the spectrum, these are the bins at the nearer end. Empty for an effect without peaks.
     """
     middles = np.reshape(effect.peaks, (-1, 2)).sum(axis=1) * bins.n / rate
     places = np.maximum(np.searchsorted(bins.edges, middles, side="right") - 1, 0)

@@ -53,7 +53,10 @@ class Linear:
         )
 
     def with_held(self, found: Maximum) -> Maximum:
-        """Copy of the maximum `found` over the free coefficients, whose θ also contains the held coefficients."""
+        """Copy of the maximum `found` with the squared coefficients θ of all effects, shape (effects,).
+
+        `found.theta` holds only the free coefficients; the values of the held coefficients are inserted.
+        """
         theta = self.fixed.copy()
         theta[self.free] = found.theta
         return replace(found, theta=theta)

@@ -95,11 +95,11 @@ class Whitened:
 
     @cached_property
     def without_outliers(self) -> Whitened:
-        """`Whitened` in which each outlier is reduced to the robust standard deviation of its cell of 32 samples; cached.
+        """Copy in which the size of each outlier is reduced to the robust standard deviation of its 32 neighbors; cached.
 
-        Signs stay. An outlier exceeds 1.7 times the size that the largest of n normal samples exceeds in 1 % of records. It
-        would imitate a change of level. Without outliers, for a summary, and for coarsely rounded samples it is the object
-        itself.
+        The samples are divided into cells of 32; signs stay. An outlier exceeds 1.7 times the size that the largest of
+        n normal samples exceeds in 1 % of records. It would imitate a change of level. The object itself is returned
+        without outliers, for a summary, for coarsely rounded samples, and for fewer than 32 samples.
         """
         from scipy.special import ndtri_exp
 
@@ -121,11 +121,12 @@ class Whitened:
 
     @cached_property
     def with_normal_tails(self) -> Whitened:
-        """`Whitened` with normally distributed samples: normal scores of the ranks of `samples`; cached.
+        """Copy in which the samples are replaced by normal scores of their ranks, so that they are normal; cached.
 
-        `without_outliers` instead if its samples are normal, and for a summary. Changes over time remain. With heavy tails
-        the few largest samples would decide when a level changes. Coarsely rounded samples, most of which are equal, are
-        spread over a step by fixed random numbers before ranking.
+        `without_outliers` is returned instead for a summary, or if the samples of `without_outliers` are normal
+        already. The scores keep changes of level over time, but a few largest samples no longer determine when a level
+        changes. Coarsely rounded samples are first spread over one rounding step by random numbers of fixed seed. Equal
+        values thus get different ranks.
         """
         from scipy.special import ndtri
 
@@ -152,7 +153,11 @@ class Whitened:
 
 
 def whiten(solution: Solution, data: Data) -> Whitened:
-    """`Whitened` residual of a solution: white samples and octave bands; the model's changes over time are divided out."""
+    """`Whitened` residual of a solution: white samples and octave bands (power over time).
+
+    Changes over time that the model contains are divided out: level changes and bands of moving frequency. If samples
+    are missing, the residual of the completed samples is used.
+    """
     residual = solution.ordinates
     if data.gain is not None:
         # Here missing samples are draws from the model; `solution.ordinates` holds their conditional mean.
@@ -176,11 +181,11 @@ def whiten(solution: Solution, data: Data) -> Whitened:
 
 
 def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
-    """Copy of `whitened` without the level changes of the white noise that the model expects.
+    """Copy of `whitened` in which the level changes of the white noise that the model expects are divided out.
 
-    Samples are divided by the root of the expected relative power over time, weighted with the share of white noise. Octave
-    bands in which white noise has at least half of the power are computed from these samples. The power of the others is
-    divided; for a summary, that of all bands.
+    Each sample is divided by √p. Here p = 1 + s(r − 1), with the share s of white noise in the power and the expected
+    power r of the white noise relative to its mean. Octave bands with at least half white noise are computed from the
+    divided samples. In other bands, and in all bands of a summary, the power over time is divided by the p of the band.
     """
     _, share, _ = white_power(solution, data, whitened)
     samples = whitened.samples / np.sqrt(1.0 + share * (_relative_power(solution, data) - 1.0))
@@ -201,9 +206,10 @@ def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -
 
 
 def _relative_power(solution: Solution, data: Data) -> Array:
-    """Array of the expected white-noise power at each kept sample, relative to its mean; 1 at missing samples.
+    """Array of the expected power of the white noise over time, divided by its mean, one value for each sample.
 
-    For a summary it is the power in equal time segments, one for each stored ordinate.
+    It is 1 at missing samples. For a summary, it has one value for each equal time segment; there are as many segments as
+    single ordinates.
     """
     if not data.whole:
         return expected_level(solution.model, data, solution.ordinates.size)
@@ -221,7 +227,8 @@ def _relative_power(solution: Solution, data: Data) -> Array:
 def _is_normal(samples: Array) -> bool:
     """True if samples are consistent with normal samples whose level may differ between 64 segments.
 
-    False for coarsely rounded samples and for a segment whose median is 0; True for fewer than 64 samples.
+    False for coarsely rounded samples. Otherwise True for fewer than 64 samples, and False if a segment has the median
+    size |x| = 0.
     """
     if coarse_step(samples) > 0.0:
         return False
@@ -239,7 +246,11 @@ def _is_normal(samples: Array) -> bool:
 
 
 def rounding_step(data: Data, samples: Array) -> float:
-    """Rounding step of a record in units of its whitened `samples`; 0 if the record has over 50 different values."""
+    """Step to which the record is rounded, converted to the unit of the whitened `samples`; 0 without coarse rounding.
+
+    A record is coarsely rounded if it has 2 to 50 different values. The step is converted by a ratio of standard
+    deviations: √2 times that of `samples`, over that of the differences of successive samples of the record.
+    """
     some = data.present_samples
     step = coarse_step(some)
     if step == 0.0:
@@ -248,18 +259,19 @@ def rounding_step(data: Data, samples: Array) -> float:
 
 
 def end_samples(n: int) -> int:
-    """Number of whitened samples that are excluded at either end of a record of n samples: n/64, at most 64."""
+    """Number of whitened samples that are excluded at either end of a record of n samples: n // 64, at most 64."""
     return min(MAX_END_SAMPLES, n // 64)
 
 
 def _samples_and_bands(
     white: Array, bands: Sequence[tuple[int, int, Array, float]] = ()
 ) -> Whitened:
-    """`Whitened`: samples (inverse cosine transform) and octave bands (power over time) of the white ordinates `white`.
+    """`Whitened` with the time series and the octave bands of the whitened ordinates `white`.
 
-    `bands` are given bands of higher octaves, which come first. The first and last samples (`end_samples`) are set to 0.
-    The first and last values of an octave are set to the mean of their neighbors. Octaves with fewer than 256 ordinates,
-    or with more than half of them 0, are omitted.
+    The samples are the inverse cosine transform, with the first and last samples (`end_samples`) set to 0. An octave band
+    is a tuple (first ordinate, end ordinate, power over time, 1.0). The mean of nearby values replaces the power at both
+    ends. Octaves with fewer than 256 ordinates, or with more than half of them 0, are omitted. `bands` are given bands of
+    higher octaves; these come first in the result.
     """
     from scipy.fft import next_fast_len
 
@@ -302,7 +314,8 @@ def whitened_ordinates(
 def _log_density(solution: Solution, data: Data, level: Array, log_j: Array) -> Array:
     """Array of ln(model density × level of the bin), interpolated at ordinates given by their logarithms `log_j`.
 
-    Narrow notches deeper than 7 (in ln) are filled up to this depth.
+    `level` is the estimated ratio of true to modeled power of each bin. Narrow notches deeper than 7 (in ln) are filled
+    up to this depth.
     """
     at, known = log_density_at_nodes(solution.model, data, level)
     return np.interp(log_j, at, _with_shallow_notches(known, at))
@@ -322,10 +335,11 @@ def log_density_at_nodes(model: Model, data: Data, level: Array | None) -> tuple
 
 
 def _with_shallow_notches(known: Array, at: Array) -> Array:
-    """Array of the ln densities `known` at ln frequencies `at`, raised where a narrow notch is deeper than 7 (30 dB).
+    """Array of the ln densities `known` at ln frequencies `at`, raised so that no narrow notch is deeper than 7 (30 dB).
 
-    The depth counts from the lower of both sides; a side is the maximum up to 0.6 in ln of the frequency away. The power at
-    the center of a notch is leakage from the ends of the record. Full whitening would make the first and last seconds loud.
+    The depth is measured from the lower of the two sides of a notch. Each side is the largest ln density at distances of
+    0.05 to 0.6 in ln frequency. The power in the center of a notch is leakage from the ends of the record; dividing it
+    by the full notch would make the first and last seconds loud.
     """
     sides = [
         np.max([np.interp(at + s * apart, at, known) for apart in NOTCH_SIDE_DISTANCES], 0)
@@ -350,7 +364,10 @@ def expected_level(model: Model, data: Data, cells: int) -> Array:
 
 
 def cell_means(values: Array, cells: int) -> Array:
-    """Array of the means of values in `cells` equal segments, shape (cells,); an empty segment takes the next value."""
+    """Array of the means of `values` in `cells` equal segments, shape (cells,).
+
+    With more segments than values, each segment takes the value at its begin instead.
+    """
     edges = np.arange(cells) * values.size // cells
     sizes = np.diff(np.append(edges, values.size))
     if not sizes.all():

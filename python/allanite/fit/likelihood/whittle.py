@@ -102,20 +102,24 @@ def climb_many(
     power, count : ndarray, shape (bins,)
         Mean squared ordinate of each bin and its degrees of freedom.
     columns : ndarray, shape (m, bins, p)
-        Expected power of each effect at coefficient 1, for each start.
+        Expected power of each effect at coefficient 1, for each of m starts.
     thetas : ndarray, shape (m, p)
-        Starts.
+        Squared coefficients at each start.
     scale : int or None
-        Index at which the fit of the discrepancy starts; None for δ = 0.
+        Index in `SCALES` at which the fit of the discrepancy δ starts; None for δ = 0.
     rounds : int
         Maximum iterations of each start.
     cells : bool
-        True: the discrepancy acts on each power independently. False: neighboring bins, in groups, share one error.
+        True: each bin has its own error of the model. False: groups of neighboring bins share one error.
 
     Returns
     -------
-    tuple
-        Squared coefficients, shape (m, p); logL as in `Maximum`, shape (m,); index of the discrepancy of each.
+    coefficients : ndarray, shape (m, p)
+        Squared coefficients.
+    logL : ndarray, shape (m,)
+        Lowered by 3 nats if `scale` is given.
+    discrepancies : list of m int or None
+        Index of δ in `SCALES`; None for δ = 0.
     """
     law = likelihood(count, cells=cells)
     found, values, scales = law.climb_many(power, columns, thetas, scale, rounds)
@@ -131,8 +135,8 @@ def maximize(
 ) -> Maximum:
     """`Maximum` of the likelihood over θ ≥ 0 and the discrepancy δ: the best of up to four local maxima.
 
-    The first has δ = 0 and starts from least squares. The others, with δ > 0, are tried only if δ raises the logL of the
-    first by more than 0.
+    The first has δ = 0 and starts from least squares, or from `start` if this has δ = 0. The others have δ > 0. They
+    are tried only if some δ > 0 raises the logL at the first maximum.
 
     Parameters
     ----------
@@ -141,9 +145,9 @@ def maximize(
     columns : ndarray, shape (bins, p)
         Expected power of each effect at coefficient 1.
     start : Maximum, optional
-        Start: a maximum of nearly the same columns, with `theta` of shape (p,). A discrepancy is also searched from others.
+        A maximum of nearly the same columns, with `theta` of shape (p,), as an additional start if its δ is above 0.
     offset : ndarray, shape (bins,), optional
-        Power of held effects.
+        Power of held effects; None means 0.
 
     Returns
     -------
@@ -151,7 +155,10 @@ def maximize(
     """
 
     def without_discrepancy(freedom: Array) -> Maximum:
-        """`Maximum` with δ = 0 if the bins have the degrees of freedom `freedom`."""
+        """Local `Maximum` of the likelihood with the discrepancy δ = 0, reached from a least-squares start.
+
+        `freedom` are the degrees of freedom of the bins.
+        """
         first = first_guess(power, freedom, columns, offset)
         return climb(power, freedom, columns, first, None, offset)
 
@@ -197,7 +204,7 @@ def profile_loss(
     other_theta = np.delete(best.theta, index)
 
     def loss(theta: float) -> float:
-        """Loss of logL if the coefficient has this squared value."""
+        """Loss of logL, nats, if the squared coefficient is fixed at `theta` and all others are fitted again."""
         fixed = np.maximum(column * theta, 1e-300)
         found = climb(power, count, others, other_theta, best.scale, fixed)
         return best.log_likelihood - found.log_likelihood
@@ -223,11 +230,14 @@ def profile_interval(
     loss = profile_loss(power, count, columns, best, index)
 
     def drop(theta: float) -> float:
-        """Fall of the scaled logL if the coefficient has this squared value."""
+        """Loss of the scaled logL if the squared coefficient is fixed at `theta` and all others are fitted again."""
         return logl_scale * loss(theta)
 
     def search(inside: float, outside: float, level: float) -> float:
-        """Squared value between `inside` and `outside` at which the scaled logL has fallen by `level`, by bisection."""
+        """Squared coefficient θ between `inside` and `outside` at which the scaled logL is `level` below its maximum.
+
+        It is found by 14 bisections in √θ.
+        """
         # Bisection in the square root, where the profile is nearly a parabola.
         a, b = np.sqrt(inside), np.sqrt(outside)
         for _ in range(14):

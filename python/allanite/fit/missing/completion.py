@@ -115,9 +115,9 @@ class _ConditionalMean:
         return out
 
     def unknown_part(self, draw: Array) -> Array:
-        """Array of a drawn record of the model minus the conditional mean of its missing samples, shape (n,).
+        """Array of a random record minus the conditional mean given its present samples; 0 at these samples, shape (n,).
 
-        It is 0 at the present samples. `draw` are the ordinates of the drawn record, divided by the root of the spectrum.
+        `draw` holds the ordinates of the random record, divided by the root of the spectrum: standard normal numbers.
         """
         out = np.zeros(draw.size)
         # Q_mm (x_m − E x_m) = Q_mm x_m + Q_mo x_o, which is Q x at the missing samples.
@@ -126,10 +126,10 @@ class _ConditionalMean:
         return out
 
     def _solved(self, right: Array) -> Array:
-        """Array of the solution z of Q_mm z = `right` for the missing samples.
+        """Array of the solution z of Q z = `right`; Q is the precision matrix (inverse covariance) of the missing samples.
 
-        Up to 2048 missing samples are solved for directly. More are iterated; the iteration ends at a relative residual of
-        1e-5 or after 400 steps, which are added to `steps`.
+        With at most 2048 missing samples, z follows from the Cholesky factor of Q, if it exists. Otherwise conjugate
+        gradients are used up to a relative residual of 1e-5, at most 400 iterations; `steps` counts the iterations.
         """
         if self.exact is not None:
             from scipy.linalg import cho_solve
@@ -236,8 +236,9 @@ def complete(data: SampleData, model: Model, level: Array | None = None) -> Samp
 def _drawn_unknown_part(bridge: _ConditionalMean, spectrum: Array) -> tuple[Array, Array, Array]:
     """Tuple (unknown, power of unknown, power of known), each of shape (n,), from random records with the `spectrum`.
 
-    `unknown` is the last record minus its conditional mean given the present samples. The powers are the squared ordinates
-    of this difference and of the conditional mean, averaged over 2 to 8 records. One record is drawn for n ≤ 512.
+    `unknown` is the last drawn record minus its conditional mean given the present samples. The power of unknown is the
+    squared cosine transform of such a difference; the power of known is that of the conditional mean. Both are averaged
+    over 2 to 8 records; for n ≤ 512, one record is drawn. The seed is fixed.
     """
     n = spectrum.size
     rng = np.random.default_rng(0)
@@ -264,11 +265,12 @@ def _max_logl_loss(count: Array, one: Array, other: Array) -> float:
 
 
 def is_still_complete(data: Data, before: Solution, after: Solution) -> bool:
-    """True if completing data again under the fit `after` would change logL by less than 0.02 nats; `before` made them.
+    """True if completing the missing samples again, now under the fit `after`, would change logL by less than 0.02 nats.
 
-    Always True if no sample is missing. Two changes of the power of a bin are added. The unknown share r changes it by
-    about the fraction r·ln(ratio of the spectra). Values drawn without a process or a function of time lack its power,
-    which acts like white noise of the missing samples.
+    `before` is the fit under which the missing samples of `data` were completed. True if no sample is missing; False if
+    missing samples were not completed yet. Two changes of the power of a bin are added. The first is r·ln(ratio of the
+    spectra) with the unknown share r of the bin. The second is the power of effects that only one of the fits has: in
+    missing samples, it acts like white noise.
     """
     if data.gain is None:
         return data.missing is None

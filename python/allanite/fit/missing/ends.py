@@ -27,10 +27,10 @@ MAX_ADDED_VARIANCE = 0.1
 
 
 def without_ends(data: Data, solution: Solution) -> SampleData | None:
-    """Copy of the data with the first and last sample masked, if leakage from the ends matters; otherwise None.
+    """Copy of the data with the first and last sample masked; None if leakage from the ends of the record is negligible.
 
-    It is negligible if ½ Σ n s² ≤ 0.1, with the share s of leakage in a bin of n ordinates. None as well for summaries
-    and for data whose ends are missing.
+    Leakage is negligible if ½ Σ n s² ≤ 0.1, summed over bins. Here n is the degrees of freedom of a bin, and s is the
+    part of its expected power that is leakage. None is also returned for summaries, and if both ends are already missing.
     """
     if not isinstance(data, SampleData) or data.ends_missing:
         return None

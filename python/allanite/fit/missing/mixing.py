@@ -19,10 +19,10 @@ Mask = NDArray[np.bool_]
 
 
 def _coupling(missing: Mask) -> Array:
-    """Array of the squared correlation that gaps cause between ordinates of white noise, shape (2n,).
+    """Array of squared correlations, caused by gaps, by which pairs of ordinates of white noise are connected, shape (2n,).
 
-    Element h, from 0 to 2n − 1, is for the difference or sum h of two indices. It is the squared cosine transform of the
-    mask, because the missing part is mask × noise; element 0 is set to 0.
+    The squared correlation of ordinates i and j is the sum of two elements: those at |i − j| and at i + j. An element is
+    a squared value of the cosine transform of the mask; element 0 is set to 0.
     """
     n = missing.size
     # Σ_k mask_k cos(πh(k+½)/n)/n; beyond n it repeats backwards with the opposite sign.
@@ -34,13 +34,20 @@ def _coupling(missing: Mask) -> Array:
 @cleared_by_free_buffers
 @lru_cache(maxsize=4)
 def _squared_correlations_cached(packed: bytes, n: int, edges: bytes) -> Array:
-    """Result of `squared_correlations`, cached; mask of n samples (`numpy.packbits`) and edges are given as bytes."""
+    """Array, shape (bins, bins): result of `squared_correlations`, cached for its arguments.
+
+    `packed` is the mask of n samples from `numpy.packbits`, as bytes. `edges` are the int64 edges of the bins, as bytes.
+    """
     missing = np.unpackbits(np.frombuffer(packed, dtype=np.uint8), count=n).astype(bool)
     return squared_correlations(missing, np.frombuffer(edges, dtype=np.int64))
 
 
 def squared_correlations(missing: Mask, edges: NDArray[np.int64]) -> Array:
-    """Array of the sum of squared correlations, caused by gaps, over all ordinate pairs of two bins, shape (bins, bins)."""
+    """Array, shape (bins, bins): sum of the squared correlations that gaps cause between the ordinates of two bins.
+
+    Each element is the sum over all pairs of one ordinate of each bin, for white noise. `missing` is the mask of missing
+    samples, and `edges` are the first ordinates of the bins and the end of the last.
+    """
     squared = _coupling(missing)
     n = missing.size
     # With a double cumulative sum, the sum of a function of j − i or j + i over a rectangle takes four values.
@@ -72,9 +79,10 @@ def known_ordinates(share: Array, bins: Bins) -> Array:
 def mixing_of(missing: Mask, share: Array, bins: Bins) -> Array:
     """Array of the relative change of the observed power of each bin (rows) per relative change of true power (columns).
 
-    The shape is (bins, bins) and rows sum to 1. The unknown part e divided by √S is a projection with correlations c,
-    Σ_i c_ji² = c_jj = r_j (`share`). The ordinates of the conditional mean m respond to S as (δ_ji − c_ji)²/(1 − r_j).
-    A gap moves power from i to j. It moves none if r_i is 0, and if r_i is 1 there is none to move.
+    The shape is (bins, bins) and rows sum to 1. The fraction 1 − r of a bin's power comes from the bin itself; r is the
+    mean unknown share of its ordinates (`share`). The fraction r comes from all bins. A bin contributes in proportion
+    to its mean r(1 − r), times the sum of the squared correlations with its ordinates (`squared_correlations`). Bins
+    with r = 0 or r = 1 contribute nothing. The reason is that the unknown part, divided by √S, is a projection.
     """
     number = np.diff(bins.edges).astype(float)
     unknown = np.add.reduceat(share, bins.edges[:-1]) / number

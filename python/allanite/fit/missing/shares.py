@@ -53,15 +53,16 @@ def unknown_share(
     spectrum : ndarray, shape (n,)
         Variance S of each ordinate.
     drawn : tuple of ndarray, shape (n,), or None
-        Mean squared ordinates of the unknown part and of the known part of draws; None for a record of at most `MAX_CELLS`
-        samples.
+        Mean squared ordinates of the unknown part and of the known part of random records. None for a record of at most
+        `MAX_CELLS` samples: `unknown_share_of_lowest` computes all ordinates.
     bins : Bins
 
     Notes
     -----
-    If gaps acted like noise of variance v on the samples, r would be v/(v + S); with long gaps that contain the share f
-    of the samples, f + (1 − f)v/(v + S). The ratio of the true r to this rough one changes slowly over frequency.
-    Σ_j r_j = tr(Q_mm⁻¹ Q_mm) is the number of missing samples for any spectrum.
+    The shares of the lowest ordinates are those of `unknown_share_of_lowest`. All others are a rough share times a
+    correction from `drawn`, which changes slowly over frequency. The rough share is f + (1 − f)v/(v + S): f is the fraction
+    of samples in long gaps, and white noise of variance v stands for the short gaps. The sum of all shares is made equal to
+    the number of missing samples.
     """
     lowest, empty = unknown_share_of_lowest(missing, spectrum)
     share = np.zeros(missing.size)
@@ -129,8 +130,9 @@ def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, floa
 def _noise_variance(unseen: Array, spectrum: Array) -> Array:
     """Array of variances v of white noise that hides as much of the record as missing samples do, shape of `unseen`.
 
-    White noise of variance v on every sample hides the fraction v/(v + S) of the power at each ordinate. Its mean over
-    the `spectrum` S equals the fraction of missing samples, `unseen`. v is 0 where `unseen` is 0.
+    `unseen` holds fractions of missing samples, 0 … 1. White noise of variance v hides the fraction v/(v + S) of an
+    ordinate with variance S. v is chosen so that the mean of this fraction over the `spectrum` S equals `unseen`. It is
+    0 where `unseen` is 0.
     """
     part = spectrum[1 :: max(1, spectrum.size // 4096)]
     v = np.geomspace(part.min() * 1e-6, part.max() * 1e6, 240)
@@ -141,8 +143,9 @@ def _noise_variance(unseen: Array, spectrum: Array) -> Array:
 def _rough_share(spectrum: Array, missing: float, empty: float) -> Array:
     """Array of the approximate share of each ordinate that gaps leave unknown, shape of `spectrum`.
 
-    It is empty + (1 − empty)·v/(v + S) with S of the `spectrum`. v is chosen so that the sum of the shares is about
-    `missing`, the number of missing samples. `empty` is the fraction of samples in long gaps.
+    The share is f + (1 − f)·v/(v + S), with S of the `spectrum` and the fraction f of samples in long gaps (`empty`).
+    White noise of variance v stands for the short gaps. v is chosen so that the sum of the shares is about `missing`, the
+    number of missing samples.
     """
     # A subset of the ordinates determines v well enough.
     part = spectrum[:: max(1, spectrum.size // MAX_BALANCED_ORDINATES)]
@@ -156,10 +159,11 @@ def _rough_share(spectrum: Array, missing: float, empty: float) -> Array:
 
 
 def _smoothed_ratio(values: Array, rough: Array, start: int, bins: Bins) -> Array:
-    """Array of the ratio of `values` to `rough`, averaged over bands and interpolated linearly in ln j, at each ordinate.
+    """Array of the ratio of `values` to `rough`: one ratio of sums per frequency band, interpolated linearly in ln j.
 
-    Both arrays, and the result, begin at ordinate `start`. A band consists of whole bins and has at least 64 ordinates. It
-    also has at least 0.3 times the ordinates between its upper edge and the nearer end of the spectrum.
+    Both arrays, and the result, have one value for each ordinate j ≥ `start`. A band consists of whole bins. It has at
+    least 64 ordinates, or all if there are fewer. The width of a band other than the last is also at least 0.3 times the
+    distance from its upper edge to the nearer end of the spectrum.
     """
     first = [start]
     for edge in bins.edges[bins.edges > start][:-1].tolist():

@@ -68,10 +68,13 @@ def is_removable(effect: Effect) -> bool:
 def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     """Iterator over `Alternative` fits in which another kind of effect replaces the effect at index `place`.
 
-    The other kinds are its declared alternatives (`Effect.may_be`). Nothing is yielded for an effect that may not be
-    removed, that is neither spectral nor a slow function, or that is the only effect. A replacement is omitted if it is not
-    detected, or if its logL is 28 nats lower before shapes are optimized. It is also omitted if it follows a column with
-    different signs at slow and fast time scales.
+    The other kinds are its declared alternatives (`Effect.may_be`). The iterator is empty for an effect that may not be
+    removed, that is neither spectral nor a slow function, or that is the only effect. A replacement is omitted in three
+    cases:
+
+    - Its logL is 28 nats below the fit before shapes are optimized.
+    - It is not detected.
+    - It follows a logged column with different signs at slow and fast time scales (`follow_columns_consistently`).
     """
     out = fit.model.effects[place]
     if not is_removable(out) or out.screened not in {"spectral", "slow"} or len(fit.model) == 1:
@@ -170,9 +173,9 @@ def best_of_kinds(scans: Iterable[Scan]) -> dict[str, tuple[float, Deterministic
 
 
 def is_detected(fit: Fit, place: int) -> bool:
-    """True if all coefficients of the effect at index `place` are detected.
+    """True if all coefficients of the effect at index `place` are significantly different from 0.
 
-    Coefficients without a detection, such as held values, count as detected. True without coefficients.
+    Held coefficients count as detected, as they are not tested. True for an effect without coefficients.
     """
     effect = fit.model.effects[place]
     values = fit.estimates[place]
@@ -199,7 +202,10 @@ class Rivals:
     pairs: tuple[tuple[str, str], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: ``rivals``, a list of all kinds, each once (those of `alone` first), and ``rival_pairs``."""
+        """Dict for JSON with ``rivals``, a list of all kinds, and ``rival_pairs``, a list of pairs [kind, kind].
+
+        ``rivals`` lists each kind once: first those of `alone`, then those that occur only in pairs.
+        """
         every = (*self.alone, *(kind for pair in self.pairs for kind in pair))
         return {
             "rivals": list(dict.fromkeys(every)),
@@ -208,10 +214,11 @@ class Rivals:
 
 
 def rivals(fit: Fit, place: int) -> Rivals:
-    """`Rivals` (alternative explanations) of the effect at index `place`; empty if the effect is not detected.
+    """`Rivals`: kinds of effects that explain the record nearly as well as the effect at index `place` of the model.
 
-    It lists the kinds of single effects that replace the effect with an ln evidence at most 3 nats lower. It also lists
-    the kinds of such pairs of effects (`Fit.alternative_pairs`).
+    `Rivals.alone` are the kinds of single effects that can replace this effect, with a loss of ln evidence below 3 nats.
+    `Rivals.pairs` are the pairs of kinds that can replace it together (`Fit.alternative_pairs`). Both are empty if the
+    effect is not detected.
     """
     if not is_detected(fit, place):
         return Rivals()

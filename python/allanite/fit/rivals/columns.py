@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 def follow_columns_consistently(effects: Iterable[Effect], solution: Solution, data: Data) -> bool:
     """True if every effect that follows a logged column has the same sign at slow and at fast time scales.
 
-    A chance resemblance of two slow series explains only the slow half of the information, and has a random sign in the
-    fast half. Two values closer than three standard errors count as equal. Effects without information in one half
-    pass.
+    An effect also passes if its values at both scales differ by less than three standard errors, or if one scale has no
+    information (`column_slopes` returns None). Effects that follow no column are ignored. A chance resemblance of two
+    slow series explains only the slow scale, and has a random sign at the fast scale.
     """
     following = (e for e in effects if isinstance(e, Deterministic) and e.follows is not None)
     found = [column_slopes(effect, solution, data) for effect in following]
@@ -32,10 +32,10 @@ def follow_columns_consistently(effects: Iterable[Effect], solution: Solution, d
 def column_slopes(
     effect: Deterministic, solution: Solution, data: Data
 ) -> tuple[tuple[float, float], float] | None:
-    """Pair ((slow, fast), error): relative coefficients at slow and at fast time scales, and error of their difference.
+    """Pair ((slow, fast), error): coefficient of the effect at slow and at fast time scales, relative to the fitted one.
 
-    They are divided by the fitted coefficient. The lowest 8192 ordinates are split so that each half has half of the
-    information on the coefficient. None if one half has no information.
+    `error` is the standard error of the difference of both values. The lowest 8192 ordinates are split in two, so that
+    each part has half of the information on the coefficient. None if one part has no information.
     """
     series = effect.signal(data.time, data.covariates)
     j = np.arange(1, min(data.n, LOWEST_ORDINATES), dtype=np.int64)

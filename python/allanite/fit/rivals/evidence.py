@@ -29,12 +29,12 @@ def bic_cost(solution: Solution) -> float:
 def parameters_cost(own: Fitted, solution: Solution) -> float:
     """Cost of all parameters of a fitted effect in ln evidence, nats.
 
-    A strength or time constant with relative error 1/z costs ln(range · z/√2π). This is Laplace's approximation (Kass &
-    Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) with a logarithm uniform over `PRIOR_LOG_RANGE`. It suits slow effects,
-    which only few ordinates determine, however long the record is. The frequency of a band is uniform up to half the
-    sampling rate, and its error is 1/z of the width: its range is the number of all ordinates over that of the band.
-    All other effects (lines, filters, changes of level) cost ½ ln n for each parameter. A line at a frequency that was
-    expected costs less (`expected_line_gain`).
+    - Random processes and slow functions of time: ln(R·z/√2π) for each parameter with relative error 1/z. R is
+      `PRIOR_LOG_RANGE`. This is Laplace's approximation (Kass & Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) with a
+      uniform prior of the logarithm. Such effects are determined by few ordinates, however long the record is.
+    - The frequency of a band: R is replaced by the number of all ordinates divided by the number of ordinates in the band.
+    - Lines, filters, changes of level and nameless processes (`Effect.nameless`): ½ ln n for each parameter. A line at an
+      expected frequency costs less (`expected_line_gain`).
     """
     effect = own.effect
     if isinstance(own, Process) and not effect.nameless:

@@ -57,10 +57,10 @@ def line_trials(n: int) -> float:
 def trials_at(cycles: Array, n: int, rate: float) -> Array:
     """Array of the number of independent trials (W of Baluev's formula) of a line of `cycles` cycles in n samples.
 
-    W is that of a search of all frequencies, divided by the share of the false alarms that this frequency gets. One
-    third of the false alarms is divided equally among the octaves from one cycle to n/2. A slow line then does not pay
-    for all fast ones. One third covers all frequencies, so that a fast line hardly pays for the octaves. One third is
-    divided equally among the frequencies known beforehand, if the record has any; otherwise the shares are halves.
+    W is that of a search of all frequencies, divided by the share of the false alarms that this frequency gets. The
+    false alarms are divided into three equal parts: for all frequencies, for octaves from one cycle to n/2, and for
+    known frequencies (`known_bands`). If the record can show no known frequency, there are two parts. Each octave and
+    each known frequency gets an equal share of its part. A slow line thus does not pay for all fast ones.
     """
     unknown, known, shares = _shares_of_false_alarms(cycles, n, rate)
     return np.asarray(shares * line_trials(n) / (unknown + known))
@@ -77,11 +77,12 @@ def expected_line_gain(cycles: float, n: int, rate: float) -> float:
 
 
 def _shares_of_false_alarms(cycles: Array, n: int, rate: float) -> tuple[Array, Array, float]:
-    """Tuple (general, known, parts): false alarms granted to each line, and the number 2 or 3 of equal parts of all.
+    """Tuple (general, known, parts): weights that divide the false-alarm probability among lines at `cycles` per record.
 
-    The parts are for all frequencies, for octaves and, if the record shows any, for the frequencies of `known_bands`. The
-    unit is the false alarms of one trial in the first part. `general` is 1 plus those from the octave of the line. `known`
-    are those from its known band, 0 outside these bands.
+    All false alarms are divided into `parts` equal parts, 2 or 3. The first part is for all frequencies, the second for
+    octaves. A third is for the bands `known_bands`, if there are any. Each part is shared equally among its trials. The
+    weight 1 is what a trial obtains from the first part. `general` is 1 plus the weight from the octave of the line.
+    `known` is the weight from the known band of the line, 0 outside these bands.
     """
     whole = line_trials(n)
     octaves = max(1.0, np.log2(n / 2.0))

@@ -67,10 +67,10 @@ class Pair:
 
 
 def can_be_split(effect: Effect) -> bool:
-    """True if a search may replace this effect by two.
+    """True if a search may try to replace this effect by two effects.
 
-    True for slow effects, power laws and other effects that only describe a spectrum, and broad humps of the spectrum.
-    False if the effect may not be removed (`is_removable`), and for all others.
+    These are slow functions of time, processes that drift slowly, broad humps of the spectrum, and processes that only
+    describe a spectrum without a cause. False for all others, and for effects that may not be removed (`is_removable`).
     """
     if not is_removable(effect):
         return False
@@ -80,11 +80,11 @@ def can_be_split(effect: Effect) -> bool:
 
 
 def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
-    """Tuple of (ln evidence minus that of the fit, indices, solution) of models without two of its slow processes.
+    """Tuple of (ln evidence minus that of the fit, indices, solution): models in which others replace two processes.
 
-    One or two processes of other kinds replace the two. `indices` are the places of the replaced effects in the model:
-    detected random processes that drift slowly. Models whose evidence is lower by 3 nats or more are omitted. A search that
-    changes one process at a time can miss these models.
+    `indices` are the places of the two replaced effects in the model. These are detected random processes that drift
+    slowly and may be removed. One or two processes of other kinds replace them. Models whose evidence is lower by 3 nats
+    or more are omitted. The tuple is empty for a model of only two effects.
     """
     effects = fit.model.effects
     wandering = [
@@ -222,7 +222,7 @@ class _PairSearch:
                 yield evidence(both), both.model
 
     def _has_rival(self, *pair: Effect | type[Effect]) -> bool:
-        """True if at least one of the two effects (or classes) is a declared alternative of the removed effect."""
+        """True if at least one effect (or class) in `pair` is declared as an alternative of the replaced effect."""
         return any(one.may_be(self.out) for one in pair)
 
     def _fits_with_process(self) -> list[Solution]:
@@ -231,9 +231,9 @@ class _PairSearch:
         return [one for one in fits if one is not None]
 
     def _alternative_processes(self) -> list[type[Effect]]:
-        """List of the classes of random processes that are declared alternatives of the removed effect.
+        """List of the classes of random processes that are declared alternatives of the replaced effect.
 
-        Its own kind is excluded, and so are power laws and other kinds that describe a spectrum without naming a cause.
+        Excluded are its own kind, and power laws and other kinds that describe a spectrum without naming a cause.
         """
         return [
             cls
@@ -246,9 +246,10 @@ class _PairSearch:
         ]
 
     def _scans(self, base: Solution) -> Iterator[Scan]:
-        """Iterator over the matched-filter scans (see `slow_scans`) of the slow functions that may be part of a pair.
+        """Iterator over matched-filter scans (`slow_scans`) for slow functions of time in the residual of the fit `base`.
 
-        Excluded are functions of the removed kind, and extended forms of simpler functions (`Deterministic.refined`).
+        Two sorts of functions are not tried: those of the same kind as the replaced effect, and those that extend a simpler
+        function (`Deterministic.refined`).
         """
         return slow_scans(
             base, self.data, lambda blank: blank.kind != self.out.kind and not blank.refined

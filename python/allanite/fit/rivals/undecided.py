@@ -86,11 +86,11 @@ class _Distribution:
 
 
 def undecided(fit: Fit) -> Undecided | None:
-    """`Undecided`: other models whose ln evidence is at most 3 nats lower, and intervals averaged over all of them.
+    """`Undecided`: other models whose ln evidence is less than 3 nats lower, and intervals averaged over all of them.
 
     The models replace effects by their declared alternatives. The probability of a model is proportional to its
-    evidence (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit not by
-    likelihood.
+    evidence (Hoeting et al. 1999, Statist. Sci. 14, eq. 2). None if there is no other model, or for a fit by another
+    method than `whittle`.
     """
     if fit.method != "whittle":
         return None
@@ -128,11 +128,11 @@ def undecided(fit: Fit) -> Undecided | None:
 def _replacements(
     chosen: Model, others: list[tuple[Model, float]]
 ) -> tuple[tuple[tuple[Effect, ...], float] | None, ...]:
-    """Tuple with one element for each effect of the `chosen` model: (replacing effects, probability), or None.
+    """Tuple with one element for each effect of the `chosen` model: None, or a pair (replacing effects, probability).
 
-    `others` are pairs (model, probability). The probability of an element is the sum over all `others` without the effect.
-    Replacing effects are taken from the most likely of these: its effects whose kind the chosen model lacks. The element
-    is None if all `others` have the effect.
+    `others` are pairs (model, probability). A model lacks an effect if it has fewer effects of that kind than `chosen`.
+    Replacing effects are taken from the most likely model that lacks the effect: its effects whose kind `chosen` does
+    not have. The probability is the sum over all `others` that lack the effect. The element is None if no model lacks it.
     """
     own = Counter(e.kind for e in chosen)
     found: list[tuple[tuple[Effect, ...], float] | None] = []
@@ -157,10 +157,10 @@ def _kinds(model: Model) -> tuple[str, ...]:
 
 
 def _other_models(fit: Fit) -> Iterator[tuple[float, Solution]]:
-    """Iterator over (ln evidence minus that of the fit, solution) of models with other effects instead of one or two.
+    """Iterator over (ln evidence minus that of the fit, solution): models with other effects instead of one or two.
 
-    The replaced effects are detected. One-time events are excluded, since their evidence does not pay for the many
-    times that were tried. A model may come twice.
+    Only detected effects are replaced. Events that happen once are no replacements: their evidence lacks the cost of the
+    many times at which they were tried. The same model may occur twice.
     """
     yield from ((lead, solution) for lead, _, solution in fit.alternatives_to_pairs)
     for place in range(len(fit.model)):
@@ -214,7 +214,7 @@ def _interval(laws: list[_Distribution], weights: Array) -> tuple[float, float]:
     least = -4.0 * reach if any(min(law.low, law.value) < 0.0 for law in laws) else 0.0
 
     def quantile(share: float) -> float:
-        """Value below which the mixture has the probability `share`, by bisection."""
+        """Value x at which the cumulative probability of the mixture equals `share`, by bisection."""
         low, high = least, 4.0 * reach
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)

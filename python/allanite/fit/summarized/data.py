@@ -76,10 +76,11 @@ class SummaryBins(Bins):
         return np.concatenate([low, self.folds[0, 1]])
 
     def folded(self, ordinates: Array, folds: int) -> tuple[Array, Array]:
-        """Pair (number, sum of squares) of the ordinates of each fold in each bin, two arrays of shape (folds, bins).
+        """Pair (number, sum of squares) of the ordinates in each fold and bin, two arrays of shape (folds, bins).
 
-        Fold k, for cross-validation, has the single ordinates j, and the coefficients m of segments, with j or m modulo
-        `folds` = k. `folds` must be `FOLDS`.
+        Folds are the parts of a cross-validation. Fold k contains the ordinates with index modulo `folds` equal to k.
+        Bins without single ordinates contain coefficients of the transforms of segments instead, divided in the same
+        way. `folds` must be `FOLDS`.
         """
         edges, count = self.edges[: self.known + 1], self.count[: self.known]
         low = Bins(self.n, edges, count, self.nodes, self.owner, self.groups)
@@ -114,7 +115,10 @@ class SummaryData(Data):
 
     @property
     def n(self) -> int:
-        """Number of samples that the kept samples cover: their number times `factor`. `summary.n` counts all samples."""
+        """Number of samples at the full rate that the kept low-rate samples cover: their number times `factor`.
+
+        `summary.n` is the number of all samples of the record, also those at the ends that no kept sample covers.
+        """
         return int(self.samples.size) * self.factor
 
     @property
@@ -131,10 +135,10 @@ class SummaryData(Data):
         return np.asarray(found * np.sqrt(self.factor))
 
     def factors(self) -> NDArray[np.int64]:
-        """Array of the averaging factors, in samples, of the Allan curve that the summary accumulated.
+        """Array of the averaging factors of the Allan curve of the summary, in samples, at most a third of the record.
 
-        They reach a third of the record. Factors at which most differences are missing are excluded, unless 16 kept samples
-        lie within τ.
+        Factors at which gaps left out at least half of the differences are excluded, unless at least 16 kept low-rate
+        samples lie within τ.
         """
         curve: Deviation = self.summary.oadev()
         m = curve.factors
@@ -142,11 +146,12 @@ class SummaryData(Data):
         return np.asarray(m[shown & (m <= max(1, self.n // 3))])
 
     def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
-        """Array of the overlapping Allan deviation, U, of the record minus the signal `subtracted`, shape of `factors`.
+        """Array of the overlapping Allan deviation of the record, U, at the averaging `factors`, shape of `factors`.
 
-        It comes from the sums that the summary accumulated. Where gaps left out differences, or with a signal, it is
-        computed from the kept (low-rate) samples if 16 of them lie within τ. At shorter τ the variance of a signal is
-        subtracted. At least 1e-6 of the accumulated variance remains.
+        The signal `subtracted` is first subtracted; None subtracts nothing. Without it, the result is what the summary
+        accumulated. The kept low-rate samples are used instead for τ with at least 16 of them, if gaps left out
+        differences or if there is a signal. At shorter τ, the Allan variance of the signal is subtracted from the
+        accumulated one. At least 1e-6 of the accumulated variance remains.
         """
         curve: Deviation = self.summary.oadev()
         at = np.searchsorted(curve.factors, factors)
@@ -176,11 +181,18 @@ class SummaryData(Data):
         return Maps(self.reading, self.rate, self.summary.start, self.summary.n)
 
     def octaves(self, expected: Any, relative_power: Any) -> list[tuple[int, int, Array, float]]:
-        """List of (first ordinate, end ordinate, power, number) of the octaves above the single ordinates, highest first.
+        """List of (first ordinate, end ordinate, power, number), one for each octave, highest first.
 
-        `power` is relative to the expected power, in 160 equal time cells; `number` squared ordinates are averaged in each.
-        `expected` maps ordinates to their expected density, U² per sample. `relative_power` maps ordinates and times to the
-        expected power relative to this density, shape (times, ordinates).
+        Of these octaves, a summary keeps no single ordinates but mean squares over time. `power` is an array: the mean
+        square in each of 160 equal time cells, divided by its expectation. `number` is how many ordinates there are per
+        cell. Octaves without segments are omitted.
+
+        Parameters
+        ----------
+        expected : callable
+            Maps ordinates j to the expected density, U² per sample.
+        relative_power : callable
+            Maps ordinates and times to the expected power relative to this density, shape (times, ordinates).
         """
         out, maps = [], self.maps
         cut = self.n
@@ -212,7 +224,7 @@ class SummaryData(Data):
     def at_octave_resolution(self, power: Array, first: int) -> Array:
         """Array like `power` (160 equal time cells), averaged over the time blocks in which an octave is kept.
 
-        `first` is the first ordinate of the octave. `power` itself is returned if no octave starts there.
+        `first` is the first ordinate of the octave. `power` itself is returned if no octave begins at this ordinate.
         """
         levels = range(len(self.reading.octaves))
         level = next((level for level in levels if self._first_of(level) == first), None)
@@ -223,10 +235,12 @@ class SummaryData(Data):
     ) -> int:
         """Number of equal sections of the record in which a band (low, high), Hz, can be followed; 0 if it cannot.
 
-        The number is `max_number`, halved until the summary stores at least as many sections. It is 0 if the middle of the
-        band is not between the stored frequencies. It is 0 if over 10 % of the samples, or of the octave's sections, are
-        missing. It is 0 if the band is narrower than four frequency cells of the octave. It is also 0 if the width of the
-        band times the duration of a segment is below `min_product`.
+        The number is `max_number`, halved until the summary stores at least as many sections. It is 0 in four cases:
+
+        - The middle of the band is not between the stored frequencies.
+        - Over 10 % of the samples, or of the octave's sections, are missing.
+        - The band is narrower than four frequency cells of the octave.
+        - The width of the band times the duration of a segment is below `min_product`.
         """
         low, high = band
         bottom, top = self.maps.limits
@@ -252,10 +266,10 @@ class SummaryData(Data):
 
 
 def _interpolated(samples: Array, factors: NDArray[np.int64], factor: int, rate: float) -> Array:
-    """Array of the overlapping Allan deviation of kept samples, at the averaging factors of the record.
+    """Array of the overlapping Allan deviation of kept low-rate samples, at averaging `factors` in samples of the record.
 
-    `factor` is the number of samples of the record per kept sample. The deviation at up to 160 factors is interpolated
-    linearly in ln; beyond their ends it is constant.
+    `rate` is that of the record, and `factor` is its number of samples per kept sample. The deviation is computed at up to
+    160 averaging factors of the kept samples. It is interpolated linearly in ln τ and ln deviation, and constant outside.
     """
     top = samples.size // 3
     m = np.unique(np.round(np.geomspace(1, top, 160)).astype(np.int64))
@@ -337,8 +351,9 @@ def of_summary(summary: Summary) -> Data:
 def _power_in_folds(reading: Reading, bins: Bins, known: int) -> Array:
     """Array of (number of ordinates, mean power) of each bin without single ordinates, shape (FOLDS + 1, 2, bins − known).
 
-    `known` is the number of bins with single ordinates. Entry 0 is of all coefficients of the segments' transforms. Entry
-    k + 1 is of those with index modulo `FOLDS` = k (a fold for cross-validation). Spectral lines are removed.
+    `known` is the number of bins with single ordinates. The power comes from the cosine transforms of time segments,
+    with spectral lines removed. Entry 0 of the first axis uses all coefficients of these transforms. Entry k + 1 uses
+    those whose index modulo `FOLDS` is k (fold k of a cross-validation).
     """
     edges, power, place = [], [], []
     for level in reversed(range(len(reading.octaves))):

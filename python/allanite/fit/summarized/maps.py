@@ -56,9 +56,10 @@ class Maps:
         return np.linspace(0.0, self.n, TIME_CELLS + 1)
 
     def edges(self, blocks: Blocks, level: int) -> Array:
-        """Array of the edges of the time `blocks` that hold the power of octave `level`, in samples, shape (blocks + 1,).
+        """Array of the edges of successive time `blocks` of octave `level`, in samples of the record, shape (blocks + 1,).
 
-        Sample 0 is the first of the record; edges outside the record are moved to its ends.
+        Each block holds one mean power of the octave. Sample 0 is the first of the record. Edges outside the record are
+        moved to its ends.
         """
         size = float((TILE << blocks.size) << level)
         edges = (blocks.first + np.arange(blocks.frames.size + 1)) * size - self.start
@@ -88,9 +89,9 @@ class SectionsOfSummary:
         self.maps, self.number, self.limits = maps, number, maps.limits
 
     def cells(self, within: tuple[float, float], _step: float) -> Cells:
-        """`Cells`: power of each section in the stored frequency cells between the frequencies `within`, Hz.
+        """`Cells`: power of each section in the stored frequency cells that lie between the two frequencies `within`, Hz.
 
-        The width of the cells is fixed.
+        The width of the cells is fixed by the summary; `_step` is not used.
         """
         maps, power, count, at = self.maps, [], [], []
         ends = np.linspace(0.0, maps.n, self.number + 1)
@@ -121,10 +122,10 @@ def redistributed(values: Array, edges: Array, others: Array) -> Array:
 
 
 def fine_bands(level: int) -> tuple[NDArray[np.int64], Array, Array]:
-    """Tuple (edges, middles, gains) of the fine frequency bands of an octave after `level` halvings of the rate.
+    """Tuple (edges, middles, gains) of the fine frequency bands of an octave, after `level` halvings of the sampling rate.
 
-    Edges and middles are indices of coefficients of a segment's transform. Gains are the expected square of a coefficient
-    over the density of the record at its frequency.
+    Edges, shape (bands + 1,), and middles, shape (bands,), are indices of the cosine transform of one time segment. The
+    gain of a band is the expected squared coefficient, divided by the density of the record at the same frequency.
     """
     edges = LOW + np.arange(FINE + 1, dtype=np.int64) * LOW // FINE
     middle = np.asarray(0.5 * (edges[1:] + edges[:-1]), dtype=np.float64)
