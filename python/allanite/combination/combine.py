@@ -106,7 +106,7 @@ class Combination:
 
     @property
     def gain(self) -> Array:
-        """Allan deviation of the best unit divided by that of the combination, shape (k,)."""
+        """Array of the Allan deviation of the best unit divided by that of the combination at each τ, shape (k,)."""
         return np.asarray(self.single[:, self.best_unit] / self.combined)
 
     @property
@@ -159,7 +159,10 @@ class Combination:
         save_model(self.model, path, {"unit": self.unit, "rate_hz": self.rate})
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON, schema ``allanite/combine/1``: all attributes except the fits, and the matrices F, Q, H and R."""
+        """Dict for JSON, schema ``allanite/combine/1``: all attributes except the fits, and the most important results.
+
+        These are the headline, the best unit, the gain, and the matrices F, Q, H and R of the state space.
+        """
         space = self.state_space()
         return {
             "schema": "allanite/combine/1",
@@ -421,8 +424,8 @@ def _measured_deviation(columns: Sequence[Recording], weights: Array, tau: Array
 def _combined_model(fits: Sequence[Fit], shared: Sequence[Correlation], weights: Array) -> Model:
     """`Model` of the noise of the weighted average: the random effects of the units, with combined coefficients.
 
-    The correlation of two units varies with frequency. For each coefficient, the correlation is averaged over the
-    ordinates, weighted by the share of its effect in the spectrum of the first unit of the pair.
+    The correlation of two units varies with frequency. For each coefficient, the correlation is averaged over the spectral
+    bins, weighted by the share of the effect in the spectrum of the first unit of the pair.
     """
     effects = []
     for place, effect in enumerate(fits[0].model.stochastic):

@@ -103,9 +103,10 @@ def time_map(data: Data, whitened: Whitened) -> TimeMap:
 def overdispersion(power: Array, each: float = 1.0) -> float:
     """Factor, at least 1, by which means of a power over time scatter more than χ² predicts.
 
-    Each value of `power` is the mean of `each` squares. For each tried number of cells, the ratio of the variances is
-    divided by 1 + 4/√cells, which allows for its own scatter; the largest counts. Differences of neighbors do not
-    respond to single changes of level. The factor is 1 for fewer than 64 values.
+    Each value of `power` is the mean of `each` squares. The values are averaged over 16 or more equal cells, for several
+    numbers of cells. The variance of the means, over that of χ², is divided by 1 + 4/√cells, which allows for its own
+    scatter. The largest result counts. Only differences of neighbors are used, so that single changes of level have
+    little effect. The factor is 1 for fewer than 64 values.
     """
     found = 1.0
     cells = min(MAX_CELLS, power.size // MIN_CELL_VALUES)

@@ -133,10 +133,11 @@ def _quantiles(
     probabilities: list[float],
     kind: str,
 ) -> Array:
-    """Array of the quantiles, at `probabilities`, of the variance ratio σ̂²/σ² (estimated to true) at one `factor`.
+    """Array of the quantiles, at `probabilities`, of the ratio of estimated to true variance at one averaging `factor`.
 
-    `factor` is the averaging factor, `kind` the estimator (see `bands`), `edf` its equivalent degrees of freedom. Below
-    40 of them the exact distribution of the sum of squares is used; above, or for quantization alone, that of χ².
+    `terms` are (name, parameters) of spectral terms, `kind` is the estimator as in `bands`, and `edf` its equivalent
+    degrees of freedom. For `edf` below 40 the exact distribution of the sum of squares is used. Otherwise, and for
+    quantization alone, it is that of χ².
     """
     from scipy.special import gammaincinv
 

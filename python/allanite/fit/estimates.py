@@ -60,9 +60,9 @@ def free_parameters(solution: Solution) -> int:
 
 
 def min_detected_delta_logl(effect: Effect, amplitudes: int = 1) -> float:
-    """Minimum loss of logL without an effect, nats, for which the effect counts as detected.
+    """Rise of logL, nats, that an effect must bring to a fit to count as detected.
 
-    `amplitudes` is the number of fitted amplitudes.
+    It depends on whether the effect has free shapes, several fitted `amplitudes`, or a coefficient that may be negative.
     """
     if amplitudes > 1 or effect.free_shapes:
         return MIN_SHAPED_DELTA_LOGL
@@ -370,10 +370,10 @@ def _deterministic_values(
 
 
 def _phase_by_frequency(own: Regressed, solution: Solution, data: Data) -> float:
-    """Standard error of a line's phase at time 0 caused by the error of its frequency, rad; 0 for a fixed frequency.
+    """Standard error of a line's phase at time 0 caused by the error of its frequency, rad.
 
-    The phase at the middle of the record is uncorrelated with the frequency. Extrapolated to time 0, the error of the
-    frequency adds to the phase.
+    It is 0 if the frequency is fixed or its error is unknown. The phase at the middle of the record is uncorrelated with
+    the frequency. Extrapolated to time 0, the error of the frequency adds to the phase.
     """
     if "frequency" not in own.effect.free_shapes:
         return 0.0
@@ -468,10 +468,9 @@ def shape_slope(
 
 
 def _with_admissible_intervals(effect: Effect, values: dict[str, Any]) -> dict[str, Any]:
-    """Dict of the values of an effect by name, with intervals clipped to limits.
+    """Dict of the values of an effect by name, with intervals clipped to the limits that the user gave.
 
-    Shapes and times of an effect that is not detected, and its values in Hz, s or rad, have no interval and no standard
-    error.
+    If the effect is not detected, its shapes, times and all values in Hz, s or rad have no interval and standard error.
     """
     out = dict(values)
     for name, value in values.items():

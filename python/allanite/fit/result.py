@@ -103,7 +103,10 @@ class Fit:
 
     @cached_property
     def estimates(self) -> tuple[dict[str, Any], ...]:
-        """Tuple of a dict for each effect of the model: values by parameter name, with standard errors and intervals."""
+        """Tuple of a dict for each effect of the model, from parameter name to value.
+
+        Numbers are `Estimate` with standard error and interval; tuples, texts and None are plain values.
+        """
         if self.given is not None:
             return self.given
         return estimates(
@@ -323,7 +326,10 @@ class Fit:
         return self._cached_search(alternative_pairs, place)
 
     def solution_without(self, *places: int) -> Solution:
-        """Solution without the effects at the indices `places`, the shapes of the other effects kept. Cached."""
+        """`Solution` of the model without the effects at the indices `places`; cached.
+
+        The coefficients of the other effects are fitted again, but their shapes are kept.
+        """
         from allanite.fit.engine import solve
 
         if places not in self._solutions_without:
@@ -379,10 +385,10 @@ class Fit:
         self.__dict__.pop("last_check", None)
 
     def add(self, addition: Effect | Suggestion) -> Fit:
-        """Fit of the model plus an `addition`: an effect, or a suggestion of a check.
+        """New `Fit` of the model plus an `addition`: an effect, or a suggestion of a check. This fit is not changed.
 
-        Values of an effect are start values. For a suggestion of this fit, the fit starts from the suggested model,
-        which may lack effects that it replaces. This fit is not changed.
+        Values of an effect are start values. For a suggestion of this fit, the fit starts from the suggested model. That
+        model may lack effects that the suggestion replaces. Of a suggestion of another fit, only its effect is added.
         """
         import allanite as al
 
@@ -393,7 +399,7 @@ class Fit:
         return self._fit_again(self.model + addition.effect)
 
     def remove(self, place: int) -> Fit:
-        """Fit of the model without the effect at index `place`."""
+        """New `Fit`, by the same method, of the model without the effect at index `place`."""
         return self._fit_again(without_effect(self.model, place))
 
     def _fit_again(self, model: Model) -> Fit:
@@ -403,9 +409,9 @@ class Fit:
         return fit_again(self, model)
 
     def simulate(self, **options: Unpack[SimulationOptions]) -> Recording:
-        """`Recording` of the fitted model, simulated at the recording's rate and unit.
+        """`Recording` simulated from the fitted model.
 
-        For `options` see `Model.simulate`.
+        For `options` see `Model.simulate`. Rate and unit are those of the fitted recording unless given.
         """
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
@@ -496,9 +502,9 @@ class Fit:
         }
 
     def body(self, searched: bool = True) -> dict[str, Any]:
-        """Dict (JSON form) of model, effects, misfit, error and adequacy, as used by fits, checks and studies.
+        """Dict (JSON form) of model, effects, misfit, error, discrepancy and adequacy, as used by fits, checks and studies.
 
-        With `searched` False, alternative explanations are not searched, and the lists of rivals are empty.
+        With `searched` False, alternative explanations of the effects are not searched, and their lists are empty.
         ``adequate`` is False also if quantization limits the recording (`limited_by_quantization`).
         """
         from allanite.fit.rivals.alternatives import Rivals, rivals

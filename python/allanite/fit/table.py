@@ -168,9 +168,9 @@ def _percent(share: float) -> str:
 
 
 def is_wider(value: Estimate, interval: tuple[float, float]) -> bool:
-    """True if one end of `interval` lies outside the interval of the estimate by over a tenth of its width.
+    """True if `interval` exceeds the interval of the estimate at one end, by more than a tenth of the estimate's width.
 
-    False if the estimate has no interval.
+    The width is that of the estimate's interval. False if the estimate has no interval.
     """
     if value.interval is None:
         return False

@@ -127,7 +127,10 @@ def _endless_bins() -> tuple[list[int], list[int]]:
 
 @lru_cache(maxsize=64)
 def cells_of(bins: int) -> list[int]:
-    """List of the index of the first bin of each cell (1/24 decade) that begins in the lowest `bins` bins; cached."""
+    """List of indices: the first bin of each cell that begins in the lowest `bins` bins; cached.
+
+    A cell is 1/24 decade of frequency, or a single ordinate at the lowest frequencies.
+    """
     return [cell for cell in _endless_bins()[1] if cell < bins]
 
 

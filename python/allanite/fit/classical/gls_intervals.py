@@ -168,9 +168,10 @@ def _cholesky(correlation: Array) -> Array:
 
 
 def _gamma_probability(z: float, skewness: float) -> float:
-    """P(Z ≤ z) of a standardized gamma variable of this skewness, mirrored for a negative skewness.
+    """P(Z ≤ z) of a gamma variable with mean 0, variance 1 and this skewness, mirrored for a negative skewness.
 
-    The normal probability is used for a skewness below 1e-4. Outside the support of the distribution it is 0 or 1.
+    If the skewness is within ±1e-4, the normal probability is returned. Outside the support of the distribution the
+    probability is 0 or 1.
     """
     from scipy.special import gammainc, gammaincc, ndtr
 

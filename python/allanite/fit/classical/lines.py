@@ -67,7 +67,10 @@ class LineReading:
     reason: str = ""
 
     def estimate(self, unit: str) -> Estimate:
-        """`Estimate` of the coefficient, in its `unit` in SI; 0 without an interval, and not detected, if not present."""
+        """`Estimate` of the coefficient that was read, in SI units, labeled with `unit`.
+
+        If the line is not present, it is 0, not detected, and has no interval.
+        """
         interval = None if self.low is None or self.high is None else (self.low, self.high)
         return Estimate(self.value or 0.0, None, interval, unit, self.present, self.name)
 

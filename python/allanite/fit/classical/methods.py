@@ -179,10 +179,10 @@ def compare_methods(fit: Fit) -> MethodTable:
 def _lines_without_effect(
     readings: LineReadings, fit: Fit, modeled: set[str | None]
 ) -> list[MethodRow]:
-    """List of rows, with remarks, for straight lines on the Allan curve that match no effect of the model.
+    """List of rows, with remarks, for straight lines on the Allan curve for which the model has no effect.
 
-    `modeled` holds the names of the lines of its effects, such as ``N``. Of the lines that are not present, only those
-    have a row whose slope holds somewhere while the curve falls below the line elsewhere.
+    `modeled` holds the names, such as ``N``, of the lines for which it has one. Every other line that can be read has a
+    row. A line that cannot be read has one only if its slope holds somewhere, but the curve falls below it elsewhere.
     """
     unit = fit.recording.unit
     others = " + ".join(e.short for e in fit.model)

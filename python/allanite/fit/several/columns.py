@@ -45,7 +45,7 @@ class Fits(Several[Fit]):
         return tuple(of_fits(group) for group in groups.values() if len(group) > 1)
 
     def check(self) -> Several[Check]:
-        """`Several` that maps each column to the `Check` of its model."""
+        """`Several` (a mapping) from the name of each column to the `Check` of its fit."""
         return Several({name: fit.check() for name, fit in self.items()})
 
     def _missing(self, name: str) -> str:

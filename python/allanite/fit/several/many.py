@@ -124,7 +124,10 @@ class ManyFits:
         return "columns" if one and len({c.columns[0] for c in columns}) > 1 else "recordings"
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict (JSON form): ``columns`` lists a fit for each recording; the only entry of ``pooled`` is `pooled_dict()`."""
+        """Dict (JSON form): ``columns`` lists a fit for each recording, ``pooled`` holds only `pooled_dict()`.
+
+        ``schema`` is the name of the format.
+        """
         return {
             "schema": "allanite/fit/1",
             "columns": [fit.to_dict() for fit in self.fits],
@@ -132,7 +135,7 @@ class ManyFits:
         }
 
     def pooled_dict(self) -> dict[str, Any]:
-        """Dict (JSON form) of the pooled parameters, with labels and agreement."""
+        """Dict (JSON form): ``recordings`` (names), ``agree`` (bool), ``parameters`` (list of the pooled parameters)."""
         return {
             "recordings": list(self.labels),
             "agree": self.agree,
@@ -271,7 +274,8 @@ def _pooled_by_likelihood(
 ) -> Pooled:
     """`Pooled` coefficient by likelihood: common value, 95 % profile interval, and likelihood-ratio test of agreement.
 
-    The lower limit is 0 if 0 is inside the interval.
+    The lower limit is 0 if 0 is inside the interval. If the recordings disagree, `_pooled` may use the random-effects mean
+    and its interval instead.
     """
     from scipy.optimize import brentq, minimize_scalar
     from scipy.special import chdtrc
@@ -298,7 +302,7 @@ def _pooled_by_likelihood(
     def loss_above_limit(root: float) -> float:
         """Loss of the total logL if all recordings have the coefficient `root`, minus the loss at a 95 % limit, nats.
 
-        It is 0 at both ends of the 95 % interval, and negative between them.
+        It is negative inside the 95 % interval and positive outside.
         """
         return total(root) - least - HALF_CHI2_95
 
@@ -369,9 +373,10 @@ def _spread(estimates: list[Estimate]) -> float | None:
 def _random_effects_mean(
     estimates: list[Estimate], spread: float
 ) -> tuple[float, tuple[float, float]]:
-    """Pair: random-effects mean over recordings and its 95 % interval (Hartung & Knapp 2001, with Student's t).
+    """Pair: random-effects mean of a parameter over recordings, and its 95 % interval (low, high).
 
-    Both are computed from logarithms with their standard errors and the `spread` of ln(value) between recordings.
+    The mean is geometric: logarithms are averaged with their standard errors and the `spread` of ln(value) between
+    recordings. The interval is that of Hartung & Knapp (2001), with Student's t.
     """
     from scipy.special import stdtrit
 

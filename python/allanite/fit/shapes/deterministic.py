@@ -76,7 +76,10 @@ class Regression:
 
 
 def ordinates_near(frequency: float, data: Data, half: int = LINE_WINDOW) -> NDArray[np.int64]:
-    """Array of the indices of a record's ordinates that are at most `half` ordinates from a frequency in Hz."""
+    """Array of the indices of a record's ordinates that are at most `half` ordinates from a frequency in Hz.
+
+    Ordinate 0, the mean, is never among them.
+    """
     center = round(2.0 * data.n * frequency / data.rate)
     return np.arange(
         max(1, center - half), min(data.ordinates.size, center + half + 1), dtype=np.int64

@@ -94,10 +94,10 @@ class Band:
         return self._best_demodulated(self.trials // 2)
 
     def _best_demodulated(self, max_steps: int) -> tuple[float, float, float]:
-        """Tuple (frequency, drift, ΔlogL), as for `search`, of the best line with a drift of at most ±`max_steps` steps.
+        """Tuple (frequency, drift, ΔlogL), in units as for `search`, of the best line with a limited drift.
 
-        A step is 2 cycles per record. The ΔlogL of each drift is first estimated coarsely. Only drifts with at least 0.6
-        of the largest estimate are then evaluated exactly, at most 128.
+        Drifts from −`max_steps` to +`max_steps` steps of 2 cycles per record are tried. Their ΔlogL is first estimated
+        coarsely. Drifts with at least 0.6 of the largest estimate, at most the best 128, are then evaluated exactly.
         """
         k = self.series.size
         u = np.arange(k) / k - 0.5
@@ -281,7 +281,7 @@ def fourier_sums(
     length = next_fast_len(size)
 
     def sums(u: Array) -> NDArray[np.complex128]:
-        """Array of Σ_t e^{2πiut/n} for half-integers u, 2/(1 − e^{2πiu/n})."""
+        """Array of the sums of e^{2πiut/n} over t = 0 … n − 1, for half-integers u; equal to 2/(1 − e^{2πiu/n})."""
         return 1.0 + 1j / np.tan(np.pi * u / n)
 
     apart = low - first + 0.5 + np.arange(odd.size - 1, -count, -1)

@@ -83,9 +83,10 @@ def built_from_pieces(model: Model, place: int, part: RandomPart) -> Model:
 
 
 def _least_significant(linear: Linear, first: int, found: Maximum, part: RandomPart) -> list[int]:
-    """List of the indices of at most four least significant processes, the least first; index 0 is the column `first`.
+    """List of the indices of at most four least significant processes, the least first.
 
-    The significance is the squared coefficient over its standard error (inverse Fisher information) at the maximum `found`.
+    Indices count from 0 for the column `first` of the linear model. The significance is the squared coefficient over its
+    standard error (inverse Fisher information) at the maximum `found`.
     """
     theta = found.theta
     share = linear.matrix * (np.sqrt(0.5 * part.count) / (linear.matrix @ theta))[:, None]

@@ -126,9 +126,9 @@ def _beyond_limits(model: Model, held: Held) -> Held:
 
 
 def _clipped_to_limits(effect: Effect) -> Effect:
-    """Copy of the effect with start values clipped to the given limits and nothing held at a limit.
+    """Copy of the effect with start values clipped to the limits of the user, and with no parameter held at a limit.
 
-    The effect itself without limits.
+    The effect itself if it has no limits and nothing is held at one.
     """
     if not effect.limits and not effect.at_limit:
         return effect

@@ -188,13 +188,14 @@ def best_spans(
     data: Data,
     together_with: Sequence[Deterministic] = (),
 ) -> list[tuple[Deterministic, float]]:
-    """List of (effect, angle): effects with two times that explain `residual` best, as proposed by the class `cls`.
+    """List of pairs (effect, angle): effects with two times (begin and end) that explain `residual` best.
 
-    A bias step proposes an excursion and a transition; most classes propose none.
+    The class `cls` proposes them. A bias step proposes an excursion (two opposite steps) and a transition (a ramp to a new
+    level). Most classes propose nothing, and the list is empty.
 
     `residual` are residual ordinates, shape (n,). The amplitudes of the slow functions `together_with` are fitted, too.
-    The angle, rad, counts independent trials: it is the angle by which the whitened ordinates of the effect, as a
-    vector, turn as one edge moves over all times.
+    The angle, rad, measures the number of independent trials. The whitened ordinates of the effect, as a vector, turn by
+    this angle as one of its times moves over the whole record.
     """
     j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))

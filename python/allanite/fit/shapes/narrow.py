@@ -78,7 +78,10 @@ class Window:
 
     @classmethod
     def of(cls, model: Model, place: int, data: Data, ordinates: Array) -> Window:
-        """`Window` around the effect at index `place` of a model with values."""
+        """`Window` of the ordinates near the band at index `place` of a model with values.
+
+        `ordinates`, shape (n,), are those of the record minus known functions of time.
+        """
         effect = model.effects[place]
         near = bins_near(effect, data.bins, data.rate)
         others = without_effect(model, place)
@@ -348,10 +351,11 @@ def _ordinates_weight(effect: Stochastic, data: Data) -> float:
 
 
 def is_flat_near(model: Model, place: int, data: Data) -> bool:
-    """True if the model without narrow bands is nearly constant within each bin near the band at index `place`.
+    """True if the model without its narrow bands is nearly constant within each bin near the band at index `place`.
 
-    The ln of its density changes by less than 0.5. If a filter attenuates part of a bin strongly, single ordinates
-    would describe the filter instead of the band. True if the model has no other effect.
+    This means that ln of its density changes by less than 0.5 from the first to the last ordinate of each bin. It is also
+    True if the model has no other effect. Otherwise, e.g. at the edge of a filter, single ordinates would describe the
+    filter instead of the band.
     """
     near = bins_near(model.effects[place], data.bins, data.rate)
     terms = data.terms(Model(tuple(e for e in model if not is_narrow(e))))
@@ -371,7 +375,7 @@ def _mean_density_of_bins(model: Model, near: NDArray[np.int64], data: Data) -> 
 
 
 def _sizes(near: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
-    """Array of the number of ordinates of each of the bins `near`."""
+    """Array of the number of ordinates in each of the bins with the indices `near`."""
     return np.diff(data.bins.edges)[near]
 
 

@@ -107,7 +107,10 @@ class _Shapes:
         return np.clip(np.array(at, dtype=float), self.limits[:, 0], self.limits[:, 1])
 
     def at(self, point: Array) -> Model:
-        """Copy of the model with the shape parameters `point`: ln of positive shapes, signed shapes unchanged."""
+        """Copy of the model with the shapes at the coordinates `point`.
+
+        A coordinate is ln of the shape, or the shape itself if it may be negative.
+        """
         return self.with_shapes(self.model, point, range(point.size))
 
     def with_shapes(self, model: Model, point: Array, which: Iterable[int]) -> Model:

@@ -49,11 +49,11 @@ MAX_SIMPLER_LOSS = 2.0
 def scan_added_effect(
     model: Model, points: list[Effect], base: Maximum, part: RandomPart
 ) -> list[tuple[Maximum, Model]]:
-    """List of (maximum, model): the model plus each selected point of an effect's shape grid, the highest logL first.
+    """List of (maximum, model): the model plus one of the best grid points of an effect, the highest logL first.
 
-    `points` are copies of the effect with the shape values of the grid. `base` is the maximum of the model without the
-    effect. All points are selected if a coefficient is held. Otherwise they are the best fifth (at most the best ten,
-    unless the effect is a band), and the best point of each design, i.e. of each set of its choices.
+    `points` are copies of the effect with the shape values of each grid point. `base` is the maximum of the model without
+    the effect. Of a band, the best fifth of the points is kept, of any other effect the best ten of this fifth. The best
+    point of each design, i.e. of each set of choices, is kept, too. If a coefficient is held, all points are kept.
     """
     smooth = _smooth(part.power - base.spectrum, part.count)
     before = part.linear(model)

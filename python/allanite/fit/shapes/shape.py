@@ -168,11 +168,11 @@ def _with_grid_middles(model: Model, data: Data) -> Model:
 def fit_deterministic_shapes(
     model: Model, noise: Noise, data: Data, *, lines: bool, slow: bool, settled: int = 0
 ) -> Model:
-    """Copy of the model with optimized shapes of deterministic effects, at a given spectrum of the noise.
+    """Copy of the model with optimized shapes of its deterministic effects, for a given spectrum of the noise.
 
-    Shapes without a value are always searched. With `lines`, frequencies of lines are optimized, with `slow` the shapes
-    of slow functions, drifting lines and bursts. The last effect of the model, which a search just added, is always
-    optimized unless it is a slow function. The first `settled` effects keep their values.
+    Shapes without a value are always searched. With `lines`, the frequencies of lines are optimized; with `slow`, the
+    shapes of slow functions, drifting lines and bursts. The last effect of the model, which a search just added, is always
+    optimized unless it is a slow function. The first `settled` effects are unchanged if all their shapes have values.
     """
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) or not effect.free_shapes:
@@ -344,7 +344,8 @@ def _optimize_slow(
     """Copy of the model in which the shapes of the slow effect at index `place` are optimized, one after the other.
 
     Shapes are times and time constants. The amplitudes of the other deterministic effects are fitted for each value. A
-    shape keeps its value if logL rises by less than 1e-3.
+    shape keeps its value if logL rises by less than 1e-3. If its grid starts at 0, it becomes 0 unless this lowers logL by
+    more than 1e-3.
     """
     from scipy.optimize import minimize_scalar
 

@@ -119,9 +119,9 @@ def _summed(band: Band, frequency: float) -> NDArray[np.complex128]:
 
 
 def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> Array:
-    """Array of the ΔlogL of a burst between `start` and `end` (fractions of the record); 0 for inadmissible lengths.
+    """Array of the ΔlogL of a burst between `start` and `end` (fractions of the record); 0 if its length is not allowed.
 
-    `total` are the cumulative sums of `_summed`.
+    `total` are the cumulative sums of `_summed`. The length may be too short or too long.
     """
     k = band.series.size
     places = np.arange(k + 1) / k
@@ -184,8 +184,8 @@ def polish_burst(
 ) -> Deterministic:
     """Copy of the tone burst with the frequency and times that maximize logL for the residual `ordinates`, shape (n,).
 
-    Without start values, the strongest burst near the largest ordinate is searched. The effect itself is returned if
-    logL rises by less than 1e-3.
+    Without start and end, the strongest burst near its frequency is searched first. If the frequency has no value, that
+    of the largest ordinate is used. For a burst with values, the effect itself is returned if logL rises by less than 1e-3.
     """
     values, T = effect.values, data.duration
     f, start, end = values["frequency"], values["start"], values["end"]

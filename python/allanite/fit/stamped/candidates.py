@@ -63,7 +63,7 @@ class Candidate:
 
     @property
     def parameter_count(self) -> int:
-        """Number of fitted parameters."""
+        """Number of fitted parameters: one coefficient for each effect, and the exponent of the last effect if fitted."""
         return len(self.effects) + (self.exponents is not None)
 
 

@@ -205,10 +205,10 @@ class StampedSeries:
 
 
 def _factor_of_products(functions: Array) -> Array:
-    """Array: lower triangular L with L·Lᵀ = the scalar products of unit vectors (rows), shape (k, k).
+    """Array: lower triangular L, shape (k, k); L·Lᵀ holds the scalar products of the rows of `functions`, unit vectors.
 
-    Diagonal elements may be negative. A Cholesky factorization takes a tenth of the time of an orthogonalization, which
-    nearly dependent vectors need.
+    L is the Cholesky factor. If rows are nearly dependent, L is computed by a QR decomposition instead, which takes ten
+    times as long. Diagonal elements may then be negative.
     """
     with suppress(np.linalg.LinAlgError):
         lower = np.asarray(np.linalg.cholesky(functions @ functions.T), dtype=np.float64)

@@ -100,11 +100,11 @@ def _sampled_power_law(exponent: float, level: float, rate: float, n: int) -> St
 
 
 def integrated_noise(term: Term, rate: float, n: int) -> StampedNoise:
-    """`StampedNoise` of samples that are the integral of a spectral term, e.g. the phase (s) of a clock.
+    """`StampedNoise` of samples that are the integral of a spectral term over time, e.g. the phase (s) of a clock.
 
-    Each Gauss–Markov process keeps its density at frequencies far below the sampling rate. The parameters are those of
-    `sampled_noise`. Quantization and power laws with exponents above 0 up to 2 become noise of the phase itself. Raises
-    `InputError` for exponents below −2 and terms without a power law.
+    `rate` is the nominal sampling rate, Hz, and `n` the number of samples. The integral of a Gauss–Markov process keeps
+    its density at frequencies far below the sampling rate. Quantization, and power laws with exponents above 0 up to 2,
+    become noise of the phase itself. Raises `InputError` for exponents below −2 and terms without a power law.
     """
     process = _gauss_markov_of(term)
     if process is not None:
@@ -132,7 +132,7 @@ def _gauss_markov_of(term: Term) -> tuple[float, float] | None:
 
 
 def _power_law_of(term: Term) -> tuple[float, float]:
-    """Pair: exponent and level (as in `_sampled_power_law`) of a term with a power-law spectrum.
+    """Pair: exponent and level of a term with the spectrum level · (2 sin(πf/rate))^exponent per sample.
 
     Raises InputError for other terms.
     """
