@@ -121,10 +121,10 @@ def _analyze_part(tab: Tab, request: dict[str, Any]) -> None:
 
 
 def _time_range(tab: Tab, request: dict[str, Any]) -> Segment | None:
-    """Pair (start, end) of a request in s from the start of the whole log; None if one of the two is missing.
+    """Pair (start, end) of the time range in a request, in s from the start of the whole log; None without a start or end.
 
-    Its keys ``from`` and ``to`` count from the start of the analyzed part, to which the range is limited. Raises
-    `InputError` for an empty range.
+    The keys ``from`` and ``to`` of the request count from the start of the analyzed part. The range is limited to this
+    part. Raises `InputError` if nothing of it remains.
     """
     start, end = _number_of(request, "from"), _number_of(request, "to")
     if start is None or end is None:

@@ -38,10 +38,10 @@ class Sessions:
         self.lock = threading.Lock()
 
     def open(self) -> str:
-        """Key of a new tab that opens the first log.
+        """Key of a new tab that opens the first log, if there is one.
 
-        Before, tabs without a request in the last 900 s are deleted. If there are still over 32 tabs, the oldest are,
-        too.
+        Before, tabs without a request in the last 900 s are deleted. Then the oldest tabs are deleted until 32 or fewer
+        remain.
         """
         self.delete_silent_tabs()
         with self.lock:

@@ -280,9 +280,9 @@ def chip_units(unit: str) -> list[dict[str, str]]:
 
 
 def _excluded_text(work: Work) -> str:
-    """Text `` · from 2 h · 40 s excluded``: duration of the whole log, and of the excluded segments; empty without both.
+    """Text `` · from 2 h · 40 s excluded``: duration of the whole log, then total duration of the excluded segments.
 
-    The duration is left out if no part of the log was selected, the segments if there are none.
+    The first is left out if no part of the log was selected, the second if no segment is excluded. Both may be missing.
     """
     span, out = work.part
     said = "" if span is None else f" · from {duration_text(work.whole.duration)}"

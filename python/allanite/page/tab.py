@@ -302,10 +302,11 @@ class Tab(TabState):
         return True
 
     def _undo_or_redo(self, by: int, otherwise: str) -> None:
-        """Undo (`by` = −1) or redo (+1) one change of the model or, without one, the selection of a part of the log.
+        """Undo (`by` = −1) or redo (+1) one change of the model.
 
-        A running job is canceled, trial values are discarded, and a missing check is started. Raises `InputError` with
-        the message `otherwise` if there is nothing to undo or redo.
+        If there is no such change, the last selection of a part of the log is undone or redone instead. A running job
+        is canceled, trial values are discarded, and a missing check is started. Raises `InputError` with the message
+        `otherwise` if there is nothing to undo or redo.
         """
         with self.lock:
             if self.busy:

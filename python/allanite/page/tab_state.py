@@ -216,9 +216,10 @@ class TabState:
             self.set_steps(ColumnSteps((*steps, step), len(steps)), column)
 
     def _update_removed(self, column: int, before: Step | None, after: Step) -> None:
-        """Update the list ``work.removed[column]`` of effects that the user can restore.
+        """Update the list ``work.removed[column]`` of effects that were removed from the model, which the user can restore.
 
-        Effects of `before` whose kind is not in the model of `after` are appended. Kinds that this model has are deleted.
+        Effects of the step `before` whose kind is missing in the model of `after` are appended. Effects whose kind is
+        in that model are deleted from the list. If `before` is None, nothing is appended.
         """
         tray, there = self.work.removed[column], {e.kind for e in after.fit.model}
         gone = [] if before is None else [e for e in before.fit.model if e.kind not in there]

@@ -138,10 +138,10 @@ class Work:
         self.history[self.state_index] = replace(self.board, column=column)
 
     def set_steps(self, column: int, column_steps: ColumnSteps) -> None:
-        """Store new steps of a column as a new state, to which `undo_or_redo` can return.
+        """Store new steps of a column as a new state of the work, to which `undo_or_redo` can return.
 
         States that were undone before are dropped, and so is an undone selection of a part of the record. The first fit
-        of a column adds no state: it is written into all states.
+        of a column cannot be undone: it adds and drops no state, and is written into all states.
         """
         self.after = None
         if not self.board.columns[column].steps:

@@ -83,10 +83,10 @@ class ComponentStyle:
 
 
 def component_styles(fit: Fit) -> tuple[ComponentStyle, ...]:
-    """Tuple of `ComponentStyle`, one per noise process and then known function, in the order of ``fit.curve.components``.
+    """Tuple of `ComponentStyle` (color, dash, label), one per effect: first the noise processes, then the known functions.
 
-    An effect that was not detected is dashed and labeled with its limit. From the seventh effect on, colors repeat and
-    lines are dotted.
+    The order is that of ``fit.curve.components``. An effect that was not detected is dashed and labeled as a 95 %
+    limit. From the seventh effect on, colors repeat and lines are dotted.
     """
     placed = list(enumerate(fit.model))
     random = [(k, e) for k, e in placed if isinstance(e, Stochastic)]
@@ -543,7 +543,11 @@ def _merged_bins(count: Array) -> tuple[NDArray[np.int64], Array]:
 
 
 def _residual_panel(x: Axis, at: Array, z: Array, column: int, spans: Sequence[Span]) -> Panel:
-    """`Panel` of residuals below a curve: standard normal scores z at the positions `at`, with guide lines and `spans`."""
+    """`Panel` of residuals below a curve: standard normal scores `z` as points at the x values `at`.
+
+    It has guide lines at 0, ±2 and ±3.5 and the shaded ranges `spans` without texts. Scores that are not finite are
+    left out.
+    """
     marks: list[Mark] = [
         *(replace(span, text="") for span in spans),
         Rule(0.0, "y", "guide", "solid"),

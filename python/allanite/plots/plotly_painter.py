@@ -264,9 +264,9 @@ def _bars_trace(mark: Bars, look: Theme) -> dict[str, Any]:
 
 
 def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> dict[str, Any]:
-    """Dict: plotly annotation with the text of a shaded range, at its top and inside the axis.
+    """Dict: plotly annotation with the text of a shaded range, at the upper edge and inside the x axis.
 
-    It is one line lower for each such text that the panel already has.
+    If the panel already has such texts, it is placed below them.
     """
     axis = layout[f"xaxis{suffix}"]
     first, last = sorted(axis["range"])

@@ -262,10 +262,10 @@ def _suggestion_record(fit: Fit, place: int, s: Suggestion, unit: str | None) ->
 def _view_and_range(
     effect: Effect, frequency: Sequence[float] | None, time: Sequence[float] | None
 ) -> dict[str, Any]:
-    """Dict with the view (``samples`` or ``psd``) that shows a missing effect, and its range there as ``place``.
+    """Dict with the view that shows a missing effect best, ``samples`` or ``psd``, and with its range there as ``place``.
 
-    `frequency` (Hz) and `time` (s) are the ranges in which the effect acts. ``place`` is None for an effect that
-    follows a column.
+    `frequency` (Hz) and `time` (s) are the ranges in which the effect acts, or None. ``place`` is a range of frequency
+    for ``psd``, else of time. It is None for an effect that follows a logged column.
     """
     if effect.follows or effect.when or frequency is None:
         return {"view": "samples", "place": None if effect.follows else time}
@@ -286,7 +286,7 @@ def _values_text(fit: Fit, s: Suggestion, unit: str | None) -> str:
 
 
 def _line_range(fit: Fit, effect: Effect) -> tuple[float, float] | None:
-    """Pair of the lowest and highest frequency (Hz) that a spectral line has during the record; None for other effects."""
+    """Pair (lowest, highest) frequency in Hz that a spectral line has during the record; None if the effect is no line."""
     if not isinstance(effect, Deterministic):
         return None
     return effect.seen_between(*fit.data.span) or effect.occupies

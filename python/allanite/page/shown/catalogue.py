@@ -108,10 +108,11 @@ def _svg_pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
 
 
 def _variance_and_density(cls: type[Effect]) -> tuple[Array, Array]:
-    """Pair (Allan variance at `TAU`, density at `FREQUENCY`) of white noise of density 1 plus an example of an effect.
+    """Pair (Allan variance at the times `TAU`, density at `FREQUENCY`) of white noise of density 1 plus an example effect.
 
-    The effect is scaled so that its Allan variance is at most `ABOVE` times that of the white noise, and reaches this
-    ratio at one τ. Modifiers act on the white noise and are not scaled. For white noise itself, nothing is added.
+    The effect is scaled so that the largest ratio of its Allan variance to that of the white noise is 300. For an
+    effect that only changes other noise (`Modifier`), the changed white noise is returned. For white noise itself,
+    nothing is added.
     """
     if issubclass(cls, Stochastic) and cls.white:
         return 1.0 / TAU, np.ones(FREQUENCY.size)

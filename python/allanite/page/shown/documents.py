@@ -132,10 +132,10 @@ def compare_with(tab: Tab, source: Source) -> None:
 
 
 def sheet_rows(tab: Tab) -> dict[str, Any] | None:
-    """Dict (name of the sheet, rows, remarks) of the comparison of the current model with the data sheet.
+    """Dict (``name`` of the data sheet, ``rows``, ``remarks``): comparison of the current model with the data sheet.
 
-    A row is a dict of texts on one figure of the sheet. None without a sheet or step. The rows are empty if the sheet has
-    no figure for this kind of sensor.
+    A row is a dict of texts on one value of the data sheet. None if there is no data sheet or no step yet. The list of
+    rows is empty if the data sheet has no value for this kind of sensor.
     """
     if tab.sheet is None or not tab.column_steps.steps:
         return None

@@ -213,13 +213,17 @@ def _acceptance_results(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None
 
 
 def _axis_acceptance(name: str, found: Acceptance) -> dict[str, Any]:
-    """Dict of the acceptance test of one axis, as texts: name, verdict, one dict per figure of the sheet, and ``needs``.
+    """Dict of the acceptance test of one axis, as texts: name, verdict, ``figures`` and ``needs``.
 
-    ``needs`` is the duration of a record that would settle the verdict; empty if it is not known or not needed.
+    ``figures`` has one dict per value of the data sheet. ``needs`` is the record duration that would settle the
+    verdict; empty if it is not known or not needed.
     """
 
     def interval(f: FigureVerdict) -> str:
-        """Text of the 95 % interval of a figure with its unit, ``< …`` if it begins at 0; a dash if not finite."""
+        """Text of the 95 % interval of a measured value with its unit; ``< …`` if it begins at 0.
+
+        A dash if its upper end is not finite.
+        """
         unit = unit_text(f.unit)
         if not np.isfinite(f.high):
             return "–"

@@ -123,10 +123,10 @@ def _value_text(value: Mapping[str, Any]) -> str:
 
 
 def _displayed_values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]:
-    """Dict of the values that the comparison shows, as the dicts of `chips`: free parameters of all effects.
+    """Dict of the values of a fit that are shown when two steps are compared: coefficients and shapes of all effects.
 
-    A key is (name, number); values with the same name are numbered from 0. An effect without free parameters shows its
-    first value.
+    A key is a tuple (name, number); values with the same name are numbered from 0. The values are the dicts of `chips`.
+    An effect without coefficients and shapes shows its first value.
     """
     out: dict[tuple[str, int], dict[str, Any]] = {}
     for chip in chips(fit, unit):
