@@ -344,10 +344,10 @@ def _verdict_on_interval(low: float, high: float, limit: float) -> str:
 def _needed_length(
     duration: float, value: float | None, low: float, high: float, limit: float, power: float
 ) -> float | None:
-    """Length of a record, s, whose 95 % interval would probably exclude the limit; None above 30 days.
+    """Length of a record, s, whose 95 % interval would probably exclude the `limit`; None above 30 days.
 
-    `duration` (s) is that of the tested record, `value` is None if the effect was not detected. The result is at least
-    1.1 times the duration.
+    `duration`, s, is the length of the tested record. `value`, `low` and `high` are its result and 95 % interval; `value`
+    is None if the effect was not detected. The returned length is at least 1.1 times the duration.
 
     Notes
     -----
@@ -367,9 +367,10 @@ def _needed_length(
 
 
 def _too_close_remark(verdict: str, needs: float | None) -> str:
-    """Remark that even a record of 30 days would be too short, if `verdict` is undecided and `needs` None; else empty.
+    """Text that even a record of 30 days would be too short for a decision; "" in all other cases.
 
-    `needs` is the length of record, s, that would probably decide; None if that is more than 30 days.
+    The remark is returned if `verdict` is undecided and `needs` is None. `needs` is the record length, s, that would
+    probably decide; it is None above 30 days.
     """
     if verdict != UNDECIDED or needs is not None:
         return ""

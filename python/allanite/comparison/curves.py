@@ -62,7 +62,7 @@ class Drawn:
     __repr__ = brief
 
     def at(self, tau: float) -> float | None:
-        """Deviation at the averaging time τ (s), or None if the curve has no point within 1 % of τ."""
+        """Deviation at the point nearest to the averaging time τ, s; None if that point is 1 % or more away."""
         i = int(np.argmin(np.abs(self.tau - tau)))
         return float(self.deviation[i]) if abs(self.tau[i] / tau - 1) < 0.01 else None
 
@@ -75,7 +75,10 @@ class Drawn:
             return None
 
         def value(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-            """`values` interpolated at τ, shape (1,), linearly in logarithms; beyond an end its value; None for None."""
+            """Array of shape (1,): `values` at τ, interpolated linearly in ln(value) over ln(τ); None if `values` is None.
+
+            For a τ before the first or after the last point, the value of that point.
+            """
             if values is None:
                 return None
             logs = np.interp(np.log(tau), np.log(self.tau), np.log(np.maximum(values, 1e-300)))
@@ -197,9 +200,9 @@ def _comparison_tables(curves: Sequence[Drawn], first: int, others: Sequence[int
 
 
 def _in_figure_unit(curve: Drawn) -> Drawn:
-    """`Drawn`: curve converted to the unit in which figures show deviations of its kind of sensor.
+    """Copy of a curve (`Drawn`), converted to the unit in which figures show this kind of sensor.
 
-    Itself if it has that unit.
+    The same object if it has this unit already.
     """
     from allanite.effects.sheet_units import figure_unit
 
@@ -217,10 +220,10 @@ def _in_figure_unit(curve: Drawn) -> Drawn:
 
 
 def _ratio_text(one: Drawn | None, other: Drawn | None) -> str:
-    """Text ``1.23 (1.1 … 1.4)``: ratio of the first points of two curves, and its 95 % interval if any point has one.
+    """Text ``1.23 (1.1 … 1.4)``: ratio of the first deviations of two curves, with its 95 % interval.
 
-    A dash if a curve is None or the deviation of `other` is 0. The interval adds the variances of the logarithms of the
-    two deviations, taken as independent.
+    Without the interval if neither curve has one, or if it is infinite. A dash if a curve is None or the deviation of
+    `other` is 0. The two deviations are taken as independent, with errors that add in the logarithm.
     """
     if one is None or other is None or not other.deviation[0] > 0.0:
         return "–"
@@ -236,9 +239,9 @@ def _ratio_text(one: Drawn | None, other: Drawn | None) -> str:
 
 
 def _log_half_interval(point: Drawn, end: str) -> float:
-    """Absolute difference of logarithms between the first deviation and the `end` (``"low"``, ``"high"``) of its interval.
+    """Distance from the first deviation of a curve to one end of its interval, as the absolute difference of logarithms.
 
-    0 without an interval.
+    `end` is ``"low"`` or ``"high"``. 0 if the curve has no interval.
     """
     values = getattr(point, end)
     return 0.0 if values is None else abs(float(np.log(values[0] / point.deviation[0])))
@@ -249,7 +252,7 @@ def compare(
     rate: float | None = None,
     unit: str | None = None,
 ) -> Curves:
-    """`Curves`: overlapping Allan deviations of logs and Allan deviations of models, one curve for each item.
+    """`Curves`: one Allan deviation curve for each item, of a measured log or of a model.
 
     Parameters
     ----------

@@ -180,12 +180,12 @@ def with_figures(model: Model, sheet: DataSheet) -> Model:
 
 
 def allan_minimum(fit: Fit) -> Estimate:
-    """`Estimate` of the minimum of the Allan deviation over τ with its 95 % interval, in the unit of the recording.
+    """`Estimate` of the minimum of the Allan deviation over τ, in the unit of the recording, with its 95 % interval.
 
-    The value is the measured point at which the fitted model is lowest, among points with at least `EDF_OF_MINIMUM`
-    degrees of freedom. The upper end is that of this point; the minimum cannot be larger. The lower end is the minimum of
-    the detected effects, each with the lower end of its interval. If no slow noise was detected, the curve still
-    decreases at the end of the record. The lower end is then 0, and the minimum counts as not detected.
+    The value is measured at the τ where the fitted model is lowest. Only τ with at least 40 degrees of freedom count; if
+    no τ has 40, those with the most count. The high end is the upper limit of the measured point. The low end is the
+    minimum of the fitted model at the lower ends of its intervals. It is 0 if no slow noise was detected. The curve then
+    still falls at the end of the record, and the minimum is not detected.
 
     Parameters
     ----------
@@ -213,9 +213,10 @@ def allan_minimum(fit: Fit) -> Estimate:
 
 
 def _lowest_deviation(fit: Fit) -> float:
-    """Minimum of the Allan deviation of the detected random effects, with coefficients at their positive lower limits.
+    """Minimum over τ of the Allan deviation of the detected random effects, with coefficients at their lower limits.
 
-    τ reaches 1000 lengths of the record. 0 if there is no such effect, or if the deviation still falls at the end.
+    τ goes up to 1000 times the length of the record. 0 if no effect has a positive lower limit, or if the deviation
+    still falls at the longest τ.
     """
     effects = []
     for effect, estimates in zip(fit.model, fit.estimates, strict=True):

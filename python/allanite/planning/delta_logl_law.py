@@ -100,9 +100,9 @@ class DeltaLoglLaw:
         return weights, gain, unit
 
     def exceedance_probability(self, x: float) -> float:
-        """Probability that ΔlogL exceeds `x` (nats), from a gamma distribution with this mean and spread.
+        """Probability that ΔlogL exceeds `x` nats, from a gamma distribution with the `mean` and `spread` of this law.
 
-        The distribution is exact for an absent effect (½χ²) and nearly normal for a strong effect.
+        The gamma distribution is exact for an absent effect (half of a χ²) and nearly normal for a strong effect.
         """
         from scipy.special import gammaincc
 

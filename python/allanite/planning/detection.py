@@ -292,20 +292,21 @@ class Detection:
 
     @property
     def probability(self) -> float:
-        """Probability that `check` finds the effect: the smaller of two probabilities.
+        """Probability that `check` finds the effect, 0 … 1.
 
-        These are that the tested ΔlogL exceeds its limit `needed`, and that ΔlogL exceeds its limit `paying`. Both ΔlogL
-        rise and fall together, so that the smaller probability is that of both.
+        `check` finds the effect if ΔlogL is significant (above `needed`) and pays for its parameters (above `paying`).
+        The two values rise and fall together, so the smaller of the two probabilities is that of both conditions.
         """
         significant = self.tested.exceedance_probability(self.needed)
         return min(significant, self.law.exceedance_probability(max(self.paying, 0.0)))
 
 
 def predicted_detection(base: Model, effect: Effect, data: Data, grid: Data) -> Detection:
-    """`Detection`: predicted distribution of ΔlogL when `effect` is added to the model `base`, and the significant ΔlogL.
+    """`Detection`: predicted distribution of ΔlogL if `effect` is added to `base`, with the limits it must exceed.
 
-    `base` is fitted to the expected power with the effect. A slow known function is tested against the best random
-    process, and the cost of the parameters is computed, as in `check`.
+    Nothing is simulated: `base` is fitted to the expected power of `base` plus `effect`. For a level change, it is
+    fitted to the expected power of `base` alone. As in `check`, a slow function of time is compared with the best random
+    process. `grid` is a `Data` on which functions of time are computed.
     """
     noise = _expected.random_part(base)
     if isinstance(effect, Modifier) and effect.passing:
@@ -354,9 +355,10 @@ def _expected_cost(
 def _delta_logl_law(
     base: Model, null: Solution, effect: Effect, true: Array, data: Data, grid: Data
 ) -> DeltaLoglLaw:
-    """Distribution of ΔlogL of an effect relative to the model `base`.
+    """Predicted distribution (`DeltaLoglLaw`) of ΔlogL if `effect` is added to the model `base`.
 
-    `null` is the fit of the random part of `base` to the expected record; `true` is the true power of each bin.
+    `null` is the random part of `base`, fitted to the expected power of a record that contains the effect. `true` is the
+    noise power in each bin of this record. `grid` is a `Data` on which functions of time are computed.
     """
     added = sum(
         p.role not in {"derived", "choice"} and p.unit != "text" and p.name not in effect.held

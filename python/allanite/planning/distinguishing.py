@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
 
 def alternative_model(base: Model, names: tuple[str, str]) -> Model:
-    """`Model`: copy of `base` in which the other one of two named effects replaces the one that `base` has.
+    """Copy of the model `base` in which one of two named effects is replaced by the other one.
 
-    The other effect has no values and comes last.
+    `base` must contain exactly one of the two. The other effect has no values and is the last effect of the copy.
 
     Parameters
     ----------

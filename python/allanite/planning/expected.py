@@ -132,7 +132,10 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
 
 
 def signal_power(effect: Deterministic, data: Data, grid: Data) -> Array:
-    """Sum of squared ordinates of a known function of time in each bin, shape (bins,)."""
+    """Array of the power of a known function of time in each bin (sum of its squared cosine transform), shape (bins,).
+
+    `grid` is a `Data` with coarser sampling, on which slow functions are computed.
+    """
     j = ordinates_of(effect, data, grid)
     return _bin_sums(signal_ordinates(effect, j, data, grid) ** 2, j, data)
 
@@ -140,10 +143,11 @@ def signal_power(effect: Deterministic, data: Data, grid: Data) -> Array:
 def whitened_signal_power(
     effect: Deterministic, directions: Array, null: Solution, data: Data, grid: Data
 ) -> Array:
-    """Sum over each bin of the squared ordinates of a known function, divided by the power of `null`, shape (bins,).
+    """Array, shape (bins,): sum over each bin of the power of a known function of time, relative to the noise of `null`.
 
-    From a slow function, its projection on the columns of `directions` is subtracted first. These are the known functions
-    that the model without the effect has already (`known_directions`).
+    From a slow function, the part that the known functions of the model can fit is subtracted first. `directions` is the
+    orthonormal basis of these functions (`known_directions`). `grid` is a `Data` on which functions of time are
+    computed.
     """
     j = ordinates_of(effect, data, grid)
     values = signal_ordinates(effect, j, data, grid) / np.sqrt(null.spectrum[_bin_of(j, data)])
@@ -153,14 +157,14 @@ def whitened_signal_power(
 
 
 def _bin_sums(values: Array, j: NDArray[np.int64], data: Data) -> Array:
-    """Sums of `values` (given at the ordinates j) over each bin, shape (bins,)."""
+    """Array of the sums of `values` in each bin, shape (bins,). `values[i]` belongs to the frequency with index `j[i]`."""
     total = np.zeros(data.bins.count.size)
     np.add.at(total, _bin_of(j, data), values)
     return total
 
 
 def best_fit(model: Model, power: Array, data: Data) -> Solution:
-    """`Solution`: fit of a model to expected bin powers; its shape parameters start from the values in the model."""
+    """`Solution`: fit of a model to expected bin powers. The fit starts from the shape values of the model."""
     count = data.bins.count
 
     part = RandomPart(data, power, count, is_expected=True)
@@ -181,10 +185,10 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
 
 
 def known_directions(model: Model, null: Solution, data: Data, grid: Data) -> Array:
-    """Orthonormal basis, shape (ordinates, directions), of the slow known functions of time of a model.
+    """Orthonormal basis, shape (ordinates, directions), of all changes that the slow known functions of a model can fit.
 
-    It spans the ordinates, over the root of the power of `null`, of the functions and of their changes with their shape
-    parameters. Functions with held parameters are left out. Shape (0, 0) without any.
+    Each function gives its cosine transform and the changes of this transform with its shape parameters. All are divided
+    by the root of the power of `null`. Functions with held parameters are omitted. Shape (0, 0) without slow functions.
     """
     low = [e for e in model if isinstance(e, Deterministic) and e.low and not e.held]
     if not low:
@@ -209,7 +213,10 @@ def known_directions(model: Model, null: Solution, data: Data, grid: Data) -> Ar
 
 
 def absorbed_ordinates(directions: Array, data: Data) -> Array:
-    """Number of degrees of freedom that the `directions` (`known_directions`) remove from each bin, shape (bins,)."""
+    """Array of the number of degrees of freedom that fitted slow functions of time remove from each bin, shape (bins,).
+
+    `directions` is the orthonormal basis of these functions, shape (ordinates, functions), see `known_directions`.
+    """
     j = np.arange(1, len(directions) + 1)
     return _bin_sums((directions**2).sum(axis=1), j, data)
 

@@ -123,7 +123,10 @@ def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[s
 def _groups_sharing_ordinates(
     model: Model, names: list[str]
 ) -> Iterator[list[tuple[str, Deterministic]]]:
-    """Yields lists of (label, effect) of known functions that share ordinates: each line alone, then all slow functions."""
+    """Iterator over lists of (name, effect): the known functions of time, grouped by the frequencies that they occupy.
+
+    Each function that is not slow (such as a line) is a list of its own. All slow functions together are the last list.
+    """
     known = [(n, e) for n, e in zip(names, model, strict=True) if isinstance(e, Deterministic)]
     for one in known:
         if not one[1].low:

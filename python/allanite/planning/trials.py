@@ -64,9 +64,10 @@ def family_of(
 
 
 def _arc_lengths(kinds: Sequence[Deterministic], null: Solution, grid: Data) -> tuple[float, ...]:
-    """Tuple with one angle, rad, per function: how far its direction turns as its shape varies over its search grid.
+    """Tuple of angles, rad, one for each known function: how far its direction turns over its grid of shape values.
 
-    The direction is the unit vector of the function's ordinates, divided by the root of the power of `null`.
+    The direction is the unit vector of the function's cosine transform, divided by the root of the noise power of
+    `null`. The angle between successive shapes is added up. It measures the number of independent trials.
     """
     out = []
     for blank in kinds:

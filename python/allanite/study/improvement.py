@@ -153,7 +153,7 @@ def improve_columns(
 
 
 def with_given_designs(model: Model) -> Model:
-    """Copy of a model in which filters hold their type and order if these have a value."""
+    """Copy of a model in which the type and order of each filter, if given by the user, are fixed during the search."""
 
     def held(effect: Effect) -> Effect:
         """Copy of a filter whose choices (type, order) with a value are held; other effects are returned unchanged."""

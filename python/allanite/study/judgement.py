@@ -117,7 +117,10 @@ def allan_error_within_scatter(fit: Fit) -> bool:
 
 
 def delta_logl(before: Fit, after: Fit) -> float:
-    """LogL of `after` minus that of `before`, nats; 0 if the numbers of missing samples differ (not comparable)."""
+    """LogL of `after` minus logL of `before`, nats.
+
+    0 if the two fits exclude different numbers of samples, so that their logL cannot be compared.
+    """
     counts = [0 if f.data.missing is None else int(f.data.missing.sum()) for f in (before, after)]
     if counts[0] != counts[1]:
         return 0.0
@@ -125,9 +128,9 @@ def delta_logl(before: Fit, after: Fit) -> float:
 
 
 def changed_bins(before: Fit, after: Fit) -> NDArray[np.bool_]:
-    """Mask of the bins whose expected power differs between two fits by more than its scatter.
+    """Boolean mask of the bins in which the expected power of two fits differs by more than the scatter of the bin.
 
-    All True if the bins differ.
+    All True if the fits have different numbers of bins.
     """
     old, new = before.solution.spectrum, after.solution.spectrum
     if old.size != new.size:
@@ -137,9 +140,9 @@ def changed_bins(before: Fit, after: Fit) -> NDArray[np.bool_]:
 
 
 def is_doubtful_event(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
-    """True if the suggestion is a one-time event with p > 1e-4 that raises the Allan error above its scatter.
+    """True if the suggestion is a one-time event that probably belongs to another effect.
 
-    Such an event is probably part of another effect.
+    Its p-value is then above 1e-4, and with the event the error of the Allan deviation rises and exceeds its scatter.
     """
     return (
         suggestion.effect_happens_once

@@ -236,12 +236,12 @@ class Study:
 
     @property
     def reason(self) -> str:
-        """Text that names why the search ended: `stopped_because`; the `verdict` if `stopped_because` is "adequate"."""
+        """Text why the search ended: `stopped_because`, but the `verdict` if `stopped_because` is "adequate"."""
         return self.verdict if self.stopped_because == "adequate" else self.stopped_because
 
     @property
     def _is_good_enough(self) -> bool:
-        """True if the search ended because the last model suffices."""
+        """True if the search ended because the last model is adequate, or its discrepancy is within the tolerance."""
         return self.stopped_because in {"adequate", "within tolerance"}
 
     @property
@@ -365,10 +365,10 @@ class Study:
 
     @cached_property
     def ending(self) -> str:
-        """Clause that states why the search ended.
+        """Phrase that states why the search ended, for example ``no further effect helps``. Cached.
 
-        It lists the significant suggestions that were refused if nothing helped, and the number of steps if a limit or
-        the user ended the search. Cached.
+        If nothing helped, the phrase lists the significant suggestions that were refused. If a limit or the user ended
+        the search, the phrase gives the number of steps. If the search ended with an adequate model, it is the verdict.
         """
         if self.stopped_because == "within tolerance":
             return f"within {self.tolerance:g} % (discrepancy {number(self.fit.discrepancy.percent, 2)} %)"

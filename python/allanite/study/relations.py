@@ -60,11 +60,13 @@ def line_distance(one: Effect, other: Effect) -> float:
 
 
 def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> bool:
-    """True if an effect lies mostly between the two times of `when`, s; False for effects without times.
+    """True if most of an effect lies between the two times `when`, s. False for effects without times.
 
-    "Mostly" is at least half of the single outliers or of the excluded segment. It is 90 % of the energy of a function of
-    time or of the gain of a noise level, relative to the mean elsewhere. For a change of level of one band it is half of
-    the interval, or half of the time outside of the interval.
+    * Outliers: at least half of the single samples.
+    * A function of time, or a noise level over time: at least 90 % of its squared deviation from the mean at other
+      times.
+    * An excluded segment: at least half of it.
+    * A change of level of one band: at least half of its interval, or of the rest of the record.
     """
     first, last = when
     if isinstance(effect, Modifier) and effect.moments:

@@ -38,14 +38,18 @@ class State:
 
     @classmethod
     def of(cls, fit: Fit, given: int | None = None) -> State:
-        """`State` of a fit whose first `given` effects are the user's; by default all effects."""
+        """`State` of a fit, in which the first `given` effects count as the user's and all others as added by the search.
+
+        By default, all effects of the fit are the user's.
+        """
         kinds = tuple(effect.kind for effect in fit.model)
         return cls(fit, tuple(range(len(kinds))), kinds[:given], len(kinds))
 
     def after(self, fit: Fit, removed: Collection[int] = ()) -> State:
-        """`State` of a later fit, whose model lacks the effects at the indices `removed` and has new effects at its end.
+        """`State` of a later fit of the same search.
 
-        A new effect that may occur only once, of a kind of the user's model, counts as the user's.
+        Its model keeps the effects in order, without those at the indices `removed`, followed by new effects. If a new
+        effect may occur only once and the user's model had this kind, it counts as the user's.
         """
         numbers = [n for place, n in enumerate(self.numbers) if place not in removed]
         used = self.used
@@ -78,7 +82,10 @@ class State:
 
 
 def state_of(ladder: Sequence[Rung]) -> State:
-    """`State` at the end of the steps `ladder`; effects of steps made by hand are recognized by kind and frequency."""
+    """`State` after the last of the steps `ladder`.
+
+    In steps made by hand, effects are matched by kind and nearest frequency.
+    """
     state = State.of(ladder[0].fit)
     for rung in ladder[1:]:
         if rung.numbers:

@@ -96,10 +96,10 @@ def _band_elsewhere(ladder: Sequence[Rung], before: State, check: Check) -> Foun
 
 
 def _candidates(check: Check) -> list[Suggestion]:
-    """List of the suggestions to try, best first; empty without significant suggestions.
+    """List of the suggestions to try in the next step, best first; empty if no suggestion is significant.
 
-    Suggestions with a score 3 nats above the first significant one that explain the same misfit precede the significant
-    ones. The p-value shows that an effect is missing; the scores tell which.
+    The significant suggestions come last. Before them come other suggestions that explain the same misfit as the first
+    significant one, if their score is more than 3 nats higher.
     """
     significant = list(check.significant)
     if not significant:
@@ -144,11 +144,16 @@ def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
 
 
 def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
-    """`Rung`: the step with the largest expected gain that drops, replaces, splits or merges effects; or None.
+    """Step (`Rung`) that drops, replaces, splits or merges effects of the last model; None if no such step helps.
 
-    A merge (`with_nameless_shape`) comes first. Any other change must gain 0.5 nats of score, or 3 nats of evidence.
-    New effects that are not detected are removed again, and no error may rise beyond its scatter. No model of the
-    search may lead the result by more than 3 nats.
+    A merge of several effects into one free shape comes first (`with_nameless_shape`). Other changes are tried in order
+    of their expected gain, down to 0.5 nats. The first change is taken that meets these conditions:
+
+    * The score rises by more than 0.5 nats, or the log evidence by more than 3 nats.
+    * No error rises beyond its scatter, and the times of all new events are known.
+    * No model of the search with the same excluded samples and level changes has a log evidence over 3 nats higher.
+
+    New effects that are not detected are removed before this comparison.
     """
     before = state_of(ladder)
     shape = with_nameless_shape(ladder, before)
@@ -204,18 +209,18 @@ def _without_undetected(before: State, after: State) -> State | None:
 def further_steps(
     ladder: Sequence[Rung], check: Check, added: Sequence[Suggestion]
 ) -> Iterator[Rung]:
-    """Iterator over further steps (`Rung`) that add more suggestions of the same check, without a new check.
+    """Iterator over further steps (`Rung`), each of which adds one more suggestion of the same check.
 
-    `added` are the suggestions of the last step. A suggestion is skipped
+    `added` are the suggestions that the last step added. A suggestion is skipped
 
-    * if less than 90 % of its ΔlogL in the check remains beside the effects added before,
-    * if it would remove an effect of the user's model,
-    * if it explains the same misfit as one of those `added`, or as one with a higher score,
-    * if it ranks above the first of `added`: it was refused,
-    * if an addition changed the spectrum, and it is an exclusion, a change of level, or an event with p > 1e-4.
+    * if it comes before the first of `added` in the order of trial: it was refused already,
+    * if it explains the same misfit as an added suggestion, or as one with a higher score,
+    * if the model fitted last already explains it,
+    * if adding it removes an effect of the initial model,
+    * if less than 90 % of its ΔlogL remains (not for exclusions and changes of level),
+    * if the spectrum has changed since the check, and it is an exclusion, a change of level, or an event with p > 1e-4.
 
-    The first condition does not apply to exclusions and changes of level. The steps end after one that removes effects or
-    excludes a segment, in which others may have been found.
+    The iterator ends after a step that removes effects or excludes a segment.
     """
     ladder, added, candidates = list(ladder), list(added), _candidates(check)
     unchanged = leaves_others_unchanged(check.fit, ladder[-1])
@@ -267,10 +272,13 @@ def _step_with(
     check: Check,
     alone: bool = False,
 ) -> Found | None:
-    """Pair (`Rung`, suggestions): the step that adds `suggestion`, and all suggestions that it adds; or None.
+    """Pair (`Rung`, suggestions): step that adds `suggestion`, and all suggestions that it adds; None if it does not help.
 
-    None if the step does not help or leaves too few samples. None as well if the time of an event is hardly known, or if
-    an event with p > 1e-4 raises the Allan error. With `alone`, None as well if a second effect is needed.
+    None as well in these cases:
+
+    * An exclusion leaves too few samples, or the time of a new event is not known.
+    * The suggestion is an event with p > 1e-4, and it makes the Allan error rise above its scatter.
+    * `alone` is True, and a second effect is needed.
     """
     try:
         found = _merged_or_added(before, suggestion, check, alone)
@@ -294,7 +302,7 @@ def _step_with(
 def _merged_or_added(
     before: State, suggestion: Suggestion, check: Check, alone: bool
 ) -> tuple[State, float, tuple[Suggestion, ...]] | None:
-    """Tuple (`State`, ΔlogL, suggestions) after `suggestion` is added, alone or with a second effect; or None.
+    """Tuple (`State`, ΔlogL, suggestions) after `suggestion` is added, with a second effect if needed; or None.
 
     The suggestions are those added, the one to name first. A line near other lines is merged with them into a wandering
     band if possible; then nothing else is tested. Changes of level are added whatever the errors are. Errors are the

@@ -22,12 +22,13 @@ if TYPE_CHECKING:
 
 
 def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
-    """Tuple of the steps (`Rung`) that users read: they add the effects of the last model in turn to the first model.
+    """Tuple of the steps (`Rung`) that users see: from the first model to the last, with effects added in a readable order.
 
-    A search that never dropped an added effect, and never raised an error beyond its scatter, is returned unchanged.
-    Otherwise each step adds the effect that raises logL most and does not raise the Allan error, or else raises no
-    error beyond its scatter. If there is none, all remaining effects are added at once. Samples are excluded first. Then an
-    initial effect that the last model lacks is dropped as soon as the evidence is not lower without it.
+    A direct search, without dropped effects and without rising errors, is returned unchanged. Otherwise the steps are
+    made anew. Exclusions come first. Then each step adds the effect that raises logL most, among those that do not raise
+    the Allan error. If all raise it, each step adds the effect that raises logL most and lets no error rise beyond its
+    scatter. Without such an effect, all remaining effects are added at once. Initial effects that the last model lacks
+    are dropped as soon as the evidence is not lower without them.
     """
     if _is_direct(ladder):
         return tuple(ladder)

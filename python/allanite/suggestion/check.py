@@ -63,9 +63,9 @@ class Check:
 
     @property
     def adequate(self) -> bool:
-        """True if the fit is adequate, no view (by τ, frequency or time) fails, and no effect is significantly missing.
+        """True if `fit.adequate` is True, the model fails at no τ, frequency or time, and no significant effect is missing.
 
-        The probability that an adequate model fails is at most 1 % in all.
+        For a correct model, the probability of False is at most 1 % over all these tests together.
         """
         return self.fit.adequate and not self.where.fails and not self.significant
 
@@ -91,10 +91,10 @@ class Check:
 
     @cached_property
     def unexplained_shape(self) -> UnexplainedShape | None:
-        """`UnexplainedShape`: a smooth part of the spectrum that the model and the catalog lack; or None. Cached.
+        """`UnexplainedShape`: a smooth hump or dip of the spectrum that no effect of the catalog explains; or None. Cached.
 
-        None if the model is adequate or has such a shape, or if a suggestion is significant. None as well if the shape
-        gains less logL than the BIC cost of its parameters.
+        None if the model is adequate, if a suggestion is significant, or if the model already has such a shape. None as
+        well if the shape raises logL by less than the BIC cost of its parameters.
         """
         return None if self.adequate or self.significant else unexplained_shape(self.fit)
 
@@ -203,9 +203,10 @@ class Check:
 
 
 def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
-    """List of the lines of a suggestion in the printed check: explanation, evidence, alternatives, confirmation.
+    """List of the lines of one suggestion in the printed check: explanation, evidence, alternatives, how to confirm it.
 
-    Alternatives are omitted if there are none. Only for a significant suggestion the lines state the misfit it removes.
+    The line of alternatives is omitted if there are none. The evidence of a significant suggestion includes the
+    percentage of the unexplained misfit that it removes. `rank` is the printed number of the suggestion.
     """
     costly = s.p_value < FALSE_ALARM_PROBABILITY
     mark = " (its parameters cost more than it explains)" if costly else " (not significant)"

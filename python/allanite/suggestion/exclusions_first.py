@@ -37,9 +37,10 @@ if TYPE_CHECKING:
 
 
 def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if the suggestion excludes samples (a disturbance or outliers) and must be added before all others in `found`.
+    """True if the suggestion `one` excludes samples and must be added before all other suggestions in `found`.
 
-    No other significant suggestion may explain these samples.
+    The conditions are those of `_disturbance_goes_first` for a segment, and of `_outliers_go_first` for outliers. False
+    if `one` excludes no samples.
     """
     if excludes_segment(one.effect):
         return _disturbance_goes_first(one, found, fit)
@@ -62,13 +63,22 @@ def _disturbance_goes_first(out: Suggestion, found: list[Suggestion], fit: Fit) 
     first, last = ((t - data.start) / data.duration for t in effect.when)
 
     def remaining_delta_logl(one: Fit) -> float:
-        """ΔlogL of separate noise levels of each octave in the segment, for samples whitened by the model of `one`."""
+        """ΔlogL, nats, of another noise level in the segment than outside, with the model of the fit `one`.
+
+        The samples are whitened by the model of the fit `one`. Each octave of frequency has its own level in the
+        segment.
+        """
         return delta_logl_of_separate_levels(whiten(one.solution, one.data), first, last)
 
     risen = remaining_delta_logl(fit)
 
     def explains(one: Suggestion) -> bool:
-        """True if too little evidence of the disturbance remains under the model of `one`."""
+        """True if the model of the suggestion `one` explains the loud segment.
+
+        Little difference of noise level then remains in the segment. The remaining ΔlogL (`remaining_delta_logl`) must
+        be below 14 nats, or below 10 % of the value without the suggestion. The 10 % are 50 % if `one` excludes
+        scattered outliers.
+        """
         share = MAIN_SHARE if _is_scattered(one.effect, data) else MAX_EXPLAINED_REMAINDER
         # Stationary noise of any spectrum is equally loud at all times, up to a few nats by chance.
         return remaining_delta_logl(one.found) < max(share * risen, MIN_DISTURBANCE_DELTA_LOGL)
@@ -85,11 +95,15 @@ def _is_scattered(effect: Effect, data: Data) -> bool:
 
 
 def _outliers_go_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if the suggestion `out` excludes outliers and must be added before all others in `found`.
+    """True if the suggestion `out` excludes outliers and must be added before all other suggestions in `found`.
 
-    Outliers go first if their score is ten times that of any other significant suggestion (`is_far_ahead`). Otherwise
-    they must all lie at the ends of the record, lie in a few clusters, or cause the evidence of the best process or
-    filter. Then no other significant effect that acts at certain times may explain 90 % of their power.
+    Outliers go first if their score is far above that of every other significant suggestion (`is_far_ahead`). Otherwise
+    two conditions must hold:
+
+    * The outliers lie only at the ends of the record, or in a few clusters, or explain the best process or filter.
+    * No other significant suggestion with an effect at certain times removes more than 90 % of the outliers' power.
+
+    False if `out` excludes no samples.
     """
     # A settling that begins high above the noise, or a loud segment, makes the first samples stand out. A tap looks like
     # a resonance, and lost samples look like a fast Gauss–Markov process.
@@ -104,9 +118,10 @@ def _outliers_go_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bo
         return False
 
     def power(one: Fit) -> float:
-        """Power of the outliers with the model of a fit: sum of squares of the whitened samples.
+        """Sum of squares of the outliers after whitening by the model of the fit `one`.
 
-        If all lie at the ends of the record, which are not whitened: sum of squares of their `end_outlier_scores`.
+        If all outliers lie at the ends of the record, which are not whitened, the sum of squares of their
+        `end_outlier_scores`.
         """
         if ends:
             return float(np.sum(end_outlier_scores(one.solution, one.data) ** 2))
@@ -201,7 +216,7 @@ def changes_level(effect: Effect) -> bool:
 
 
 def excludes_or_changes_level(effect: Effect) -> bool:
-    """True if the effect excludes samples or changes a noise level over time, and so leaves the mean spectrum as it is."""
+    """True if the effect excludes samples or changes a noise level over time."""
     return excludes_samples(effect) or changes_level(effect)
 
 

@@ -56,11 +56,12 @@ def in_order(
     alone = [s for s in levels if not explained_by_process(s, judged, fit)]
 
     def key(one: Suggestion) -> tuple[bool, int, float]:
-        """Sort key (significant, class, score) of a suggestion; the highest comes first.
+        """Sort key (significant, class, score) of a suggestion; the highest key comes first.
 
-        Class 4: disturbances that go first, whose loudest samples would be outliers. 3: outliers that go first. 2: changes
-        of level in an overdispersed spectrum. 0: other exclusions and changes of level, except changes of the level of
-        all frequencies that are far ahead. 1: all others.
+        The class is 4 for an excluded segment that goes first and 3 for outliers that go first (`goes_first`). It is 2
+        for a change of level if the spectrum is overdispersed. It is 0 for all other exclusions and changes of level,
+        and 1 for all other suggestions. A change of the level of all frequencies also has 1 if its score is far above
+        all others.
         """
         if one in first:
             place = 3 + excludes_segment(one.effect)

@@ -160,7 +160,7 @@ class Suggestion:
 
     @cached_property
     def estimates(self) -> dict[str, Any]:
-        """Dict from JSON name to the value of the effect: an `Estimate` (with error and interval), or a plain value."""
+        """Dict of the parameters of the suggested effect: JSON name → `Estimate` (value and error) or a plain value."""
         return self.found.estimates_of_last
 
     @cached_property
@@ -194,7 +194,7 @@ class Suggestion:
 
     @property
     def removes_text(self) -> str:
-        """Clause ``removes 90 % of the unexplained misfit``."""
+        """Text such as ``removes 90 % of the unexplained misfit``, with the percentage of this suggestion."""
         return f"removes {number(self.removes_percent, 2)} % of the unexplained misfit"
 
     @property
@@ -214,11 +214,11 @@ class Suggestion:
 
     @property
     def p_value(self) -> float:
-        """Corrected p-value, at least 1e-300."""
+        """P-value corrected for the number of trials, at least 1e-300."""
         return float(10.0 ** max(self.log10_p, -300.0))
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON record (dict) of the suggestion."""
+        """JSON record (dict) of the suggestion: kind, parameters, significance, evidence, explanation and alternatives."""
         parameters = {}
         for name, value in self.estimates.items():
             parameters[name] = parameter_dict(value)
@@ -378,10 +378,10 @@ def _look_with_all_screens(fit: Fit, whitened: Whitened, progress: Callable[[], 
 
 
 def suggestions_elsewhere(refused: Suggestion) -> Iterator[Suggestion]:
-    """Iterator over significant suggestions of the kind of a refused band, at frequencies that this band does not occupy.
+    """Iterator over significant suggestions of the same kind as a refused band, at other frequencies.
 
-    Each p-value is that of a single test times the number of trials of the refused band. Empty if the refused effect
-    replaces others or is no band found in the spectrum.
+    Their p-values use the same number of trials as the refused band. Empty if the refused effect replaces other effects,
+    or is no band that was found in the spectrum.
     """
     # A check suggests only the best band of a kind. Its trials are the most, since trials rise with ΔlogL.
     fit, effect = refused.before, refused.effect
@@ -485,10 +485,12 @@ def _suggestion(
 
 
 def _with_shares(fit: Fit, judged: list[Suggestion]) -> list[Suggestion]:
-    """List of copies of the suggestions in which `removes_percent` is filled: the part of the misfit of `fit` removed.
+    """List of copies of the suggestions with `removes_percent` set.
 
-    An effect removes its ΔlogL. An exclusion, a change of level or a moving band removes the fall of the misfit of the
-    spectrum. 100 % is the largest of the misfit of `fit` and, for each other suggestion, its ΔlogL plus the misfit left.
+    The percentage is the part of the unexplained misfit of `fit` that the suggestion removes. An exclusion, a change of
+    level or a moving band removes the amount by which the misfit of the spectrum falls. Other suggestions remove their
+    ΔlogL. 100 % is the misfit of `fit`, or more: the largest sum of a removed ΔlogL and the misfit that remains after
+    it.
     """
     # The bins of `fit.unexplained_misfit` do not resolve a line. A study counts its first step in this way, too.
     removed: list[float] = []

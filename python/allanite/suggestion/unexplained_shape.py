@@ -40,7 +40,7 @@ class UnexplainedShape:
 
     @property
     def effect(self) -> Effect:
-        """Effect without a physical name that has the shape; it can be added to the model."""
+        """Effect that has this shape of the spectrum, without a physical name. It can be added to the model."""
         return self.fit.model.effects[-1]
 
     def __str__(self) -> str:

@@ -28,10 +28,13 @@ if TYPE_CHECKING:
 
 
 def without_needless(before: State, after: State, needed: Collection[str]) -> State | None:
-    """`State` without the effects that the last addition makes needless; None if all stay.
+    """`State` without the effects that the last addition makes needless; None if no effect is removed.
 
-    All stay if an error rises beyond its scatter without them. All stay as well if one of them is detected and the
-    Allan error rises above its expected scatter. Kinds in `needed` stay.
+    No effect is removed
+
+    * if no effect is needless (kinds in `needed` never are),
+    * if an error would rise beyond its scatter,
+    * if a needless effect is detected, and the Allan error would rise above its expected scatter.
     """
     less = without_needless_effects(before, after, needed)
     lost = less.lost_since(after)
@@ -84,9 +87,10 @@ def _is_line_needed_as_before(before: State, after: State, number: int) -> bool:
 def models_with_one_dropped(
     state: State, needed: Collection[str]
 ) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Iterator over (expected gain, (index,), model): the model without one effect that the search added, for each of them.
+    """Iterator over (expected gain, (index,), model): one model for each added effect that may be dropped, without it.
 
-    The gain is that of the score, nats. Kinds in `needed` stay.
+    The gain is the expected rise of the score in nats. `index` is the position of the dropped effect in the last model.
+    Only effects that the search added are dropped, and no effect of a kind in `needed`.
     """
     fit = state.fit
     for place in state.added:
@@ -96,10 +100,10 @@ def models_with_one_dropped(
 
 
 def gain_without(fit: Fit, place: int, less: Solution) -> float:
-    """Score gained by dropping the effect at index `place`, nats; positive if the model without it is better.
+    """Rise of the score, nats, if the effect at index `place` is dropped; positive if the model without it is better.
 
-    It is the change of log evidence, minus the prior of the effect if that is negative: a positive prior keeps no effect
-    that costs more than it explains. `less` is the solution without the effect.
+    The rise is that of the log evidence, minus the prior of the effect; positive priors count as 0. `less` is the
+    solution without the effect.
     """
     return evidence_gain(less, fit.solution, fit.data) - min(prior(fit.model.effects[place]), 0.0)
 

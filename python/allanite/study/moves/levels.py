@@ -71,10 +71,10 @@ def with_merged_levels(before: State) -> State | None:
 
 
 def must_merge_levels(state: State) -> bool:
-    """True if the added changes of level must become one effect.
+    """True if the changes of the noise level that the search added must become one effect.
 
-    Two changes may stay separate if both are intervals: the level changes and later returns to its first value. More
-    than two changes, or two that are not both intervals, must be merged.
+    At most two changes may stay separate, and two only if each is an interval after which the level returns to its first
+    value. False for fewer than two changes.
     """
     changes, _ = _added_level_changes(state)
     intervals = all(len(e.switches[0]) == 2 and e.switches[1][-1] == 1.0 for e in changes)

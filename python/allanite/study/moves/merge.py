@@ -72,15 +72,15 @@ def _band(low: float, high: float) -> Stochastic | None:
 
 
 def with_nameless_shape(ladder: Sequence[Rung], before: State) -> State | None:
-    """`State` in which one free shape of the spectrum replaces several added effects that form a stack; None if they stay.
+    """`State` in which one free shape of the spectrum replaces two or more added random effects; None if they stay.
 
-    A stack is two or more added random effects that are broad bands, power laws, or of one kind. None of them is of a
-    kind of the initial model. The shape replaces the stack if all three conditions hold:
+    Only these added effects are replaced: broad bands, power laws, and effects whose kind occurs more than once; none of
+    a kind of the initial model. Three conditions must hold:
 
-    * Its log evidence is at least 3 nats higher, without the part that a model discrepancy contributes. Or: with the
-      shape, an effect of the initial model is newly detected, and the gain of the discrepancy rises by less than 3 nats.
-    * It predicts unseen data as well as the stack.
-    * No error rises by more than its scatter, compared with the last step of `ladder` without the kinds of the stack.
+    * The log evidence, without the part due to the model discrepancy, rises by at least 3 nats. Or an effect of the
+      initial model is newly detected, and the part due to the discrepancy rises by less than 3 nats.
+    * The free shape predicts unseen data as well as the effects that it replaces.
+    * No error rises beyond its scatter, compared with the last step without these kinds of effects.
     """
     fit, effects = before.fit, before.fit.model.effects
     count = Counter(effect.kind for effect in effects)

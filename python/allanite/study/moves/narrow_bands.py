@@ -31,11 +31,15 @@ if TYPE_CHECKING:
 
 
 def with_harmonics_or_side_bands(before: State, after: State) -> State:
-    """`State` to which the harmonics of a new narrow band are added, or in which a modulated band replaces it.
+    """`State` in which a newly added narrow band also has harmonics or side bands; `after` if neither helps.
 
-    The new band is the last effect of `after`. If it has side bands, it is modulated. If it is a side band of a present
-    band, the present band is modulated, and others may be too. Each change must gain 3 nats and raise no error. `after`
-    is returned unchanged if nothing helps.
+    The new band is the last effect of `after`. There are three options, in this order:
+
+    * The new band has side bands: a modulated band replaces it.
+    * The new band is a side band of an older band: a modulated band replaces the older one.
+    * The harmonics of the new band are added.
+
+    A result that lets an error rise beyond its scatter is not used. `after` also if the last effect is no narrow band.
     """
     place = len(after.fit.model) - 1
     band = after.fit.model.effects[place]
@@ -188,11 +192,12 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
 
 
 def _with_side_bands(state: State, place: int) -> State:
-    """`State` with the narrow band at index `place` modulated, if the record shows its side bands; else the same state.
+    """`State` in which a modulated band replaces the band at index `place`; or the same state.
 
-    Side bands have equal distances on both sides and the width of the band. The distance tried is the one at which the
-    power on both sides stands out most. The gain must exceed 3 nats plus ln of the number of distances. The score must
-    also be above that of one more band on the stronger side.
+    The same state if no side bands are found, or if the band is not narrow. Side bands lie at equal distances on both
+    sides of the band, and have its width. The distance at which their power stands out most is tried. The score must
+    rise by more than 3 nats plus ln of the number of possible distances. It must also be higher than with a separate
+    band on only one side.
     """
     fit = state.fit
     effect, data = fit.model.effects[place], fit.data
@@ -250,15 +255,15 @@ def _with_side_bands(state: State, place: int) -> State:
 
 
 def _excess_variance(fit: Fit, first: int, last: int, mean: float) -> float:
-    """Variance of the samples, U², in excess of the model at the ordinates `first` … `last` (inclusive); at least 0.
+    """Variance of the samples, U², that exceeds the model between the ordinates `first` and `last` (inclusive); at least 0.
 
-    `mean` is the mean ratio of measured to expected power there.
+    `mean` is the mean ratio of measured to expected power at these ordinates.
     """
     power = float(np.sum(fit.solution.ordinates[first : last + 1] ** 2))
     return power * max(1.0 - 1.0 / mean, 0.0) / fit.data.n
 
 
 def _relative_power(fit: Fit) -> NDArray[np.float64]:
-    """Array of the squared residual ordinates over their expectation, shape (n,)."""
+    """Array of the residual power at each single frequency (ordinate) divided by its expected power, shape (n,)."""
     white = whitened_ordinates(fit.solution, fit.data, np.ones(fit.solution.count.size))
     return np.square(white, out=white)

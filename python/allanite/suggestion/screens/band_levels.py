@@ -142,7 +142,7 @@ def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
 def _interval(power: Array) -> tuple[float, float, float]:
     """Tuple (start, end, ln p-value) of the interval whose mean `power` differs most significantly from the rest.
 
-    `power` is a series over time; start and end are fractions of the record.
+    `power` is a series over time; start and end are fractions of its length.
     """
     size = power.size
     freedom = 1.0 / overdispersion(power)
@@ -221,9 +221,10 @@ def _fitted_level_change(
 
 
 def _dominated_bands(solution: Solution, data: Data) -> Iterator[tuple[Process, int, int]]:
-    """Iterator over (process, first ordinate, number of ordinates): where a process has at least half of the power.
+    """Iterator over (process, first ordinate, number of ordinates): the band in which a process dominates.
 
-    Processes whose level changes in the model, and bands with fewer than 64 ordinates, are omitted.
+    There the process has at least half of the power. Omitted are processes without a frequency band, processes whose
+    level the model already changes over time, and bands with fewer than 64 ordinates.
     """
     half = data.rate / (2.0 * data.n)
     for own in solution.processes:
@@ -296,7 +297,10 @@ def _segments(samples: Array, length: int) -> Array:
 
 
 def _summed_spectrum(pieces: Array) -> Array:
-    """Array of the sum of the windowed power spectra of the segments `pieces`, without the first and the last frequency."""
+    """Array of the sum of the power spectra of several segments, without the first and last frequency.
+
+    `pieces` has shape (segments, samples). Each segment is multiplied by a Hann window first.
+    """
     length = pieces.shape[1]
     window, rows = np.hanning(length), max(1, SAMPLES_AT_ONCE // length)
     total = np.zeros(length // 2 + 1)

@@ -110,10 +110,10 @@ def _log_odds(solution: Solution, data: Data) -> float:
 
 
 def _ordinates_of_means(power: Array, length: int) -> Array:
-    """Array of the expected squared ordinates of means over blocks of `length` samples.
+    """Array of the expected power spectrum of the means over blocks of `length` samples.
 
-    `power` are the expected squared ordinates of the samples, without the first. Power above the Nyquist frequency of
-    the means folds back: most of it for blue noise such as quantization.
+    `power` is the expected power spectrum (squared cosine transform) of the samples, without frequency 0. Power above
+    the Nyquist frequency of the means is folded back (aliasing).
     """
     count = (power.size + 1) // length
     j = np.arange(1, power.size + 1)

@@ -19,12 +19,15 @@ OVERLAPPING_WINDOWS = 4
 def without_ringing(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> tuple[float, float] | None:
-    """Pair (start, end) of the loud part of a segment, as fractions of the record; or None.
+    """Pair (start, end) of the part of a segment that is really loud in an octave, as fractions of the record; or None.
 
-    A single octave of the spectrum rings long before and after a loud segment; windows of finite length do not. `low`
-    and `high` are the ordinates of the octave, `first` and `last` the segment as fractions. None if the segment is
-    shorter than two windows, or if fewer than 64 windows lie outside. None as well if no window has 100 times the median
-    power outside.
+    The band-pass filter of an octave rings before and after a loud part, so the segment is too long. Power in short
+    windows (8 periods of the octave) does not ring. `low` and `high` are the ordinates of the octave; `first` and `last`
+    are the ends of the segment, as fractions of the record. None in three cases:
+
+    * The segment is shorter than two windows.
+    * Fewer than 64 windows lie outside of the segment.
+    * No window in the segment has 100 times the median power of the windows outside.
     """
     n = samples.size
     length = WINDOW_PERIODS * 4 * n // (low + high)

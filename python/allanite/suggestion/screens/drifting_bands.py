@@ -98,9 +98,10 @@ def _moving_band(band: Stochastic, course: tuple[float, ...]) -> Stochastic | No
 
 
 def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Candidate | None:
-    """Refitted `Candidate` in which a moving band replaces the band `own` of the model; None if the band does not move.
+    """Refitted `Candidate` in which a band whose center frequency moves over time replaces the band `own` of the model.
 
-    The moving band may also replace other bands within its range. None as well if it has no power after the refit.
+    The moving band may also replace other bands of the model within its range. None if the frequency of `own` does not
+    move, or if the moving band has no power after the refit.
     """
     width = _relative_half_width(own.effect)
     sections = _Sections(own, solution, data)
@@ -191,11 +192,11 @@ class _Sections:
     def course(
         self, widths: list[float], theta: float, replaced: tuple[Effect, ...]
     ) -> _Course | None:
-        """Most likely course of the center frequency of the band over time (`_Course`); None if no course raises logL.
+        """Most likely course (`_Course`) of the center frequency of the band over time; None if no course raises logL.
 
-        `widths` are the half-widths tried, relative to the middle frequency, widest first. `theta` is the squared
-        coefficient of the band, `replaced` the effects that it replaces. None as well if all frequencies of the course are
-        within a half-width of each other.
+        None as well if the frequencies of the course differ by less than a half-width of the band. `widths` are the
+        tried half-widths divided by the center frequency, widest first. `theta` is the squared coefficient of the moving
+        band. `replaced` are the effects of the model that the moving band replaces.
         """
         low, high = self.own.effect.occupies or (0.0, 0.0)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -283,13 +284,16 @@ class _Sections:
         return best
 
     def _remaining_power(self, replaced: tuple[Effect, ...], cells: Cells) -> Array:
-        """Array of expected power in each frequency cell, shape (cells,), of the model without the effects `replaced`."""
+        """Array of the expected power in each frequency interval of `cells`, shape (cells,).
+
+        The power is that of the model without the effects `replaced`.
+        """
         others = Model(_without(self.model, replaced))
         return cells.expected(self.data.terms(others) if others.stochastic else ())
 
 
 def _half_width(band: Stochastic) -> float:
-    """Half-width of a band, Hz."""
+    """Half-width of the frequency range of a band, Hz; 0 if the effect has no range."""
     low, high = band.occupies or (0.0, 0.0)
     return 0.5 * (high - low)
 

@@ -73,9 +73,9 @@ def bands_with_excess(
 def screen_drifting_lines(
     bands: tuple[Band, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """Tuple of a refitted `Candidate` of the best drifting line of each kind, if it explains more than the steady `lines`.
+    """Tuple with the best drifting line of each kind, as a refitted `Candidate`; empty without `bands`.
 
-    Empty without `bands`.
+    A drifting line is returned only if it explains more than the steady `lines`.
     """
     blanks = blanks_of_screen("drifting line", solution, data)
     found = (_best_candidate(blank, bands, lines, solution, data) for blank in blanks if bands)
@@ -83,7 +83,10 @@ def screen_drifting_lines(
 
 
 def blanks_of_screen(screened: str, solution: Solution, data: Data) -> list[Deterministic]:
-    """List of effects without values, of the kinds that declare the screen `screened` and may be added to the model."""
+    """List of known functions of time, without values, that the search `screened` looks for and that the model may get.
+
+    `screened` is the name of a search, as in `Effect.screened`.
+    """
     return [
         blank
         for cls in CATALOGUE

@@ -77,9 +77,10 @@ def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
     reach = np.arange(END_NEIGHBORS)
 
     def distances(at: NDArray[np.int64] | int, way: int) -> NDArray[np.float64]:
-        """Array of the absolute distances of the samples `at` from the median of neighbors in the direction `way` (±1).
+        """Array of the absolute distances of the samples with indices `at` from the median of their neighbors on one side.
 
-        The nearest neighbor used is `gap` samples away: 1, or more to leave out outliers in between.
+        `way` is −1 for the samples before and 1 for those after. The `gap` in the enclosing function is the distance to
+        the nearest neighbor used; a larger gap omits outliers next to the sample.
         """
         behind = np.asarray(at)[..., None] + way * reach
         return np.abs(samples[at] - np.median(samples[behind + way * gap], axis=-1))
@@ -175,11 +176,11 @@ def screen_outliers(
 
 
 def _outlier_limit(distance: NDArray[np.float64], n: int, step: float) -> float:
-    """Limit of the standardized distance above the median: samples beyond it are outliers.
+    """Limit above which a standardized distance from the median is an outlier.
 
-    The limit comes from the tail of the samples, and is at least the limit of normal noise. `distance` holds the
-    standardized distances of n samples, `step` the rounding step in the same unit. For samples below the median, call it
-    with −`distance`: each side has its own limit, so that the long tail of a skewed distribution is no outlier.
+    The limit is the larger one of the limit for normal noise and of the limit from the samples' own tail. `distance`
+    holds the signed distances of `n` samples; `step` is the rounding step in the same unit. This limit is for samples
+    above the median. For samples below, call the function with −`distance`: the tails of a skewed distribution differ.
     """
     from scipy.special import ndtri_exp
 
@@ -227,11 +228,11 @@ def _exclusion_candidate(
 
 
 def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """`Candidate` that excludes a stuck value, or else the disturbance with the lowest p-value; None without either.
+    """`Candidate` that excludes a stuck value; without one, `Candidate` that excludes the most significant loud segment.
 
-    A disturbance has twice its usual power in some band, a p-value below 1e-6, and at most 20 % of the record. Each
-    octave is searched for one interval; octaves that see the same disturbance begin earlier or end later extend it.
-    None for a summary, which keeps no samples.
+    A loud segment has at least twice its usual power in one octave of frequency. Its p-value is at most 1e-6, and its
+    length at most 20 % of the record. Segments with sharp ends take precedence. If other octaves are loud just before or
+    after the segment, the segment is extended. None if neither is found, or for a summary, which keeps no samples.
     """
     if whitened.samples.size < data.n:
         return None  # a summary keeps no samples to take out
@@ -301,10 +302,10 @@ def _segment_effect(start: float, end: float) -> Modifier | None:
 
 
 def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
-    """`Candidate` that excludes the longest run of equal values (stuck sensor, lost link); or None.
+    """`Candidate` that excludes the longest run of equal samples (stuck sensor, lost link); or None.
 
-    None if the run has fewer than 16 samples, more than 20 % of the record or a p-value above 1e-6. None as well if
-    more than 10 % of neighbors elsewhere are equal.
+    None if the run has fewer than 16 samples, more than 20 % of the record, or a p-value above 1e-6. None as well if
+    more than 10 % of the other pairs of successive samples are equal.
     """
     samples = data.samples
     if data.missing is not None:
@@ -332,11 +333,12 @@ def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
 def _power_ratio(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
 ) -> float | None:
-    """Maximum, over 7 bands of an octave, of the power in a segment over the median power in other segments; or None.
+    """Ratio of the power in a segment to the median power in up to 16 other segments of equal length; or None.
 
-    The octave has the ordinates `low` … `high`. The segment lies between the fractions `first` and `last` of the record.
-    The maximum is divided by 10 if half of the other segments have a narrow peak in the octave: it may swell or wander.
-    None if a band would have fewer than 8 ordinates or lie above the Nyquist frequency.
+    The octave with the ordinates `low` … `high` is divided into 7 bands; the largest ratio of all bands is returned. The
+    segment lies between the fractions `first` and `last` of the record. The ratio is divided by 10 if at least half of
+    the other segments have a narrow peak in the octave, because its power may vary. None if a band would have fewer than
+    8 ordinates or lie above the Nyquist frequency.
     """
     from scipy.fft import next_fast_len, rfft
 
@@ -400,9 +402,10 @@ def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], fl
 
 
 def delta_logl_of_separate_levels(whitened: Whitened, first: float, last: float) -> float:
-    """ΔlogL, at least 0, if all octaves have separate levels, louder or quieter, in one segment.
+    """ΔlogL, nats, at least 0, if every octave of frequency has another noise level in one segment, louder or quieter.
 
-    The segment lies between the fractions `first` and `last` of the record. Octaves that do not resolve it add nothing.
+    The segment lies between the fractions `first` and `last` of the record. Octaves without a value inside or outside of
+    the segment add nothing.
     """
     return sum(
         rise for rise, _ in _octave_levels(octaves_of(whitened.with_normal_tails), first, last)
@@ -422,10 +425,11 @@ def _delta_logl_of_louder_octaves(
 def _octave_levels(
     bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
 ) -> Iterator[tuple[float, bool]]:
-    """Iterator, by octave, over (ΔlogL of a separate level in a segment, True if the octave is louder there).
+    """Iterator over pairs, one for each octave: ΔlogL of a separate level in a segment, and True if it is louder there.
 
-    `first` and `last` are the ends of the segment as fractions of the record. Octaves with too few values to resolve it
-    are skipped.
+    `bands` has a tuple for each octave: first ordinate, end, power over time, degrees of freedom of each value. `first`
+    and `last` are the ends of the segment as fractions of the record. Octaves with no value inside the segment, or none
+    outside, are skipped.
     """
     for _, _, power, freedom in bands:
         start, end = (round(part * power.size) for part in (first, last))

@@ -46,10 +46,11 @@ def most_likely_borders(
 def borders_between_values(
     power: Array, places: NDArray[np.int64], factors: Sequence[float], min_values: int
 ) -> NDArray[np.int64]:
-    """Array of the most likely borders between intervals of constant level, as indices of values.
+    """Array of the most likely borders between intervals of constant noise level, as indices of `power`.
 
-    Borders and levels are refined alternately until no border moves, at most 20 times. Intervals of the same factor
-    have one level and keep at least `min_values` values.
+    `places` are the start values of the borders. Borders and levels are refined alternately until no border moves, at
+    most 20 times. Intervals with the same entry in `factors` share one level. An interval keeps at least `min_values`
+    values.
     """
     for _ in range(MAX_ROUNDS):
         before, places = (
@@ -88,9 +89,10 @@ def borders_within_cells(
     at = np.arange(power.size) + 0.5
 
     def levels(borders: Sequence[float]) -> list[float]:
-        """List of the mean power of each interval, without the 12 values (at most a quarter) next to each border.
+        """List of the mean power of each interval between the given borders; used as the level of the interval.
 
-        Intervals of the same factor have one mean. It is the factor squared if no values remain.
+        Next to each border, 12 values are omitted, at most a quarter of the interval. Intervals with the same entry in
+        `factors` share one mean. If no values remain, the level is the square of the factor.
         """
         ends = [0.0, *borders, float(power.size)]
         inside: dict[float, list[Array]] = {}

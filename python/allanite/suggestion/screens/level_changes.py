@@ -48,10 +48,11 @@ if TYPE_CHECKING:
 def screen_outliers_and_levels(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, list[Candidate]]:
-    """Pair: `Candidate` of outliers or None, and list of `Candidate` of level changes.
+    """Pair: `Candidate` that excludes outliers or None, and list of `Candidate` of changes of the noise level.
 
-    The level changes are searched without the outliers and refitted to the given data. If a change found with all samples
-    also changes their median size, the louder samples are no outliers: the pair is None and the changes so found.
+    With outliers, the level changes are searched without the outlier samples, and then refitted to the given data. If a
+    level change found with all samples also changes the median size of the samples, there are no outliers, only louder
+    times. Then the pair is None and the level changes found with all samples.
     """
     refit_outliers = screen_outliers(solution, data, whitened.samples)
     found = screen_levels(solution, data, whitened)
@@ -66,10 +67,11 @@ def screen_outliers_and_levels(
 
 
 def _changes_median_size(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
-    """True if the median size of whitened samples changes by more than half of the change of their rms.
+    """True if a candidate changes the noise level of most samples, not only of a few outliers.
 
-    Samples with a high level of the candidate are compared with all others. A change of level changes the median as well,
-    outliers only the rms. False for a p-value above 1 %, a constant level, or a summary.
+    Whitened samples where the candidate's level is high are compared with all others. The ratio of the median absolute
+    values, minus 1, must exceed half of the ratio of the rms values, minus 1. False if the p-value is unknown or above 1
+    %, if the candidate's level is constant, or for a summary.
     """
     effect = candidate.effect
     assert isinstance(effect, Modifier)
@@ -155,7 +157,7 @@ def _repeats_waveform(candidate: Candidate, data: Data, whitened: Whitened) -> b
 
 
 def is_deformed_by_rounding(data: Data) -> bool:
-    """True if rounding makes up so much of the white variance that the noise level depends on the bias."""
+    """True if rounding makes up such a large part of the white variance that the noise level depends on the bias."""
     seen = data.samples if data.missing is None else data.samples[~data.missing]
     return coarse_step(seen) ** 2 / 12.0 > MAX_ROUNDING_SHARE * 0.5 * float(np.var(np.diff(seen)))
 
@@ -246,7 +248,7 @@ def _with_refined_gate(
 
 
 def _white_fraction(solution: Solution) -> float:
-    """Fraction, 0 … 1, of the power of the whitened record that is white noise."""
+    """Fraction, 0 … 1, of the power of the whitened record that comes from white noise. The model must have white noise."""
     white = next(own for own in solution.processes if own.effect.white)
     return float(solution.count @ (white.power / solution.spectrum) / solution.count.sum())
 

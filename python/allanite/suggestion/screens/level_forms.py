@@ -70,7 +70,7 @@ class Series:
     __repr__ = brief
 
     def time(self, place: float) -> float:
-        """Time, s, of the border before the value with index `place`, which may be fractional."""
+        """Time, s, at which the value with index `place` begins. A fractional `place` is interpolated."""
         return float(self.start + place * (self.end - self.start) / self.power.size)
 
     @property
@@ -84,9 +84,9 @@ class Series:
         return float((time - self.start) / (self.end - self.start) * self.power.size)
 
     def white_ratio(self, ratio: float) -> float:
-        """Ratio (at least 10⁻⁶) of the white-noise powers at two times, from the `ratio` of the total powers.
+        """Ratio of the white-noise power at two times, at least 1e-6, computed from the `ratio` of the total power.
 
-        Other noise, which does not change, dilutes the ratio of the total powers.
+        The rest of the total power is constant over time, so the white noise changes by a larger factor than the total.
         """
         return max(1e-6, 1.0 + (ratio - 1.0) / self.share)
 
@@ -152,7 +152,10 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
 
 
 def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Modifier]:
-    """List of effects of the catalog, without values, that change the noise level and may be added to a model."""
+    """List of catalog effects that change the noise level over time and may be added to `model`; they have no values yet.
+
+    `columns` maps names to logged columns, such as the temperature, on which the level may depend.
+    """
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "level"]
     return [blank for cls in kinds for blank in cls.candidates(model, columns)]
 
@@ -202,11 +205,11 @@ def _partition(power: Array, count: Array, price: float) -> list[int]:
 
 
 def _alternating_borders(power: Array, count: Array, borders: list[int], price: float) -> list[int]:
-    """Ascending list of the cells at which the power changes between a quiet and a loud level; empty if it never does.
+    """Ascending list of the indices at which the noise power changes between a quiet and a loud level.
 
-    Pairs of levels are tried: the mean power above and below each threshold between the mean powers of the intervals
-    between `borders`. The likeliest path over the cells with the best pair is kept (`_best_path`), not the `borders`.
-    Empty for fewer than two `borders`.
+    `borders` are the first guess. The two levels come from a threshold between the mean powers of their intervals. All
+    thresholds are tried, and the likeliest sequence of the two levels is kept (`_best_path`). Empty if the power never
+    changes, or for fewer than two `borders`.
 
     Parameters
     ----------
@@ -279,7 +282,11 @@ def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
 def _without_needless_borders(
     power: Array, places: NDArray[np.int64], freedom: float, price: float
 ) -> NDArray[np.int64]:
-    """Array of the borders that remain if the one with the smallest ΔlogL is removed until all exceed `price`, nats."""
+    """Array of the borders between intervals of constant power that remain after needless borders are removed.
+
+    The border whose removal lowers logL least is removed again and again, as long as logL falls by at most `price` nats.
+    `places` are the borders as indices of `power`; `freedom` is the degrees of freedom of each value.
+    """
     # Two borders within a coarse cell may stand for one change.
     while places.size:
         whole = _loss(power, places, freedom)
@@ -354,10 +361,12 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
 
 
 def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, float, int, int]:
-    """Tuple (ΔlogL, period in cells, first phase, end phase) of the most likely gate for a period near 1/`cycles` records.
+    """Tuple (ΔlogL, period, first phase, end phase) of the most likely periodic gate.
 
-    A gate is the part of each period with another noise level. Phases are in 1/64 of a period. The end is exclusive and
-    may be above 64. ΔlogL is −inf if no tried period fills all phases.
+    A gate is a part of each period in which the noise has another level. `power` is the noise power over time. The tried
+    periods are `power.size` values divided by `cycles` ± 0.5; the returned period is in values of `power`. Phases are
+    integers in 1/64 of a period. The end is exclusive and may exceed 64. ΔlogL is −inf if no tried period fills all
+    phases.
     """
     cells = power.size
     best = (-np.inf, 0.0, 0, 0)
@@ -464,9 +473,9 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
 
 
 def log_slope(power: Array, values: Array, freedom: float) -> tuple[float, float]:
-    """Pair (b, ΔlogL over b = 0): slope b of ln E(power) = a + b·values, by Newton's method.
+    """Pair (b, ΔlogL): most likely slope b of ln E(power) = a + b·values, and ΔlogL compared with b = 0.
 
-    The `values` must have mean 0. `freedom` is the degrees of freedom of each power.
+    Solved by Newton's method. The `values` must have mean 0. `freedom` is the degrees of freedom of each `power`.
     """
 
     def loss(b: float) -> float:

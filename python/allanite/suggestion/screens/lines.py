@@ -49,10 +49,11 @@ MEDIAN_CHI2_1 = 0.4549
 def _divide_by_level(
     power: NDArray[np.float64], floor: float, bins: Bins
 ) -> list[tuple[int, float]]:
-    """List of (end, level) of intervals of the periodogram `power`, after `power` is divided in place by these levels.
+    """List of pairs (end, level), one for each frequency interval of the periodogram `power`. Changes `power` in place.
 
-    A level is the robust mean of an interval, so that a band that the model misses is no line. Ends are exclusive.
-    Levels are at least `floor`, and at least 1 next to an empty bin, where the true level is unknown.
+    Each interval of `power` is divided by its level: the median over ln 2, which a broad band raises but a line does
+    not. `end` is the index after the last value of the interval. A level is at least `floor`. If a bin in the interval
+    is empty, the true level is unknown, and the level is at least 1.
     """
     empty = np.flatnonzero(is_empty(bins))
     edges = np.unique(
@@ -124,9 +125,9 @@ def screen_lines(
 def _refitted(
     effect: Deterministic, start: float, solution: Solution, data: Data, band: tuple[int, float]
 ) -> Candidate | None:
-    """`Candidate` of a line or comb after the refit near the frequency `start`, Hz; None if ΔlogL is not positive.
+    """`Candidate` of a line, or of a line with multiples, refitted near the frequency `start`, Hz; None if ΔlogL is ≤ 0.
 
-    `band` is the half-width (ordinates) and the ΔlogL of the narrow-band noise that explains the line best.
+    `band` is a pair: half-width in ordinates and ΔlogL of a narrow band of noise at the strongest line.
     """
     multiples = [m for m, _, _ in effect.lines]
     j = comb_window(start, multiples, data, ORDINATES_BESIDE_LINE)
@@ -163,10 +164,10 @@ def _refitted(
 
 
 def _clearest_line(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
-    """Pair: index of the clearest line of a periodogram, and its height minus ln of the number of trials, nats.
+    """Pair (index, height): the most significant spectral line of a periodogram.
 
-    `ratio` is the periodogram over its expectation; index k is k/2 cycles per record. The second element is −inf if no
-    peak is above 6 nats.
+    `ratio` is the periodogram divided by its expectation; index k is the frequency of k/2 cycles per record. `height` is
+    `ratio` at the line minus ln of the number of trials, nats. It is −inf if no peak is above 6 nats.
     """
     # Octaves and known frequencies have their own shares of the trials.
     octaves = [(2**k, 2 ** (k + 1)) for k in range(1, (ratio.size - 1).bit_length())]
@@ -277,10 +278,10 @@ def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple
 
 
 def _wandering_note(frequency: float, width: int, surplus: float, data: Data) -> str:
-    """Sentence that a line is narrow-band noise rather than a pure line; "" if it is a pure line.
+    """Sentence that a line is a narrow band of noise, with its width; "" if the line is a pure line.
 
-    `width` is its half-width in ordinates, `surplus` the ΔlogL of the band beyond that of the line, which must be at
-    least 8.
+    `width` is the half-width of the band in ordinates. `surplus` is the ΔlogL of the band minus that of a pure line. The
+    line is pure if `width` is 0 or `surplus` is below 8.
     """
     if width == 0 or surplus < MIN_DELTA_LOGL_OVER_SIMPLER:
         return ""

@@ -36,18 +36,18 @@ def excursions_overlap(one: Deterministic, event: Deterministic) -> bool:
 
 
 def _excursion_times(event: Deterministic) -> list[tuple[float, float]]:
-    """List of the (start, end) of each single excursion of an effect, s."""
+    """List of pairs (start, end), s, one for each single excursion that an effect contains."""
     return [e.when for e in event.singly if e.when is not None]
 
 
 def several_excursions(
     kind: type[Deterministic], first: Deterministic, places: float, solution: Solution, data: Data
 ) -> tuple[Deterministic, float] | None:
-    """Pair: one effect that contains 2 to 32 excursions, and ln of the number of such sets; or None.
+    """Pair (effect, ln number): one effect that contains 2 to 32 excursions (short events); or None.
 
-    Excursions are added one by one as long as the p-value falls. The second element is relative to the number of single
-    excursions and lowers the evidence. None if a second excursion does not lower the p-value, or if the catalog has no
-    effect for several. `solution` is that of the model without excursions.
+    Excursions are added one by one as long as the p-value falls. The second element is ln of the number of possible sets of
+    so many excursions, divided by the number of single ones; it lowers the evidence. None if a second excursion does not
+    lower the p-value, or if the catalog has no effect for several excursions. `solution` is that of the model without any.
 
     Parameters
     ----------
@@ -84,7 +84,10 @@ def several_excursions(
 def _next_excursion(
     kind: type[Deterministic], solution: Solution, data: Data
 ) -> Deterministic | None:
-    """Best further excursion, with height 1, given the solution of a model with other excursions; None if there is none."""
+    """Excursion (short event) of the given kind, with height 1, that fits best as the next one; None if there is none.
+
+    `solution` is that of a model that already has other excursions.
+    """
     spans = best_spans(
         kind, solution.ordinates, solution.noise(data), data, solution.model.deterministic
     )
@@ -92,7 +95,7 @@ def _next_excursion(
 
 
 def _with_height_one(event: Deterministic) -> Deterministic:
-    """Copy of an excursion with height 1, a start value before several excursions are fitted together."""
+    """Copy of an excursion with height 1, as a start value for a joint fit of several excursions."""
     return event.with_amplitudes(np.ones(1))
 
 
@@ -107,10 +110,10 @@ def _solution_with_excursions(
 
 
 def _log_p(count: int, places: float, fitted: Solution, solution: Solution) -> float:
-    """Ln of the p-value, at most 0, of the largest ΔlogL among all possible sets of `count` excursions.
+    """Natural logarithm of the p-value, at most 0, of adding `count` excursions (short events) to the model together.
 
-    `places` is the number of independent excursions in the record. `fitted` is the solution with the excursions,
-    `solution` the one without.
+    The p-value is corrected for the choice of the times of the excursions. `places` is the number of independent times
+    at which an excursion could lie. `fitted` is the solution with the excursions, `solution` the solution without them.
     """
     gain = fitted.log_likelihood - solution.log_likelihood
     return min(

@@ -190,7 +190,10 @@ def _significant_richer_forms(
     found: list[Candidate] = []
 
     def matched(form: tuple[Deterministic, tuple[float, float, Noise]]) -> float:
-        """ΔlogL of a form by the matched filter."""
+        """ΔlogL of a form of a slow function, from a matched filter for the noise of this form.
+
+        `form` is a pair: the effect, and a tuple whose last element is the noise.
+        """
         effect, (_, _, noise) = form
         return _matched_delta_logl(effect, solution, noise, data)
 
@@ -259,7 +262,10 @@ def _several_excursions(
 
 
 def _is_same_event(one: Candidate, other: Candidate, data: Data) -> bool:
-    """True if two candidates are of one kind, and start and end within 1/8192 of the record of each other."""
+    """True if two candidates have the same kind, and their starts and ends differ by less than 1/8192 of the record.
+
+    False if one of the effects has no start and end.
+    """
     a, b = one.effect.when, other.effect.when
     if one.effect.kind != other.effect.kind or a is None or b is None:
         return False
@@ -458,10 +464,10 @@ def with_gains_next_to_best(screens: dict[str, Screen], data: Data) -> dict[str,
             arcs.setdefault(family, []).append(arc)
 
     def with_smallest_gain(candidate: Candidate) -> Candidate:
-        """Copy of a candidate whose `judged_gain` is at most its ΔlogL in a model with any one of the best candidates.
+        """Copy of a candidate whose `judged_gain` is at most its ΔlogL with one of `best` in the model.
 
-        Negative values of ΔlogL count as 0. A candidate that is one of the best, or cannot be significant, is returned
-        unchanged.
+        The smallest value over all candidates in `best`, at least 0. The candidate itself if it is in `best` or cannot
+        be significant.
         """
         left = candidate.gain if candidate.judged_gain is None else candidate.judged_gain
         family = Family(candidate.family, tuple(arcs[candidate.family]), sides=2)

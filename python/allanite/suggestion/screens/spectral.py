@@ -128,11 +128,11 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
 def directions(
     solution: Solution, data: Data, kinds: Iterable[type[Effect]] = CATALOGUE
 ) -> Iterator[tuple[type[Effect], list[Effect], NDArray[np.float64]]]:
-    """Iterator over (kind, grid points, unit vectors) for the `kinds` that the model may lack.
+    """Iterator over (kind, effects, unit vectors): how each shape of an effect would change the spectrum.
 
-    A grid point is an effect with shape values. Its unit vector, shape (bins,), is the change of bin power divided by the
-    scatter of each bin and normalized. The part that the model's own effects can fit is projected out first. Grid points
-    of which nothing remains are omitted.
+    `effects` are trial effects of the kind with a grid of shape values; kinds that the model cannot take are skipped.
+    The unit vectors, shape (effects, bins), are the normalized changes of bin power divided by the scatter of each bin.
+    The part that the model's own effects can fit is subtracted first. Effects of which nothing remains are omitted.
     """
     root = np.sqrt(0.5 * solution.count)
     # Directions of the model's own effects: the refit moves along them anyway.
@@ -186,9 +186,10 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
 
 
 def candidates_elsewhere(first: Effect, solution: Solution, data: Data) -> Iterator[Candidate]:
-    """Iterator over refitted `Candidate` of the kind of the band `first`, at frequencies outside `first` and earlier ones.
+    """Iterator over refitted `Candidate` of the same kind as the band `first`, at other frequencies.
 
-    Each of the 8 best points of the grid of shapes is refitted by itself, if it raises logL by 3 or more.
+    A candidate does not overlap `first` or an earlier candidate. At most 8 trial effects are refitted, those with the
+    highest logL, and only if they raise logL by at least 3 nats.
     """
     # A refit from the best of many points would lead to `first` again.
     part = RandomPart(data, solution.power, solution.count)
@@ -333,7 +334,7 @@ def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Mo
 
 
 def _has_similar_shapes(point: Effect, effect: Effect) -> bool:
-    """True if all shapes of the grid point `point` are within a factor of two of those of `effect`."""
+    """True if each free shape value of `point` is between half and twice the value of `effect`."""
     return all(
         effect.values[name] / MAX_SHAPE_RATIO
         < point.values[name]
@@ -345,10 +346,11 @@ def _has_similar_shapes(point: Effect, effect: Effect) -> bool:
 def _refitted_candidate(
     points: list[Effect], base: Solution, part: RandomPart, arc: float
 ) -> Candidate | None:
-    """Refitted `Candidate` from the best of many grid points of an effect, after the best few are optimized; or None.
+    """Refitted `Candidate`: the best one of the trial effects `points`, after the best few are optimized; or None.
 
-    None if no grid point raises logL by 0.5, or the refit does not raise logL. None as well if the refitted effect does
-    not differ visibly from a simpler one. `arc` is the angle of the grid of shapes, rad.
+    `points` are one kind of effect with a grid of shape values. None if no trial effect raises logL by 0.5 nats, or if
+    logL does not rise after the refit. None as well if the effect cannot be added usefully
+    (`_candidate_of_last_effect`). `arc` is the path length (sum of angles) of the grid, rad.
     """
     scanned = scan_added_effect(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < MIN_SCORE_GAIN:
@@ -374,10 +376,11 @@ def _refitted_candidate(
 def _candidate_of_last_effect(
     solution: Solution, base: Solution, data: Data, arc: float
 ) -> Candidate | None:
-    """`Candidate` of the last effect of the refitted `solution`; None if logL does not rise above that of `base`.
+    """`Candidate` of the last effect of the refitted `solution`; None if its logL is not above that of `base`.
 
-    None as well if the effect does not differ visibly from a simpler one (`Effect.shows`). A band fitted to single
-    ordinates is returned only if the rest of the model is flat near it. `arc` is the angle of its grid of shapes, rad.
+    None as well if the effect looks the same as a simpler one (`Effect.shows`). None as well for a narrow band, fitted
+    to single frequencies, if the rest of the model is not flat near it. `arc` is the path length (sum of angles) of the
+    tried shapes, rad, for the p-value of a narrow band.
     """
     fitted = solution.model.effects[-1]
     if not fitted.shows(solution.model, data.rate, data.duration):

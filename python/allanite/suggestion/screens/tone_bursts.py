@@ -59,13 +59,14 @@ def _best_candidate(
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
-    """Refitted `Candidate` of the best tone burst over all bands; None if any of the following holds.
+    """Refitted `Candidate` of the best tone burst, a sinusoid between two times; or None.
 
-    * Its ΔlogL over the relative noise power of its segment is less than 8 above that of a steady line there. The line
-      is a new one at its frequency, or a line or band in `lasting` nearby.
-    * It cannot become significant, has fewer than 4 periods, or has no positive frequency.
-    * Its frequency lies in the range of a moving band, or it overlaps a burst of the model at the same line.
-    * A model discrepancy is needed, with the burst or at frequencies away from it.
+    The ΔlogL of the burst is first divided by the relative noise power during the burst. None in these cases:
+
+    * The ΔlogL is less than 8 above that of a line over the whole record, or of a nearby line or band in `lasting`.
+    * The burst cannot become significant, has fewer than 4 periods, or has no positive frequency.
+    * A moving band of the model passes this frequency, or a burst of the model at this frequency overlaps in time.
+    * The model with the burst still has a discrepancy, or the model needs one at other frequencies.
     """
     noise, T = solution.noise(data), data.duration
     tried = [(band, search_burst(band)) for band in bands]
@@ -102,7 +103,7 @@ def _best_candidate(
 
 
 def _is_on_course(frequency: float, solution: Solution) -> bool:
-    """True if a moving band of the model passes the frequency, Hz: the turning points of such a band look like bursts."""
+    """True if the frequency, Hz, lies in the range of a moving band of the model, which may look like a burst there."""
     courses = [e.occupies for e in solution.model if e.moving]
     return any(course is not None and course[0] <= frequency <= course[1] for course in courses)
 
@@ -126,7 +127,11 @@ def _needs_discrepancy_elsewhere(
 
 
 def _is_same_line(one: Deterministic, other: Deterministic) -> bool:
-    """True if both are bursts of one line and overlap in time."""
+    """True if two tone bursts overlap in time and their frequencies cannot be distinguished.
+
+    The frequencies must differ by less than 1 over the length of the shorter burst. False if the kinds differ, or if one
+    of the effects has no start and end.
+    """
     if one.kind != other.kind or one.when is None or other.when is None:
         return False
     (f, _), (g, _) = one.occupies or (0.0, 0.0), other.occupies or (0.0, 0.0)
