@@ -120,7 +120,7 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
 def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
     """Complex array: Fourier transform (`numpy.fft.rfft`) of the whitened residual of a fit.
 
-    Before the transform, the samples near both ends are set to 0 (`end_samples`).
+    Before the transform, `end_samples` samples at both ends are set to 0.
     """
     white = whitened_ordinates(fit.solution, fit.data, fit.solution.level)
     samples = _kernels.inverse_cosine_transform(white)

@@ -81,7 +81,7 @@ class Form:
         return least * len(self.numbers) >= DIFFERENCE_LEVEL
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: ``model`` (sum of short names), ``agree`` (bool), ``parameters`` (list of those compared)."""
+        """Dict for JSON: ``model`` (sum of short names), ``agree`` (bool), ``parameters`` (list of the compared ones)."""
         form = {"model": self.model, "agree": self.agree}
         return form | {"parameters": plain_value(self.numbers)}
 

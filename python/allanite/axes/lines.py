@@ -97,7 +97,7 @@ def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
 
 
 def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
-    """Tuple of `CommonEvent`: times at which the bias of several columns changed, earliest first."""
+    """Tuple of `CommonEvent`: times at which the bias of several columns changed, earliest first; often empty."""
     return tuple(
         CommonEvent(
             *_weighted_mean(group), tuple(s.column for s in group), tuple(s.kind for s in group)
@@ -198,9 +198,9 @@ def _weighted_mean(group: list[_Occurrence]) -> tuple[float, float]:
 
 
 def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
-    """True if `line` agrees within the errors with the weighted mean of `group`, which has no entry of the same column.
+    """True if `line` agrees within the errors with the weighted mean of `group`, which has no entry of its column.
 
-    False if the group has one.
+    False if `group` has an entry of the column of `line`.
     """
     if line.column in {s.column for s in group}:
         return False

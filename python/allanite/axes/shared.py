@@ -79,9 +79,9 @@ def shared_noise(
 ) -> tuple[SharedNoise, ...]:
     """Tuple of `SharedNoise`, one per source of significant coherent noise: common lines first, then others by frequency.
 
-    The significant octaves of all pairs of columns are grouped by source. A line is the source if it would cause at least
-    half of the measured coherence. Otherwise, pairs that share a column in one octave are one source. Groups of adjacent
-    octaves are joined if the columns of one group are among those of the other.
+    A line is the source of the noise in an octave of two columns if it would cause at least half of the measured coherence.
+    Other pairs that share a column in one octave have one source. Sources in adjacent octaves are joined if the columns of
+    one are among those of the other.
     """
     of_lines: dict[CommonLine, list[_Pair]] = {}
     unexplained: list[_Pair] = []

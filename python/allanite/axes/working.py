@@ -388,10 +388,11 @@ def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
 
 
 def _vibration_bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], float]:
-    """Tuple (list of bands with vibration above `low` Hz, upper end of the noise floor in Hz).
+    """Tuple (list of third octaves with vibration above `low` Hz, upper end of the noise floor in Hz).
 
-    A band is (lowest frequency in Hz, highest frequency in Hz, rms). It is listed if its power exceeds the floor by more
-    than a tenth. The noise floor ends at the first band with less than half of its power, else at the last frequency.
+    A list entry is (lowest frequency in Hz, highest frequency in Hz, rms). A third octave is listed if its power exceeds
+    the floor by more than a tenth. The noise floor ends at the first with less than half of the floor's power, else at the
+    last frequency.
     """
     high = float(f[-1])
     count = max(1, round(BANDS_PER_OCTAVE * float(np.log2(high / low))))

@@ -129,7 +129,7 @@ class Bets:
     def gains(self, total: Array) -> Array:
         """Array, shape (…, bets): logarithm of the factor by which each bet multiplies its capital after one segment.
 
-        It judges the shape of the spectrum. The factor is an e-value: its mean is 1 if the model holds.
+        The factor depends only on the shape of the spectrum. It is an e-value: its mean is 1 if the model holds.
 
         Parameters
         ----------
@@ -271,10 +271,10 @@ def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
 
 
 def _line_sums(total: Array) -> Array:
-    """Array, shape (…, bands): sum of the values in each band of `LINE_WIDTH` neighboring ordinates.
+    """Array, shape (…, bands): sum of the values in each band of `LINE_WIDTH` (4) neighboring ordinates.
 
-    The bands begin `LINE_STEP` ordinates apart, the first at `FIRST_LINE_ORDINATE`. `total` is 0 followed by the cumulative
-    sums of the values, shape (…, segment).
+    The bands begin `LINE_STEP` (2) ordinates apart, the first at `FIRST_LINE_ORDINATE` (8). `total` is 0 followed by the
+    cumulative sums of the values, shape (…, segment).
     """
     first = FIRST_LINE_ORDINATE - 1
     return total[..., first + LINE_WIDTH :: LINE_STEP] - total[..., first:-LINE_WIDTH:LINE_STEP]
@@ -299,10 +299,10 @@ _NOTHING = (np.ones((0, 1)), np.zeros((0, 2)), np.zeros(0))
 def _broad_alternatives(edges: NDArray[np.int64]) -> tuple[Array, Array, Array]:
     """Tuple (power ratios, shape (k, cells); spans, shape (k, 2); shares of the capital, shape (k,)) of k alternatives.
 
-    A ratio is the power of the alternative divided by that of the model, in the half octave between two `edges`. The
-    alternatives are another level, filtered noise, and octaves; each kind gets a quarter of the capital. The last quarter
-    is for lines. A span (first ordinate, last + 1) is where an alternative differs by at least half of its largest ratio,
-    in logarithms.
+    An alternative is a spectrum that differs from that of the model. Its power ratio in a cell (half octave between two
+    `edges`) is its power divided by that of the model. There are three kinds: another level, filtered noise, and a change
+    in one octave. Each kind gets a quarter of the capital; the last quarter is for lines. The span (first ordinate, last +
+    1) of an alternative is where it differs by at least half of its largest ratio, in logarithms.
     """
     low, high, segment = edges[:-1], edges[1:], int(edges[-1])
     middle = np.sqrt(low * (high - 1.0))

@@ -260,7 +260,7 @@ def run_fleet(
         Time limit of a log, s. Its memory limit is ``ALLANITE_MEMORY``, by default an equal share of half of the free
         memory.
     on_done : callable, optional
-        Called with (logs done, logs, path).
+        Called with (logs done, number of logs, path) after each log that was computed.
     on_note : callable, optional
         Called with a line about each unusable part of the journal; by default a warning.
 
@@ -515,7 +515,7 @@ def write_table(rows: list[dict[str, Any]], target: Path) -> None:
 def _quoted_cells(row: Sequence[Any]) -> list[Any]:
     """List of the cells of a row; a text that a spreadsheet would evaluate gets an apostrophe in front.
 
-    So does such a text with apostrophes in front, so that `without_quote` restores all texts.
+    If such a text already has apostrophes in front, it gets another one, so that `without_quote` restores all texts.
     """
     return [
         f"'{cell}"

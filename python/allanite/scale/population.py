@@ -293,7 +293,7 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
 def _biases_by_column(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
     """Dict from column name to `TurnOn`: mean and spread of the column's bias over all logs.
 
-    Omitted are columns with fewer than two logs, with several units, and those that lack a finite mean in any log.
+    Columns with fewer than two logs, with several units, or without a finite mean in each log are omitted.
     """
     out = {}
     for column in dict.fromkeys(str(row["column"]) for row in rows):
@@ -335,9 +335,10 @@ def _population(
     """Tuple (`Population` of a parameter over all units, p-value of each unit's deviation, shape (units,)).
 
     `values` are [value, low, high, standard error], one per unit. Logarithms are compared if all values are positive, but
-    not for ``mean``. The p-value is two-sided, for (value − median) / width. The width is a robust standard deviation, that
-    of all units or that of the units on the same side of the median, the larger; it includes the unit's own error. The
-    distribution is Student's t with half as many degrees of freedom as units (at least 2), or normal from 200 units on.
+    not for ``mean``. The p-value is two-sided, for (value − median) / width. The width is a robust standard deviation: that
+    of all units or that of the units on the same side of the median, the larger. A unit with a larger standard error than
+    the median one can have a larger width. The distribution is Student's t with half as many degrees of freedom as units
+    (at least 2), or normal from 200 units on.
     """
     from scipy.special import ndtr, stdtr
 
@@ -466,8 +467,8 @@ def serve_parquet_rows(path: str) -> list[dict[str, Any]]:
 def _check_row(row: dict[str, Any]) -> None:
     """Raise `TypeError`, `KeyError` or `ValueError` unless a row can be one of `allanite fleet`.
 
-    File, column and status must be texts. In finished rows (status ``done``) with numbers, these and further entries must
-    be finite.
+    File, column and status must be texts. If a row has the status ``done`` and an entry ``numbers``, all numbers in the row
+    must be finite; only those in ``numbers`` may be None.
     """
     for name in ("file", "column", "status"):
         if not isinstance(row[name], str):

@@ -51,7 +51,7 @@ class ClippedPower:
 
         It is the larger of two bounds. The first is the mean of the observed values plus three standard errors. The second
         is such a bound for w² limited to HIGH_CLIP, plus HIGH_CLIP times a bound on the share of samples with w² ≥
-        HIGH_CLIP. It allows for a rare tail that falls at least as w⁻⁴.
+        HIGH_CLIP. The second bound holds if the tail falls at least as w⁻⁴.
         """
         n = self.samples
         if n == 0:

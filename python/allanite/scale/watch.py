@@ -330,7 +330,8 @@ class Watch:
     def _restore_state(self, state: dict[str, Any]) -> None:
         """Set the watch to the parsed state of a file.
 
-        Raises `InputError`, `KeyError`, `TypeError` or `ValueError` for a damaged state, or one of another model or rate.
+        Raises `InputError` for a state of another model or rate. Raises `InputError` or an exception such as `KeyError` for
+        a damaged state.
         """
         if state["schema"] != SCHEMA:
             raise InputError(f"{state['schema']}, and this is {SCHEMA}: use another state file")

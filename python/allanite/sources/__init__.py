@@ -178,7 +178,10 @@ def _with_extras(document: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[s
 
 
 def _check_recording(document: Mapping[str, Any]) -> None:
-    """Raise `InputError` unless the unit of the recording in a document is a text and its rate a positive number."""
+    """Raise `InputError` if a document states a unit that is no text, or a rate that is no positive number.
+
+    Either may be missing.
+    """
     recording = document.get("recording") or {}
     unit, rate = recording.get("unit"), recording.get("rate_hz")
     if unit is not None and not isinstance(unit, str):

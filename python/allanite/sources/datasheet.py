@@ -168,10 +168,7 @@ class DataSheet:
     temperature: str = ""
 
     def of_kind(self, kind: str) -> DataSheet:
-        """Copy of the sheet with only the figures of one kind of sensor (``"angular rate"``, ``"acceleration"``, …).
-
-        They may be none.
-        """
+        """Copy of the sheet with only the figures of one kind of sensor (``"angular rate"``, …), perhaps none."""
         return replace(self, figures=tuple(f for f in self.figures if f.kind == kind))
 
     def folded(self, rate: float) -> tuple[float, float] | None:

@@ -37,12 +37,11 @@ MIN_ROWS = len(NAMES) + 1
 
 
 def is_deviation_table(path: Path) -> bool:
-    """True if a text file is a table of Allan deviations over averaging times; False if it cannot be read as numbers.
+    """True if a text file is a table of Allan deviations over averaging times; False also if it cannot be read as numbers.
 
-    A table has at least 5 rows, increasing times in the first column, and only positive values. With a header, the first
-    name must begin with ``tau`` or ``averaging``. Without a header, two more conditions hold for the deviations: the
-    minimum of each column is below 2/3 of its first value, and successive values differ by less than about 30 % in the
-    median.
+    The table must have 5 rows or more, growing times, and only positive values. A header must have ``tau`` or
+    ``averaging…`` in the first column. Without a header, each column must fall from its first value by a third or more.
+    Neighboring values in a table without a header must differ by less than 30 % in the median.
     """
     try:
         header, tau, values = _header_and_columns(text.first_rows_of(path)[0])

@@ -97,7 +97,11 @@ class _SchulerCoasting(Coasting):
 
     @cached_property
     def weights(self) -> Array:
-        """Weights of the samples since the fix, shape (m,): differences of the step response."""
+        """Weights of the samples since the fix, oldest first, shape (m,): the error at the end is Σ weight · sample.
+
+        A weight is s(a) − s(b) with the step response s. a and b are the times from the start and from the end of the
+        sample to the end.
+        """
         edges = self.step_response((self.m - np.arange(self.m + 1)) / self.rate)
         return np.asarray(edges[:-1] - edges[1:])
 

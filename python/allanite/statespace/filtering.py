@@ -126,7 +126,10 @@ class Innovations:
 
     @cached_property
     def by_tau(self) -> NisByTau:
-        """`NisByTau`: NIS of means over τ, from one sample to a tenth of the record, two averaging times per octave."""
+        """`NisByTau`: the normalized innovation squared of means over τ, with its 95 % range for a true model.
+
+        τ goes from one sample to a tenth of the record, with two values per octave.
+        """
         from scipy.special import chdtri
 
         z = self.values / np.sqrt(self.variances)

@@ -356,11 +356,11 @@ def sample_count(seconds: float, rate: float, name: str) -> int:
 def terms_by_label(
     model: Model, rate: float
 ) -> tuple[dict[str, tuple[Term, ...]], tuple[Effect, ...]]:
-    """Tuple (dict from label to the terms of each predictable effect, tuple of the effects that are omitted).
+    """Tuple (dict from the label of each predictable effect to its noise terms, tuple of the effects that are left out).
 
-    The sum of the terms (`effects.terms`) is the noise process at its present values. Ramps and lines are predictable
-    without terms: their value is (). Omitted are functions of time and level changes of single parts of a record. Raises
-    `InputError` if a coefficient has no value.
+    The sum of the terms (`Term`) is the noise of the effect. Ramps and lines are predictable too, but have no terms: ().
+    Left out are other functions of time, and level changes of single parts of a record. Outliers and filters are in
+    neither. Raises `InputError` if a coefficient has no value.
     """
     out: dict[str, tuple[Term, ...]] = {}
     left_out: list[Effect] = []

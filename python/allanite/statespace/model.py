@@ -76,7 +76,7 @@ class StateSpace:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Tuple of texts: label of the effect of each state."""
+        """Tuple of texts, one per state: label of the effect to which the state belongs."""
         return tuple(
             owner
             for owner, s in zip(self.owners, self.sections, strict=True)
@@ -155,7 +155,10 @@ class StateSpace:
         return allan_variance_of(self.terms, m.ravel()).reshape(m.shape)
 
     def with_level(self) -> StateSpace:
-        """State space with one more state, a constant of unknown value; `self` if it has such a state already."""
+        """State space with one more state, a constant of unknown value.
+
+        If the state space has a state of unknown initial level already, `self` is returned.
+        """
         if self.diffuse.any():
             return self
         one = np.ones((1, 1))

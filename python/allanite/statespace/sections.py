@@ -178,7 +178,7 @@ def _exponential(term: Exponential) -> Section | None:
 
 
 def _arma(terms: tuple[Term, ...]) -> Section:
-    """Section of the ARMA process whose spectrum is the sum of the terms (`Exponential` and `White`)."""
+    """Section of the ARMA process whose spectrum is the sum of the spectra of `terms` (`Exponential` and `White`)."""
     from allanite.simulate import arma
 
     return _harvey(*arma(terms), terms)

@@ -510,7 +510,7 @@ def _known_functions(
 
     `steps` are times in s or texts such as dates. If `periods` (s) is None, a year and half a year are used, or none for a
     record shorter than a year. Raises `TooShortError` for fewer than 16 samples in addition to one per function. Raises
-    `InputError` for a text that is no time, and for a step without samples on both sides.
+    `InputError` for a text that is no time, a step without samples on both sides, or two steps between the same samples.
     """
     if periods is None:
         periods = PERIODS if times[-1] - times[0] >= YEAR * MIN_YEARS else ()
