@@ -142,9 +142,10 @@ def _independent_covariance(solution: Solution, slopes: Array) -> Array:
 
 
 def logl_scale(solution: Solution, own: Process, data: Data) -> float:
-    """Ratio of the variance of a squared coefficient by the likelihood to its sandwich variance.
+    """Factor by which to multiply logL to account for correlated bins when samples are missing.
 
-    A factor for logL that accounts for correlated bins. 1 without missing samples, or if the sandwich variance is 0.
+    It is the variance of a squared coefficient by the likelihood, divided by its sandwich variance. It is 1 without missing
+    samples, or if the sandwich variance is 0.
     """
     if data.gain is None:
         return 1.0

@@ -276,7 +276,7 @@ def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[flo
     """
 
     def times(ratio: float) -> float:
-        """`ratio` to the power `factor`, clipped to e^±`MAX_LOG_HALF_WIDTH`."""
+        """`ratio` to the power of the outer `factor`, clipped to e^±`MAX_LOG_HALF_WIDTH`."""
         return float(
             np.exp(np.clip(factor * np.log(ratio), -MAX_LOG_HALF_WIDTH, MAX_LOG_HALF_WIDTH))
         )
@@ -290,8 +290,8 @@ def _shape_estimate(
 ) -> Any:
     """`Estimate` of the shape parameter `name` of a fitted effect; a value of None or text is returned unchanged.
 
-    `relative` is the standard error of ln(shape), or of the shape itself if it may be negative. It gives standard error
-    and 95 % interval; both are None without it. `detected` (of the effect) and the unit `own_unit` are passed on.
+    `relative` is the standard error of ln(shape), or of the shape itself if it may be negative. With None, the estimate has
+    no standard error and no interval. `detected` (of the effect) and the unit `own_unit` are passed on.
     """
     value = effect.values[name]
     if value is None or isinstance(value, str):

@@ -351,7 +351,7 @@ class Fit:
     ) -> tuple[Any, ...]:
         """Tuple of the results of search(self, place), cached by the name of the search function and `place`.
 
-        `place` is the index of the effect that alternatives are searched for.
+        `place` is the index of the effect for which alternatives are searched.
         """
         key = search.__name__, place
         if key not in self._searches:

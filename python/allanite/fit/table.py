@@ -168,9 +168,9 @@ def _percent(share: float) -> str:
 
 
 def is_wider(value: Estimate, interval: tuple[float, float]) -> bool:
-    """True if `interval` exceeds the interval of the estimate at one end, by more than a tenth of the estimate's width.
+    """True if an end of `interval` lies outside the interval of the estimate, by more than 10 % of the width of the latter.
 
-    The width is that of the estimate's interval. False if the estimate has no interval.
+    False if the estimate has no interval.
     """
     if value.interval is None:
         return False

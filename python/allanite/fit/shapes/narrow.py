@@ -167,7 +167,7 @@ class Window:
         return self._log_likelihood_of(self.spectrum(x))
 
     def _log_likelihood_of(self, expected: Array) -> float:
-        """Whittle logL of the ordinates for expected squares, shape (k,)."""
+        """Whittle logL, nats and without constants, of the window's ordinates for their `expected` squares, shape (k,)."""
         return -0.5 * float(np.sum(np.log(expected) + self.power / expected))
 
     @property

@@ -112,7 +112,10 @@ def _maxima_of_selected(
     def maxima_after(
         which: NDArray[np.intp], thetas: Array, rounds: int
     ) -> tuple[Array, Array, list[int | None]]:
-        """Tuple (θ, logL, discrepancy indices or None) of the points `which` after `rounds` Fisher-scoring steps."""
+        """Tuple (θ, logL, discrepancy indices) of the points with the indices `which` after `rounds` Fisher-scoring steps.
+
+        θ are the squared coefficients, shape (points, p). The discrepancy index is None where no model discrepancy is used.
+        """
         return climb_many(
             power, count, columns[which], thetas, base.scale, rounds, cells=not narrow
         )

@@ -137,9 +137,9 @@ def _suggested_by_ordinates(effect: Effect, part: RandomPart) -> list[Effect]:
 
 
 def with_open_shapes(model: Model, given: Model) -> Model | None:
-    """Copy of the model in which shapes that had no value in `given` have none again; None if all had values.
+    """Copy of the model in which random effects and modifiers with an unknown shape in `given` are again as in `given`.
 
-    Shapes of functions of time keep their values.
+    All other effects, e.g. functions of time, keep their values. None if this changes nothing.
     """
     effects = [
         old if not isinstance(old, Deterministic) and _has_open_shape(old) else new

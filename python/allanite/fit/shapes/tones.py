@@ -102,7 +102,10 @@ def steady_line_gain(band: Band, frequency: float) -> float:
 
 
 def relative_power(band: Band, frequency: float, start: float, end: float) -> float:
-    """Noise power of the band during a tone burst, without the burst itself, over the expected noise power; at least 1."""
+    """Ratio, at least 1, of noise power to expected noise power in the band during a tone burst.
+
+    The noise power is the mean power of the band in that time minus the power of the burst.
+    """
     inside = band.series[round(start * band.series.size) : round(end * band.series.size)]
     count = max(inside.size, 2)
     # A pure burst has its whole gain in one Fourier sum, while noise has power 1 in each sum.

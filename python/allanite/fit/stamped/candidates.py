@@ -341,9 +341,8 @@ def _start_values(
     """Array of the start values: ln of each variance over that of the first effect, then the exponent if it is fitted.
 
     Without `start`, all variances are equal and the exponent is in the middle of its range. With a fit `start`, its
-    effects keep their variances, and new effects get 1/10 of the largest of them. The exponent is then that of `start`,
-    if one was fitted. If the last effect of `start` is B or K, the exponent starts at −1 or −1.8. All values are clipped
-    to `limits`.
+    effects keep their variances, and new effects get 1/10 of the largest of them. The exponent, if fitted, starts at that
+    of `start`. If `start` has none and ends with B or K, it starts at −1 or −1.8. All values are clipped to `limits`.
     """
     first = np.zeros(len(limits))
     sizes = len(candidate.effects)
