@@ -67,7 +67,10 @@ class Curve:
 
     @cached_property
     def components(self) -> dict[str, Array]:
-        """Dict of the deviation of each effect alone, U, shape (k,), by kind; computed on first use."""
+        """Dict from the kind of each effect to the Allan deviation of this effect alone, U, shape (k,).
+
+        The dict is computed on first use.
+        """
         return components_at(*self.of, self.factors)
 
     @property
@@ -167,7 +170,10 @@ class DeviationBand:
     inside: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: ``level`` (0.95), ``inside``, and ``points``, a list of dicts with τ, both bands and edf."""
+        """Dict for JSON: ``level`` (0.95), ``inside``, and ``points``, a list with one dict for each τ.
+
+        A point has τ in s, the limits of the pointwise and of the simultaneous band, and edf.
+        """
         names = ("low", "high", "low_everywhere", "high_everywhere", "edf")
         points = [
             {"tau_s": float(t), **{name: float(getattr(self, name)[k]) for name in names}}

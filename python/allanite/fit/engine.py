@@ -196,7 +196,10 @@ class _Functions:
     regression: Regression = NO_REGRESSION
 
     def refitted(self, effects: tuple[Deterministic, ...], noise: Noise, data: Data) -> _Functions:
-        """`_Functions` of the given effects with fitted amplitudes; the design is reused if no shape has changed."""
+        """`_Functions` (functions of time, their regressors and their regression) of `effects` with fitted amplitudes.
+
+        The regressors are reused if no shape has changed.
+        """
         same = [e.seen_alike for e in self.effects] == [e.seen_alike for e in effects]
         design = self.design if same else design_of(effects, data)
         regression = _regress(effects, design, data, noise.variance(design.ordinates))
@@ -326,7 +329,7 @@ def with_coefficients(model: Model, theta: Array) -> Model:
 
 
 def _with_replaced(model: Model, base: type[Effect], effects: Iterator[Effect]) -> Model:
-    """Copy of the model in which the next of `effects` replaces each effect of class `base`."""
+    """Copy of the model in which each effect of class `base` is replaced by the next element of `effects`, in order."""
     return Model(tuple(next(effects) if isinstance(e, base) else e for e in model))
 
 

@@ -51,7 +51,7 @@ class Process(Fitted):
 
     @property
     def power(self) -> Array:
-        """Array of the expected bin power, shape (bins,)."""
+        """Array of the expected power of each bin from this random process, shape (bins,)."""
         return self.column * self.theta
 
 
@@ -132,7 +132,10 @@ class Residual:
         return self.data.functions.get(self._key, lambda: self.data.ordinates_without(self.removed))
 
     def with_cached(self, ordinates: Array) -> Residual:
-        """The same `Residual`, after its already computed `ordinates` were stored in the cache of the data."""
+        """The same `Residual`, after its already computed `ordinates` were stored in the cache of the data.
+
+        Nothing is stored if no function of time was subtracted: the ordinates are then those of the data.
+        """
         if self.removed:
             self.data.functions.get(self._key, lambda: ordinates)
         return self
@@ -197,12 +200,12 @@ class Solution:
 
     @cached_property
     def processes(self) -> tuple[Process, ...]:
-        """Tuple of the random processes, in the order of the model."""
+        """Tuple of the fitted random processes (`Process`), in the order of the model."""
         return tuple(own for own in self.effects if isinstance(own, Process))
 
     @cached_property
     def functions(self) -> tuple[Regressed, ...]:
-        """Tuple of the known functions of time, in the order of the model."""
+        """Tuple of the fitted known functions of time (`Regressed`), in the order of the model."""
         return tuple(own for own in self.effects if isinstance(own, Regressed))
 
     @cached_property
@@ -212,7 +215,7 @@ class Solution:
 
     @cached_property
     def columns(self) -> Array:
-        """Array of the expected bin power at coefficient 1, shape (bins, processes)."""
+        """Array of the expected power of each bin from each random process at coefficient 1, shape (bins, processes)."""
         return np.column_stack([own.column for own in self.processes])
 
     @property
@@ -239,5 +242,8 @@ class Solution:
         return 0.0 if self.scale is None else float(SCALES[self.scale])
 
     def noise(self, data: Data) -> Noise:
-        """`Noise`: predicted variance of single ordinates from the random effects."""
+        """`Noise`: predicted variance of single ordinates from the random effects, times the `level` of their bin.
+
+        `level` is the estimated ratio of true to modeled power.
+        """
         return Noise(data.terms(self.model), data.bins, self.level)

@@ -37,9 +37,9 @@ def remove_level_change(white: Array, effect: Modifier, solution: Solution, data
     """Divide a band's change of level out of the whitened ordinates `white`, in place.
 
     If the change belongs to processes of the model, the frequency cells around their peaks are changed (`cell_shares`).
-    Otherwise all ordinates of the frequency band `effect.band` are changed. Their time series is divided by √(1 + s(p −
-    1)). Here p is the expected relative power over time, and s is the share of the process in the density (1 without a
-    process).
+    Otherwise all ordinates of the frequency band `effect.band` are changed. Their time series is divided by √g with g =
+    1 + s(p − 1). Here p is the expected relative power over time, and s is the share of the process in the density.
+    Without a process, s is 1.
     """
     assert effect.band is not None
     owners = [p for p in solution.processes if effect.changes_level_of(p.effect)]
@@ -142,8 +142,8 @@ def _density_shares(
 def band_ordinates(band: tuple[float, float], data: Data, n: int) -> tuple[int, int]:
     """Pair (first, number) of the ordinates of a frequency band (low, high), Hz; the record has `n` ordinates.
 
-    The number is raised until a transform of number + 1 values is fast. The first ordinate is lowered if the band would
-    exceed `n`.
+    The number is raised until a transform of number + 1 values is fast, but is at most n − 1. The first ordinate is
+    lowered if the band would exceed `n`.
     """
     from scipy.fft import next_fast_len
 
@@ -153,5 +153,8 @@ def band_ordinates(band: tuple[float, float], data: Data, n: int) -> tuple[int, 
 
 
 def band_series(band: Array) -> Array:
-    """Array of the time series of a band: inverse cosine transform of its consecutive ordinates, shape (ordinates + 1,)."""
+    """Array of the time series of a band, shape (ordinates + 1,): inverse cosine transform of its consecutive ordinates.
+
+    A 0 is put before the ordinates, so that the series has the mean 0.
+    """
     return _kernels.inverse_cosine_transform(np.concatenate([[0.0], band]))

@@ -92,7 +92,10 @@ class Data(ABC):
     @property
     @abstractmethod
     def time(self) -> Array:
-        """Array of the time of each entry of `samples`, s since the first sample of the recording, shape (kept,)."""
+        """Array of the time of each entry of `samples`, s since the first sample of the recording, shape (kept,).
+
+        kept is the number of kept samples: all n of a recording, or the low-rate samples of a summary.
+        """
 
     @property
     @abstractmethod
@@ -169,9 +172,9 @@ class Data(ABC):
         return tuple(term.inside for term in terms) if self.ends_missing else terms
 
     def residual(self, model: Model) -> Array:
-        """Array of `samples` minus the model's known functions of time, shape (kept,).
+        """Array of `samples` minus the model's known functions of time, shape (kept,); `samples` itself if there are none.
 
-        `samples` itself if the model has none.
+        kept is the number of kept samples: all n of a recording, or the low-rate samples of a summary.
         """
         known = model.deterministic
         return self.samples - self.signal(known) if known else self.samples
@@ -186,7 +189,10 @@ class Data(ABC):
 
     @abstractmethod
     def transform(self, series: Array) -> Array:
-        """Array of the orthonormal cosine transform of a series sampled at `time`, shape (known,)."""
+        """Array of the ordinates of a series sampled at `time`: its orthonormal cosine transform, shape (known,).
+
+        known is the number of kept ordinates: all n of a recording, or the lowest of a summary.
+        """
 
     @abstractmethod
     def factors(self) -> NDArray[np.int64]:
@@ -201,7 +207,7 @@ class Data(ABC):
 
     @abstractmethod
     def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
-        """Array of the overlapping Allan deviation of a signal sampled at `time`, at `factors`."""
+        """Array of the overlapping Allan deviation, U, of a signal sampled at `time`, at the averaging `factors`."""
 
     def octaves(
         self,
@@ -211,7 +217,8 @@ class Data(ABC):
         """List of (first ordinate, end ordinate, power, number), one for each octave of a summary; empty for a recording.
 
         Of these octaves, a summary keeps no single ordinates but mean squares over time. `power` is an array: the mean
-        square in each of equal time cells, divided by its expectation. `number` is how many squares each mean contains.
+        square in each of equal time cells, divided by its expectation. `number` is how many ordinates there are per
+        cell.
 
         Parameters
         ----------
@@ -223,9 +230,10 @@ class Data(ABC):
         return []
 
     def at_octave_resolution(self, power: Array, first: int) -> Array:
-        """Array like `power` (equal time cells), averaged over the time blocks in which an octave is kept.
+        """Array like `power`, averaged within the time blocks for which a summary keeps the power of one octave.
 
-        `first` is the first ordinate of the octave. A recording keeps all ordinates, and returns `power` itself.
+        `power` has one value for each of equal time cells. `first` is the first ordinate of the octave. For a
+        recording, which keeps all ordinates, `power` itself is returned.
         """
         return power
 
@@ -245,7 +253,10 @@ class Data(ABC):
         """`Sections`: the record minus the known functions of time of a model, cut into `number` equal time sections."""
 
     def ordinates_without(self, effects: Sequence[Deterministic]) -> Array:
-        """Array of the ordinates of the record minus those of the functions of time `effects`, shape (known,)."""
+        """Array of the ordinates of the record minus those of the functions of time `effects`, shape (known,).
+
+        known is the number of kept ordinates: all n of a recording, or the lowest of a summary.
+        """
         return self.minus_functions(
             self.ordinates, [(effect, effect.amplitudes()) for effect in effects]
         )
@@ -255,8 +266,9 @@ class Data(ABC):
     ) -> Array:
         """Array of `ordinates` minus known functions of time with given amplitudes, shape (known,).
 
-        `parts` holds pairs of an effect and its amplitudes; negative amplitudes add a function. The functions are first
-        multiplied by `gain` if samples are missing. `ordinates` itself is returned if all amplitudes are 0.
+        known is the number of kept ordinates: all n of a recording, or the lowest of a summary. `parts` holds pairs of
+        an effect and its amplitudes; negative amplitudes add a function. The functions are first multiplied by `gain`
+        if samples are missing. `ordinates` itself is returned if all amplitudes are 0.
         """
         total: Array | None = None
         once: Array | None = None
@@ -288,7 +300,10 @@ class Data(ABC):
         self.of_bins.clear()
 
     def regressor_ordinates(self, effect: Deterministic) -> Array:
-        """Array of the cosine ordinates of every regressor of an effect, shape (regressors, known); cached."""
+        """Array of the cosine transform of every regressor of an effect, shape (regressors, known); cached.
+
+        known is the number of kept ordinates: all n of a recording, or the lowest of a summary.
+        """
         return self.functions.get(
             effect.seen_alike,
             lambda: np.array(
@@ -363,7 +378,7 @@ class SampleData(Data):
         )
 
     def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
-        """Array of the overlapping Allan deviation of a signal sampled at `time`, at `factors`."""
+        """Array of the overlapping Allan deviation, U, of a signal sampled at `time`, at the averaging `factors`."""
         stop_if_unwanted()
         return oadev(signal, rate=self.rate, factors=factors).deviation
 
@@ -381,7 +396,7 @@ class SampleData(Data):
         return number
 
     def sections(self, model: Model, number: int) -> Sections:
-        """`SectionsOfSamples`: the residual of a model, cut into `number` equal time sections."""
+        """`SectionsOfSamples`: samples minus the model's known functions of time, cut into `number` equal time sections."""
         return SectionsOfSamples(self.residual(model), self.rate, number)
 
 

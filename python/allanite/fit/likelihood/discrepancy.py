@@ -86,7 +86,7 @@ def profile_likelihood(power: Array, count: Array, spectrum: Array) -> Array:
 
 
 def best_scale(power: Array, count: Array, spectrum: Array) -> tuple[int, float]:
-    """Pair: index into `SCALES` of the most likely discrepancy of a spectrum, and its marginal logL.
+    """Pair: index into `SCALES` (the tried values of the discrepancy δ) with the largest marginal logL, and this logL.
 
     An index is returned even if δ = 0 is more likely.
     """
@@ -98,7 +98,8 @@ def nearest_best_scale(
 ) -> tuple[int, MarginalLikelihood]:
     """Pair: index into `SCALES` of the local maximum of the marginal logL nearest to `scale`, and its `MarginalLikelihood`.
 
-    `best` is the `MarginalLikelihood` at `scale`; it is returned if `scale` is that maximum.
+    `SCALES` are the tried values of the discrepancy δ. `best` is the `MarginalLikelihood` at the index `scale`; it is
+    returned if `scale` is that maximum.
     """
     found, value, weight = likelihood(count).best_scale(power, spectrum, scale)
     return (scale, best) if found == scale else (found, MarginalLikelihood(value, weight))

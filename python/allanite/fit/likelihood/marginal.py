@@ -242,10 +242,11 @@ def _cholesky(covariance: Array, solution: Solution) -> Array:
 
 
 def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
-    """Array: lower Cholesky factor of the covariance from which coefficients are drawn first, shape (p, p).
+    """Array: lower Cholesky factor of the covariance of the first proposal distribution of coefficients, shape (p, p).
 
-    Standard errors are 1.5 times those of the Fisher information. That of a coefficient near zero follows from the
-    information on its square, without correlations. A coefficient that is not `free` has nearly no variance.
+    The standard errors are 1.5 times those of the Fisher information. A coefficient whose square is below the standard
+    error of this square has no correlations, and a standard error from the information on the square. A coefficient
+    that is not `free` has nearly no variance.
     """
     theta = solution.theta
     slopes = solution.columns / solution.spectrum[:, None]

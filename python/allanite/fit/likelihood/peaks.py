@@ -62,9 +62,10 @@ def has_ordinates_near(effect: Effect, data: Data) -> bool:
 
 
 def is_fitted_to_ordinates(effect: Effect, data: Data) -> bool:
-    """True if the shapes of an effect are fitted to single ordinates.
+    """True if the shapes of an effect are fitted to single ordinates (cosine-transform coefficients) instead of bins.
 
-    The effect must be a narrow band whose shapes are all free, and the record must keep the ordinates near the band.
+    The effect must be a narrow band whose shapes are all free and can be given by two band limits (`banded`). The
+    record must keep the ordinates near the band (`has_ordinates_near`).
     """
     if not is_narrow(effect) or not has_ordinates_near(effect, data):
         return False

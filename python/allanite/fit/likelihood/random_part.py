@@ -45,7 +45,7 @@ class Linear:
         return self.matrix @ self.fixed if self.fixed.any() else None
 
     def without(self, place: int) -> Linear:
-        """`Linear` without the random effect (column) at index `place`."""
+        """Copy of this `Linear` without the random effect at index `place`, and without its column of bin power."""
         return Linear(
             np.delete(self.matrix, place, axis=1),
             np.delete(self.free, place),

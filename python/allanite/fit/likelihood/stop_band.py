@@ -52,7 +52,7 @@ def bins_with_stop_band(ordinates: Array) -> Bins:
 
 
 def is_empty(bins: Bins) -> NDArray[np.bool_]:
-    """Mask of the bins without degrees of freedom (a filter's stop band), shape (bins,)."""
+    """Mask of the empty bins, shape (bins,): those with nearly no degrees of freedom (the stop band of a filter)."""
     return np.asarray(bins.count < 1e-6 * np.diff(bins.edges))
 
 
@@ -70,7 +70,7 @@ def is_mostly_empty(bins: Bins, low: int, high: int) -> bool:
 
 
 def zero_empty_bins(ordinates: Array, bins: Bins) -> Array:
-    """Set the ordinates in empty bins to 0 in place, and return the same array."""
+    """Set the ordinates in empty bins (the stop band of a filter, `is_empty`) to 0 in place, and return the same array."""
     for b in np.flatnonzero(is_empty(bins)):
         ordinates[bins.edges[b] : bins.edges[b + 1]] = 0.0
     return ordinates

@@ -179,7 +179,10 @@ def maximize(
 
 
 def first_guess(power: Array, count: Array, columns: Array, offset: Array | None) -> Array:
-    """Array of θ ≥ 0 that minimizes the squared relative errors of the bin power, weighted by `count`, shape (p,)."""
+    """Array of θ ≥ 0 that minimizes the squared relative errors of the bin power, weighted by `count`, shape (p,).
+
+    `offset` is the expected power of held effects, shape (bins,); None means 0.
+    """
     return likelihood(count).first(power, columns, offset)
 
 

@@ -285,9 +285,9 @@ def is_still_complete(data: Data, before: Solution, after: Solution) -> bool:
 def complete_and_fit(data: SampleData, model: Model) -> tuple[SampleData, Solution]:
     """Pair (data, solution): record whose missing samples are drawn from the model fitted to it, and this fit.
 
-    Draws and fits alternate for at most 8 rounds, until a round changes logL by less than 0.02 nats. If the fit then has a
-    discrepancy, up to 8 rounds follow. Their draws have the power estimated in each bin instead of that of the model.
-    `model` is as for `fit.engine.solve`.
+    Each round draws the missing samples and fits again. At most 8 rounds are made, until one changes logL by less than
+    0.02 nats. If the fit then has a discrepancy, up to 8 rounds follow whose draws have the power estimated in each bin
+    instead of that of the model. `model` is as for `fit.engine.solve`.
     """
     from allanite.fit.engine import solve, with_coefficients
 

@@ -82,11 +82,11 @@ def unknown_share(
 
 
 def unknown_share_of_lowest(missing: Mask, spectrum: Array) -> tuple[Array, float]:
-    """Pair: unknown shares r of the lowest ordinates j = 1, 2, …, and the fraction of samples in entirely missing cells.
+    """Pair (r, empty): unknown share of the power of each of the lowest ordinates j = 1, 2, …, and fraction in long gaps.
 
-    A cell is a group of neighboring samples; a record has at most 512 cells. For at most 512 samples, the shares are
-    those of all n − 1 ordinates. Otherwise they are those of the lowest 128, or 32 if at least 10 % of the cells are
-    partly missing.
+    The record is divided into at most 512 cells of neighboring samples. `empty` is the fraction of samples in cells
+    that are entirely missing. For at most 512 samples, r is for all n − 1 ordinates. Otherwise it is for the lowest
+    128, or for the lowest 32 if at least 10 % of the cells are partly missing.
     """
     from scipy.linalg import cho_factor, cho_solve
 

@@ -22,7 +22,11 @@ PRIOR_LOG_RANGE = float(np.log(1e3))
 
 
 def bic_cost(solution: Solution) -> float:
-    """Cost of one parameter in ln evidence by BIC, nats: ½ ln n with the effective number n of observations."""
+    """Cost of one parameter in ln evidence by BIC, nats: ½ ln n.
+
+    n is the effective number of observations: the sum of the degrees of freedom of the bins, reduced by the
+    discrepancy.
+    """
     return 0.5 * float(np.log(max(solution.weight.sum(), 2.0)))
 
 
@@ -81,6 +85,10 @@ def discrepancy_gain(solution: Solution, data: Data) -> float:
 
 
 def evidence_gain(after: Solution, before: Solution, data: Data) -> float:
-    """Ln evidence of `after` minus that of `before`, nats, without the part that comes from a larger discrepancy."""
+    """Ln evidence of `after` minus that of `before`, nats, without the gain that comes from a larger model discrepancy.
+
+    If the discrepancy raises the logL of `after` by more than that of `before` (`discrepancy_gain`), the excess is
+    subtracted.
+    """
     more = max(0.0, discrepancy_gain(after, data) - discrepancy_gain(before, data))
     return evidence(after) - evidence(before) - more

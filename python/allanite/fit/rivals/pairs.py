@@ -130,9 +130,10 @@ def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solut
 def alternative_pairs(fit: Fit, place: int, also: int | None = None) -> list[Pair]:
     """List of `Pair`, the highest evidence first: two effects that may replace the one at index `place`.
 
-    At least one of the two is a declared alternative of that effect. Pairs 3 nats or more below the evidence of the fit
-    are omitted. With `also`, the effect at this second index is removed, too. The list is empty if the effect is neither a
-    filter nor fit to be split (`can_be_split`), or if no other effect remains.
+    At least one of the two is a declared alternative of that effect. Only the best pair of the same two kinds is
+    listed, and only if its evidence is less than 3 nats below that of the fit. With `also`, the effect at this second
+    index is removed, too. The list is empty if the effect is neither a filter nor can be split (`can_be_split`), or if
+    no other effect remains.
     """
     effects = fit.model.effects
     out, places = effects[place], (place,) if also is None else (place, also)
@@ -170,10 +171,10 @@ class _PairSearch:
     min_evidence: float
 
     def pairs(self) -> list[tuple[float, Model]]:
-        """List, in no order, of (ln evidence, model) of candidate pairs; their shapes are values of a grid.
+        """List, in no order, of (ln evidence, model): models in which two effects replace the removed effect.
 
-        Filters and broad bands are replaced by a filter and a process. Other effects are replaced by two functions, two
-        processes or one of each.
+        The shapes of the two effects are values of a grid. A filter or broad band is replaced by a random process and a
+        filter. Any other effect is replaced by two functions of time, two random processes or one of each.
         """
         if is_broad(self.out) or isinstance(self.out, Modifier):
             # Quantization behind a filter has the same edge as another filter or a hump.
@@ -226,7 +227,10 @@ class _PairSearch:
         return any(one.may_be(self.out) for one in pair)
 
     def _fits_with_process(self) -> list[Solution]:
-        """List of fits (`Solution`) of the base model plus one process, for those `_alternative_processes` that fit."""
+        """List of fits (`Solution`) of the base model plus one random process, for each of `_alternative_processes`.
+
+        Classes without an acceptable fit are omitted (`fit_replacement` returns None).
+        """
         fits = (fit_replacement(c, self.base, self.data) for c in self._alternative_processes())
         return [one for one in fits if one is not None]
 

@@ -130,7 +130,10 @@ class SummaryData(Data):
         return time
 
     def transform(self, series: Array) -> Array:
-        """Array of the lowest ordinates, shape (known,), of a slow series given at `time`; scaled as at the full rate."""
+        """Array of the lowest ordinates (cosine transform) of a slow series given at `time`, shape (known,).
+
+        known is the number of ordinates that the summary keeps. They are scaled as if the series had the full rate.
+        """
         found = _kernels.cosine_transform(np.ascontiguousarray(series))[: self.ordinates.size]
         return np.asarray(found * np.sqrt(self.factor))
 
@@ -222,9 +225,10 @@ class SummaryData(Data):
         return round(LOW * self.n / (SEGMENT << level))
 
     def at_octave_resolution(self, power: Array, first: int) -> Array:
-        """Array like `power` (160 equal time cells), averaged over the time blocks in which an octave is kept.
+        """Array like `power`, averaged within the time blocks for which the summary keeps the power of one octave.
 
-        `first` is the first ordinate of the octave. `power` itself is returned if no octave begins at this ordinate.
+        `power` has one value for each of 160 equal time cells; a block usually contains several of them. `first` is the
+        first ordinate of the octave. `power` itself is returned if no octave begins at this ordinate.
         """
         levels = range(len(self.reading.octaves))
         level = next((level for level in levels if self._first_of(level) == first), None)

@@ -66,9 +66,9 @@ class Maps:
         return np.asarray(edges.clip(0.0, self.n))
 
     def at_octave_resolution(self, power: Array, level: int) -> Array:
-        """Array like `power`, shape (TIME_CELLS,), averaged over the time blocks in which octave `level` is kept.
+        """Array like `power`, averaged within the time blocks for which the summary keeps the power of octave `level`.
 
-        `power` has one value for each of 160 equal time cells.
+        `power` has one value for each of 160 equal time cells, shape (TIME_CELLS,).
         """
         edges = np.unique(self.edges(self.reading.octaves[level].blocks, level))
         # Incomplete blocks at the ends are joined with their neighbor.
