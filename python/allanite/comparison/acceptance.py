@@ -301,10 +301,10 @@ def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptanc
 
 
 def _verdict_on_coefficient(figure: Quoted, fit: Fit, margin: float) -> FigureVerdict:
-    """`FigureVerdict` on a figure that states a coefficient, from the coefficient's 95 % interval in the fit.
+    """`FigureVerdict` on a figure that states a coefficient, from the 95 % interval of the coefficient in the fit.
 
-    Undecided, with a remark, if the model lacks the coefficient or has no interval of it. The measured value is None and
-    the low end is 0 if the coefficient is not detected. `margin` is the fraction by which the limit exceeds the figure.
+    The limit is the figure times 1 + `margin`. If the coefficient is not detected, the value is None and the low end 0.
+    If the model lacks the coefficient or its interval, the verdict is undecided, with a remark.
     """
     unit = fit.recording.unit
     try:
@@ -380,8 +380,8 @@ def _too_close_remark(verdict: str, needs: float | None) -> str:
 def _verdict_on_minimum(figure: Quoted, fit: Fit, margin: float) -> FigureVerdict:
     """`FigureVerdict` on a figure that states the minimum of the Allan deviation.
 
-    The upper end of its interval comes from the measured curve, the lower end from the slow noise that was detected. A
-    minimum that the record does not reach has no value, but a remark.
+    The high end of its interval comes from the measured curve, the low end from the slow noise that was detected. If the
+    record does not reach the minimum, the value is None, and a remark says so.
     """
     recording = fit.recording
     scale = figure.value / figure.in_unit(recording.unit)

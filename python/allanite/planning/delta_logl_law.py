@@ -48,7 +48,7 @@ class DeltaLoglLaw:
 
     @property
     def _free_ordinates(self) -> Array:
-        """Number of ordinates of each bin minus those that the fitted known functions use up, at least 0, shape (bins,)."""
+        """Array, shape (bins,): degrees of freedom of each bin minus those that fitted functions use up, at least 0."""
         return self.count if self.taken is None else np.maximum(self.count - self.taken, 0.0)
 
     @property
@@ -76,10 +76,13 @@ class DeltaLoglLaw:
         return float(np.sqrt(variance + weights @ weights + 0.5 * (gain**2).sum()))
 
     def _projection(self) -> tuple[Array, Array, Array]:
-        """Tuple (covariance of T and U, shape (p,); J⁻¹ − V⁻¹, shape (p, p); derivatives of ln S₀, shape (bins, p)).
+        """Tuple of three arrays for the correction of ΔlogL for the parameters that the model fits anyway; p parameters.
 
-        T is ΔlogL with fixed spectra, S₀ the power without the effect, U the score of the p coefficients of S₀, V the
-        covariance of U, and J the curvature of logL. The coefficients are combined so that V is the unit matrix.
+        * Covariance of T and U, shape (p,): T is ΔlogL with fixed spectra, U the derivative of logL by the parameters.
+        * J⁻¹ − 1, shape (p, p): J is the curvature of logL.
+        * Derivatives of ln(power without the effect) by the parameters, shape (bins, p).
+
+        The parameters are combined so that the covariance of U is the unit matrix.
         """
         none = np.zeros((0, 0))
         if self.slopes.shape[1] == 0:

@@ -74,8 +74,7 @@ def no_error_rises(before: Fit, after: Fit) -> bool:
 def predicts_as_well(before: Fit, after: Fit) -> bool:
     """True unless `after` predicts unseen data worse than `before` by more than the standard error of the difference.
 
-    False as well if unseen data are predicted worse by any amount and the discrepancy rises. True if one of the fits has
-    no prediction.
+    If the model discrepancy rises, False for any worse prediction. True if one of the fits has no prediction.
     """
     old, new = before.error.predictive, after.error.predictive
     if old is None or new is None:

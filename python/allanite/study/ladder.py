@@ -67,7 +67,7 @@ class Rung:
         return () if self.added is None else (self.added, *self.brought)
 
     def risen_since(self, before: Rung) -> float:
-        """ΔlogL of this step after the step `before`, nats: `risen`, or else the difference of the two fits."""
+        """ΔlogL of this step, nats: `risen`, or, if that is None, logL of this fit minus logL of the fit of `before`."""
         if self.risen is not None:
             return self.risen
         return self.fit.solution.log_likelihood - before.fit.solution.log_likelihood
@@ -246,7 +246,7 @@ class Study:
 
     @property
     def misfit_left(self) -> tuple[float, ...]:
-        """Tuple of the unexplained misfit of each step, % of the largest, usually that of the first step."""
+        """Tuple with the unexplained misfit of each step, in % of the largest of all steps (usually the first)."""
         return misfit_left(self.ladder)
 
     @property
@@ -259,10 +259,11 @@ class Study:
 
     @property
     def left(self) -> list[str]:
-        """List of sentences about what the last model does not explain; empty if the model suffices.
+        """List of sentences on what the last model does not explain; empty if the search ended with a sufficient model.
 
-        Without a failing view (τ, frequency, time) and a doubt, one sentence says what is missing. So does the last one
-        if the search ended early. Otherwise `ending` names the effects that were refused.
+        The sentences are the failures of the check (by τ, frequency or time), then the doubts. One more sentence says
+        what is missing if there are no failures and doubts. It also comes if significant suggestions remain and the
+        search ended for another reason than "nothing helps".
         """
         if self._is_good_enough:
             return []
@@ -340,7 +341,10 @@ class Study:
         return "\n".join(lines)
 
     def rows(self) -> list[tuple[str, ...]]:
-        """List of a tuple of texts per step: changes, misfit, discrepancy, Allan error, worst τ, prediction, model."""
+        """List of tuples of texts, the rows of the table: one row of seven texts for each step.
+
+        The texts are: changes, unexplained misfit, discrepancy, Allan error, worst τ, prediction, name of the model.
+        """
         out: list[tuple[str, ...]] = []
         for rung, left in zip(self.ladder, self.misfit_left, strict=True):
             e = rung.fit.error

@@ -54,7 +54,7 @@ def is_same_feature(one: Effect, other: Effect, fit: Fit) -> bool:
 
 
 def line_distance(one: Effect, other: Effect) -> float:
-    """Distance of two lines, Hz; infinite if one has no frequency."""
+    """Distance of the frequencies of two lines, Hz; infinite if one of the effects has no frequency."""
     a, b = one.occupies, other.occupies
     return abs(a[0] - b[0]) if a is not None and b is not None else np.inf
 
@@ -88,7 +88,10 @@ def lies_mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> b
 
 
 def _values_over_time(effect: Effect, fit: Fit) -> NDArray[np.float64] | None:
-    """Array of the values of a function of time, or of the gain of a noise level, at all times; None for other effects."""
+    """Array, shape (n,): values of a function of time, or gain of a level of all frequencies; None for other effects.
+
+    None for periodic functions and for a change of level of one band, too.
+    """
     if isinstance(effect, Deterministic) and not effect.periodic:
         return fit.data.signal((effect,))
     if isinstance(effect, Modifier) and effect.passing and effect.band is None:

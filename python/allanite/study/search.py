@@ -139,7 +139,10 @@ class Search:
         return study
 
     def _steps(self, stop: str) -> tuple[Rung, ...]:
-        """Tuple of the checked steps as users read them: rearranged by `story`, except after "time" and "interrupted"."""
+        """Tuple of the checked steps as users see them, rearranged by `story`.
+
+        Not rearranged if `stop` is "time" or "interrupted".
+        """
         ladder = tuple(self.ladder[: self.checked])
         return ladder if stop in {"time", "interrupted"} else story(ladder)
 

@@ -111,7 +111,7 @@ def _candidates(check: Check) -> list[Suggestion]:
 
 
 def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) -> Found | None:
-    """Pair (`Rung`, suggestions): step with an insignificant suggestion that makes an inadequate fit adequate; or None.
+    """Pair (`Rung`, suggestions): step that makes an inadequate fit adequate with a suggestion that is not significant.
 
     The suggestion must have a score above 3 nats. None if the fit is already adequate, or if no suggestion makes it so.
     """
@@ -128,10 +128,11 @@ def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) 
 
 
 def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
-    """Pair (`Rung`, suggestions that it adds): last step of a model that is already adequate; None if nothing helps.
+    """Pair (`Rung`, suggestions): a last step that replaces effects of an adequate model; None if nothing helps.
 
-    The step never adds more effects than it removes. For example, a moving band replaces a band, or one effect replaces
-    all excursions. A free shape may replace several effects, and an alternative with a higher score an effect.
+    First the significant suggestions that replace other effects or are excursions are tried, if the step adds no more
+    effects than it removes. The second element has these suggestions. Otherwise the step of `best_replacement` is
+    returned, with an empty tuple.
     """
     before = state_of(ladder)
     for suggestion in check.significant:
@@ -348,9 +349,10 @@ def _merged_or_added(
 def _merged_and_dropped(
     ladder: Sequence[Rung], before: State, added: State, check: Check, alone: bool
 ) -> State | None:
-    """`State` after the merges and drops that an addition makes possible; None if noise levels must merge and cannot.
+    """`State` after the merges and drops that an addition makes possible; `added` has the addition.
 
-    With `alone`, further excursions are not searched: effects that the model lacks may still hide or imitate them.
+    Changes of level may be merged, excursions joined, needless effects dropped, and harmonics or side bands added. None
+    if changes of level must be merged but cannot. With `alone`, no further excursions are searched.
     """
     after = added
     new = [added.fit.model.effects[place] for place in added.new_since(before)]
@@ -365,7 +367,11 @@ def _merged_and_dropped(
 
 
 def _is_unchanged(before: Fit, after: Fit) -> bool:
-    """True if both models have the same kinds of effects and times of level changes, and the score gain is below 3 nats."""
+    """True if a step changed nothing of substance.
+
+    Both models then have the same kinds of effects and the same times of level changes, and the score rises by less than
+    3 nats.
+    """
     old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
     old_times, new_times = ({e.switches for e in fit.model.modifiers} for fit in (before, after))
     same = old == new and old_times == new_times

@@ -92,7 +92,10 @@ def _kept_new_and_leaving(
 def _sorted_by_delta_logl(
     before: Fit, kept: list[Effect], leaving: list[Effect], new: list[Effect]
 ) -> list[Effect]:
-    """List of the `new` effects, sorted by falling logL of the model `kept` + `leaving` + effect, with the given shapes."""
+    """List of the `new` effects, sorted by the logL of the model with this effect added, highest first.
+
+    The model has the effects `kept` and `leaving` and one new effect. Shape values are not fitted again.
+    """
 
     def log_likelihood(effect: Effect) -> float:
         """LogL, nats, of the model of the effects `kept` and `leaving` and of this additional `effect`."""
@@ -122,10 +125,11 @@ def _fit_of_step(
 def _step_with_record(
     ladder: Sequence[Rung], fit: Fit, new: list[Effect], dropped: list[Effect]
 ) -> Rung:
-    """`Rung` of the step to `fit` that adds the effects `new` and removes those in `dropped`.
+    """`Rung` of the step to `fit`, which adds the effects `new` and removes the effects `dropped`.
 
-    Its `trials` are those of the first step of `ladder` that added an effect of the kind of `new[0]`. For an exclusion, a
-    change of level or a moving band, `risen` (ΔlogL) is that of the same step; otherwise None.
+    `trials` is that of the first step of `ladder` that added an effect of the kind of `new[0]`. `risen` (ΔlogL) comes
+    from that step if `new[0]` is an exclusion, a change of level or a moving band; otherwise it is None. Both are None
+    without such a step.
     """
     known = next((r for r in ladder if any(e.kind == new[0].kind for e in r.new)), None)
     # The mean spectrum does not show exclusions, levels over time and moving bands, so the search's ΔlogL is used.

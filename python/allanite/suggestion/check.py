@@ -100,9 +100,10 @@ class Check:
 
     @property
     def left(self) -> list[str]:
-        """List of sentences on what the model does not explain: one or two per failing view, one for an unexplained shape.
+        """List of sentences on what the model does not explain; empty if there is nothing.
 
-        The views are τ, frequency and time. Empty if no view fails and no shape remains.
+        One or two sentences for each failure by τ, by frequency or over time, and one for an unexplained shape of the
+        spectrum.
         """
         return [
             *self.where.sentences(),
@@ -111,9 +112,9 @@ class Check:
 
     @property
     def nowhere(self) -> str:
-        """Sentence to print in place of the list of failures if no view fails.
+        """Sentence for a check whose list of failures by τ, frequency and time is empty.
 
-        It says that the model is adequate, which effects are missing, or that the whole curve differs.
+        It says that nothing fails, which effects are missing, or that only the whole curve differs.
         """
         if self.adequate:
             return "no view fails significantly"

@@ -48,12 +48,12 @@ def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
 
 
 def _disturbance_goes_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if the suggestion `out` excludes a significant disturbance and must be added before all others in `found`.
+    """True if the suggestion `out` excludes a segment and must be added before all other suggestions in `found`.
 
-    This holds if no other significant effect that acts at certain times explains its segment. Separate noise levels of
-    all octaves in the segment raise logL. An effect explains the segment if this rise, with the effect in the model, is
-    below 14 nats or below 10 % of the rise without. For scattered single outliers it is 50 % instead of 10 %. True for a
-    significant stuck value. False if `out` is not significant or excludes no segment.
+    This holds for a stuck value, and for a loud segment that no other significant suggestion with an effect at certain
+    times explains. Such an effect explains the segment if, with it, the ΔlogL of separate noise levels in the segment
+    falls below 14 nats or 10 % of its value (50 % for scattered outliers). False if `out` is not significant or has no
+    segment.
     """
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:

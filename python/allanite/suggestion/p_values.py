@@ -43,11 +43,11 @@ class Family:
 
 
 def log_p_value(family: Family, x: float) -> float:
-    """Ln of the probability that any candidate of a family raises logL by x or more if its effect is absent.
+    """Natural logarithm of the p-value: the probability that the largest ΔlogL in a family is at least x by chance.
 
-    At most 0; 0 for x ≤ 0. A family is a search over several effects. Lines at any frequency (`family.width`, number of
-    frequencies) use Baluev's formula. Others use Davies' formula with `family.arcs`, the angle by which the whitened
-    shape turns along the grid of each kind, and `family.sides` (1 or 2).
+    At most 0; 0 for x ≤ 0. A family is a search over several effects. With `family.width`, the number of frequencies, it
+    is Baluev's formula for lines. Otherwise it is Davies' formula with `family.arcs` and `family.sides` (1 or 2). An arc
+    is the angle, rad, by which a whitened shape turns along the grid of its shape values.
     """
     from scipy.special import log_ndtr
 
@@ -174,11 +174,11 @@ def delta_logl_of_two_levels(
 def refined_interval(
     power: NDArray[np.float64], freedom: float, start: int, end: int, min_values: int
 ) -> tuple[int, int, float]:
-    """Tuple (start, end, ΔlogL) of an interval of `power`, a series over time, whose ends are moved to the largest ΔlogL.
+    """Tuple (start, end, ΔlogL): an interval of the series `power` whose ends are moved to increase ΔlogL.
 
-    The ΔlogL is that of a separate mean power inside; `freedom` is the degrees of freedom of each value. In each of three
-    rounds, start and end move in turn by up to 1/128 of the series or an eighth of the interval. The interval keeps at
-    least `min_values` values, since anything shorter is an outlier. ΔlogL is −inf if none qualifies.
+    ΔlogL is that of a separate mean inside; `freedom` is the degrees of freedom of each value. In three rounds, the
+    start and then the end move by up to 1/128 of the series or an eighth of the interval. The interval keeps at least
+    `min_values` values. ΔlogL is −inf if no interval has at least so many values and leaves values outside.
     """
     reach = max(2 * power.size // LEVEL_CELLS, (end - start) // 8)
     total = np.concatenate([[0.0], np.cumsum(power)])

@@ -204,9 +204,9 @@ class Suggestion:
 
     @property
     def effect_happens_once(self) -> bool:
-        """True for one-time events, and for all effects whose parameters are found over time (levels, exclusions).
+        """True for one-time events, and for all effects that have times as parameters (changes of level, exclusions).
 
-        One half of a record cannot predict them from the other, so only their p-value decides.
+        One half of a record cannot predict such an effect from the other half, so only its p-value decides.
         """
         return any(p.role == "time" for p in self.effect.parameters) or getattr(
             self.effect, "happens_once", False
@@ -330,7 +330,10 @@ class _Found:
 
 
 def _look_with_all_screens(fit: Fit, whitened: Whitened, progress: Callable[[], None]) -> _Found:
-    """`_Found` of a fit by all screens, two at a time; `progress` is called after each of four stages."""
+    """`_Found`: candidates of all searches for missing effects of a fit, with what is needed for their p-values.
+
+    `progress` is called without arguments after each of four stages.
+    """
     base, data = fit.solution, fit.data
     # Whitened by the model alone: a discrepancy would absorb narrow lines and bands.
     white = whitened_ordinates(base, data, np.ones(base.count.size))
@@ -407,10 +410,10 @@ def _best_drifting_process(candidates: Iterable[Candidate]) -> Solution | None:
 def _families(
     spectral: Screen, screens: dict[str, Screen], n: int, followed: bool
 ) -> dict[str, Family]:
-    """Dict from name to `Family`: all candidates that were searched together and share one false-alarm probability.
+    """Dict from name to `Family`: the groups of searches, each of which has one false-alarm probability.
 
-    `n` is the number of samples. `screens` are those of slow functions. `followed` is True if the frequency of a band was
-    followed over time. Then the family ``course`` of moving bands is included.
+    `spectral` is the search of the spectrum; `screens` are those for slow functions of time; `n` is the number of
+    samples. With `followed`, the dict also has the group ``course`` of bands with a moving frequency.
     """
     names = sorted({"spectral", *spectral.families})
     families = {name: Family(name) for name in ("level", "outlier")}

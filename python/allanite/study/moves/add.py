@@ -82,13 +82,14 @@ def _further_resolved_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, 
 def with_second_effect(
     before: State, after: State, check: Check, tolerable: bool
 ) -> tuple[State, Suggestion] | None:
-    """Pair: `State` with a second effect added to `after`, and the suggestion of this effect; or None if none helps.
+    """Pair: `State` with a second effect added to `after`, and the suggestion of this effect; None if no effect helps.
 
-    `after` is `before` with a first addition that raises an error. No error of the returned state rises beyond its
-    scatter. Significant suggestions of `check` (of `before`) are tried first, then those of a check of `after`, which may
-    also replace the first addition. The pair with the lower Allan error is returned. If `tolerable` (no error of `after`
-    rises beyond its scatter), only the check of `after` is used. Then the second effect must gain 3 nats, and the
-    discrepancy must not rise above that of `before`.
+    `after` is `before` plus a first effect. The second effect must leave no error above that of `before` beyond its
+    scatter. If `tolerable` is False, the first effect alone raises an error. The significant suggestions of `check`,
+    made for `before`, are tried first. If the Allan error still rises, those of a check of `after` are tried as well,
+    and the result with the lower Allan error is returned. These may also replace the first effect. If `tolerable` is
+    True, only a check of `after` is used; the score must rise by more than 3 nats, and the discrepancy must not exceed
+    that of `before`.
     """
     new = after.fit.model.effects[-1].kind
     if tolerable:

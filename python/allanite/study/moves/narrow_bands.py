@@ -61,7 +61,7 @@ def with_harmonics_or_side_bands(before: State, after: State) -> State:
 
 
 def _is_band(effect: Effect, data: Data) -> bool:
-    """True if the effect is a band with free shapes, and the record keeps single ordinates near its frequency."""
+    """True if the effect is a noise band with free shapes, and single frequencies of the record are kept near it."""
     if not isinstance(effect, Stochastic) or effect.occupies is None:
         return False
     free = len(effect.free_shapes) == sum(p.role == "shape" for p in effect.parameters)
@@ -105,10 +105,10 @@ def _with_modulated_band(before: State, band: Effect) -> State | None:
 
 
 def _modulated_by(effect: Effect, band: Effect) -> Stochastic | None:
-    """Effect of the catalog that is the band `effect` with the weaker `band` as one of its side bands; or None.
+    """Modulated band of the catalog: the band `effect` with the weaker `band` as one of its side bands; or None.
 
-    The distance of their centers must be between 6 half-widths of `effect` and half of its lower frequency. None if the
-    distance is outside, if `band` is stronger, or if `effect` has side bands already.
+    The distance of their centers must be between 6 half-widths of `effect` and half of its lowest frequency; otherwise
+    None. None as well if `band` is not weaker, or if `effect` has side bands already.
     """
     assert isinstance(effect, Stochastic)
     assert isinstance(band, Stochastic)
@@ -138,7 +138,10 @@ def _modulated_effect(band: Effect, rate: float, depth: float) -> Stochastic | N
 
 
 def _is_side_band(effect: Effect, made: Effect) -> bool:
-    """True if the effect is a band less than one side band's width away from a side band of the modulated effect `made`."""
+    """True if the effect is a noise band near a side band of the modulated effect `made`.
+
+    The gap between the two must be less than the width of the side band.
+    """
     own = effect.occupies
     return (
         isinstance(effect, Stochastic)

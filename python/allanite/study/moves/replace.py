@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 
 def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
-    """Iterator over (expected gain, indices, model): models in which one or two effects are replaced.
+    """Iterator over (expected gain, indices, model): models in which an alternative replaces one or two detected effects.
 
-    The gain is that of the score, nats; the indices are those of the replaced effects. A declared alternative replaces
-    one effect; two slow processes may be replaced together. Only detected effects are replaced. The new effects are the
-    last of the model.
+    The gain is the expected rise of the score, nats. `indices` are the positions of the replaced effects in the old
+    model. Two effects are replaced together only if both are slow processes. The new effects are the last of the new
+    model.
     """
     for lead, places, solution in fit.alternatives_to_pairs:
         yield _expected_gain(fit, lead, solution.model), places, solution.model

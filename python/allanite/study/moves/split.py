@@ -36,9 +36,9 @@ def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]
 
 
 def _filters_beside(fit: Fit, place: int) -> Iterator[int]:
-    """Iterator over the indices of removable filters that a broad hump at index `place` may compensate (`may_be`).
+    """Iterator over the indices of removable filters that may be confused with the broad hump at index `place`.
 
-    If the design of a filter is wrong, a hump may hide it. Empty if the effect at `place` is no broad hump.
+    A hump may compensate a filter of the wrong type. Nothing if the effect at `place` is no broad hump.
     """
     out = fit.model.effects[place]
     if is_broad(out):

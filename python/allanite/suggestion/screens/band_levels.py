@@ -154,9 +154,9 @@ def _interval(power: Array) -> tuple[float, float, float]:
 
 
 def largest_delta_logl(power: Array) -> float:
-    """ΔlogL, over the overdispersion, of the interval with the most significant other level of `power` over time.
+    """ΔlogL, divided by the overdispersion, of the most significant interval with another mean of the series `power`.
 
-    0 for fewer than 16 values.
+    `power` is a series over time. 0 for fewer than 16 values.
     """
     cells = min(LEVEL_CELLS, power.size // 8)
     if cells < 2:
@@ -190,9 +190,10 @@ def _fitted_level_change(
     measured, count, shares = np.array(seen), np.array(counts, dtype=float), np.array(owned)
 
     def expected(log_ratio: float, of: Array) -> Array:
-        """Array of the expected power inside and outside of the interval, relative to the mean, shape (shares, 2).
+        """Array of the expected power inside and outside of an interval, relative to the mean over time, shape (shares, 2).
 
-        `log_ratio` is ln of the power of the process inside over outside, `of` its share of each cell.
+        `log_ratio` is ln of the power of the process inside over outside. `of` is the part of the process in the whole
+        power, shape (shares,).
         """
         ratio = np.exp(log_ratio)
         mean = ratio * inside + 1.0 - inside
@@ -249,10 +250,11 @@ def _dominated_bands(solution: Solution, data: Data) -> Iterator[tuple[Process, 
 def _changed_band(
     samples: Array, octave: tuple[float, float], when: tuple[float, float], rate: float
 ) -> tuple[float, float] | None:
-    """Pair (low, high), Hz, of the band near an octave whose power differs most inside and outside of `when`; or None.
+    """Pair (low, high), Hz: the frequency band whose power differs most inside and outside of an interval of time; or None.
 
-    The ends of `octave` are relative to the Nyquist frequency, those of `when` to the record. The band lies between
-    half the lower end and twice the upper end. None if a spectrum has fewer than 16 samples or nothing is outside.
+    `octave` is a pair of frequencies as fractions of the Nyquist frequency; the band lies between half its lower and
+    twice its upper end. `when` is the interval as fractions of the record. None if the interval is too short for spectra
+    of 16 samples, if nothing is outside, or if fewer than 2 frequencies remain.
     """
     low, high = octave
     n = samples.size

@@ -137,10 +137,10 @@ class _Blocks:
 def _odds_above(
     slow: int, solution: Solution, spectrum: tuple[Array, Array], block: _Blocks
 ) -> float:
-    """Ln of the likelihood of two fitted levels over that of Gaussian noise, from block means above the ordinate `slow`.
+    """Logarithm of the likelihood ratio of a two-level process (burst noise) to Gaussian noise, from means over blocks.
 
-    `spectrum` is a pair: expected squared ordinates of the other noise, and of the Gauss–Markov process. 0 if the process
-    exceeds the other noise in too few of the ordinates above `slow`.
+    Only frequencies above the ordinate `slow` are used. `spectrum` is a pair: expected power of the other noise and of a
+    Gauss–Markov process at each ordinate. 0 if this process exceeds the other noise at too few of the ordinates.
     """
     from scipy.optimize import minimize
 

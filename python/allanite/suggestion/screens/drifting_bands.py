@@ -48,11 +48,11 @@ SEARCHES = (
 
 
 def bands_that_may_move(solution: Solution, data: Data) -> list[Process]:
-    """List of the band processes of the model whose center frequency can be followed in at least 8 sections of the record.
+    """List of the noise bands (`Process`) of the model whose center frequency may be searched for movement over time.
 
-    A band must have power and no held parameter, and the catalog an effect like it with a moving frequency. Omitted are
-    bands in the frequency range of a moving band of the model, because what that band leaves moves as well. Empty if much
-    of the record is missing.
+    The record must resolve a band in at least 8 sections of time; it does not if many samples are missing. The catalog
+    must have the band with a moving frequency. Omitted are bands without power or with held parameters, and bands in the
+    range of a moving band of the model.
     """
     known = [e.occupies for e in solution.model if e.moving and e.occupies is not None]
     return [
@@ -84,7 +84,7 @@ def _is_movable(effect: Stochastic) -> bool:
 
 
 def _section_count(band: Stochastic, data: Data) -> int:
-    """Number of time sections of the record that resolve the band: 64, 32, 16, … ; 0 if none does."""
+    """Number of time sections of the record that resolve the band: 64, or 32, 16, … for a narrower band; 0 if none does."""
     return data.resolved_sections(band.occupies or (0.0, 0.0), MAX_BAND_SECTIONS, MIN_ORDINATES)
 
 
@@ -229,12 +229,12 @@ class _Sections:
         within: tuple[float, float],
         replaced: tuple[Effect, ...],
     ) -> _Course | None:
-        """Most likely course of the center frequency of a band over time (`_Course`), for one width of the band; or None.
+        """Most likely course (`_Course`) of the center frequency of a band over time, for one width of the band; or None.
 
-        The frequency stays `within` (low, high), Hz. The half-width of the band is `relative_width` times its frequency,
-        `theta` its squared coefficient. The band takes the place of the effects `replaced`. The frequency is constant in
-        each section of the record or linear in each part. The number of sections or parts maximizes ΔlogL minus the cost
-        of the course. None if the range has at most four tried frequencies, or if the band cannot be at one of them.
+        The frequency stays between the two values `within`, Hz. The half-width of the band is `relative_width` times its
+        frequency, `theta` its squared coefficient; it takes the place of the effects `replaced`. Two forms are compared:
+        a constant frequency in each time section, and a polygon. None if the range holds at most four tried frequencies,
+        or if the band is not possible at one of them.
         """
         step = relative_width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
         places = np.arange(*within, step)
@@ -299,12 +299,11 @@ def _half_width(band: Stochastic) -> float:
 
 
 def most_likely_course(gains: Array) -> tuple[NDArray[np.int64], float]:
-    """Pair: most likely frequency index in each section, shape (sections,), and the score of this course, nats.
+    """Pair: index of the most likely frequency in each time section, shape (sections,), and score of this course, nats.
 
-    `gains` has shape (sections, frequencies). The score is the sum of the gains along the course minus the cost of the
-    course. The first frequency is any with equal probability. A step of x half-widths between consecutive sections has
-    a probability proportional to 1/(1 + x²). A score s occurs by chance with a probability of at most e⁻ˢ (union
-    bound): the mean of e^gain is at most 1 if nothing moves.
+    `gains`, shape (sections, frequencies), are the ΔlogL of each frequency. The score is the sum of the gains along the
+    course plus ln of the prior probability of the course. The first frequency is uniform. A step of x half-widths has a
+    prior proportional to 1/(1 + x²). Without a movement, a score of s occurs with a probability of at most e⁻ˢ.
     """
     sections, places = gains.shape
     steps = np.arange(places)

@@ -56,10 +56,10 @@ def bands_with_excess(
     data: Data,
     white: NDArray[np.float64],
 ) -> tuple[Band, ...]:
-    """Tuple of `Band` (complex series of a frequency band): bands that may hold a line that drifts or is switched.
+    """Tuple of `Band` (complex series of a frequency band), one for each band that may hold a drifting or switched line.
 
-    Empty for a summary, which keeps only the lowest ordinates, and if over 10 % of the samples are missing. `white` are
-    the whitened ordinates, `spectral` the candidates found in the spectrum.
+    Empty for a summary, which keeps only the lowest ordinates, or if more than 10 % of the samples are missing. `white`
+    are the whitened ordinates, `spectral` the candidates found in the spectrum.
     """
     if not has_all_ordinates(data):
         return ()
@@ -115,11 +115,15 @@ def solved_with(
 def _bands_to_search(
     spectral: tuple[Candidate, ...], data: Data, white: NDArray[np.float64]
 ) -> Iterator[tuple[float, float]]:
-    """Iterator over (low, high), Hz, of each band to search for drifting lines.
+    """Iterator over (low, high), Hz: the frequency bands that are searched for drifting lines.
 
-    First all frequencies if the record has at most 131072 ordinates. Then the band with the most power for each width
-    from 64 to 65536 ordinates. Its excess must be significant (1 %) and over twice that of its neighbors. Last the band
-    of the resonance candidate with the largest ΔlogL (above 3), if it is narrower than 65536 cycles per record.
+    * All frequencies, if the record has at most 131072 ordinates.
+    * For each of several widths from 64 to 65536 ordinates, the band with the most power. Its excess over the model must
+      be significant (1 %) and more than twice that of its neighbors.
+    * The band of the resonance candidate with the largest ΔlogL, if this is above 3 and the band is narrower than
+      65536/T. T is the length of the record.
+
+    `white` are the whitened ordinates, `spectral` the candidates found in the spectrum.
     """
     whole = white.size <= 2 * MAX_BAND_FREQUENCIES
     if whole:

@@ -61,11 +61,11 @@ _SeenByOctave = tuple[float, float, float, NDArray[np.float64], float]
 
 
 def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Array of shape (n,): normal scores (positive) of outliers among the first and last samples; 0 for all other samples.
+    """Array, shape (n,): standardized size (positive) of the outliers at both ends of the record; 0 for all other samples.
 
-    The whitened record has no values at the ends. From the middle outwards, each sample is compared with the median of
-    the inner neighbors that are no outliers. Scores are in units of the robust deviation of such distances. One record
-    of noise in a thousand has such an outlier.
+    The whitened record has no values at the ends. Each sample there, from the middle outwards, is compared with the
+    median of the next samples towards the middle that are no outliers. The distance is divided by the robust standard
+    deviation of such distances. In normal noise, one record in a thousand has an outlier. All 0 if this deviation is 0.
     """
     from scipy.special import ndtri
 
@@ -133,12 +133,12 @@ def _robust_std(size: NDArray[np.float64]) -> float:
 def screen_outliers(
     solution: Solution, data: Data, samples: NDArray[np.float64]
 ) -> Callable[[], Candidate | None] | None:
-    """Function without arguments that returns the refitted `Candidate` to exclude outliers; None if there are none.
+    """Function without arguments that returns the refitted `Candidate` to exclude outliers; None if there are no outliers.
 
-    Outliers are values of the whitened record `samples` beyond two limits: that of normal noise, reached in 1 % of
-    records, and that of the record's own tail. The ΔlogL is that of a separate level for each outlier, less ln n for
-    choosing it. None as well if it is not positive, or if more than 20 % of the samples are outliers. None for a summary
-    and for a record of few codes.
+    An outlier is a value of the whitened record `samples` beyond two limits: the limit that normal noise exceeds in 1 %
+    of records, and the limit of the record's own tail. Outliers at the ends come from `end_outlier_scores`. The ΔlogL is
+    that of a separate level for each outlier, minus ln n each. None if the ΔlogL is not positive, or if more than 20 %
+    of the samples are outliers. None as well for a summary, or if nearly all samples are equal.
     """
     from scipy.special import log_ndtr
 
@@ -378,7 +378,7 @@ def _power_ratio(
 def _is_loud(power: NDArray[np.float64], freedom: float, first: float, last: float) -> bool:
     """True if the mean relative power between two fractions of the record is significantly (1 %) above 1.
 
-    The first and the last value are ignored. False without values.
+    The first and the last value in between are ignored. False if no values remain.
     """
     from scipy.special import chdtrc
 

@@ -87,12 +87,11 @@ def _changes_median_size(candidate: Candidate, data: Data, whitened: Whitened) -
 
 
 def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Candidate]:
-    """List of refitted `Candidate` of changes of the white-noise level that explain its power over time best.
+    """List of refitted `Candidate` of changes of the white-noise level over time; empty if none is found.
 
-    The search covers one interval, several intervals, a periodic level, and levels that follow a logged column.
-    Candidates within 3 nats of the best (ΔlogL less BIC cost) are returned. Empty if the power cannot be judged
-    (`level_series`) or nothing is found. Next to a level change of the model, candidates that do not make the power
-    steadier are omitted.
+    Four forms are searched: one interval, several intervals, a periodic level, and a level that follows a logged column.
+    Candidates within 3 nats of the best (ΔlogL minus BIC cost) are returned. Empty if the power over time is not known
+    (`level_series`). If the model has a level change already, candidates must make the power clearly steadier.
     """
     series = level_series(solution, data, whitened)
     if series is None:
@@ -163,9 +162,10 @@ def is_deformed_by_rounding(data: Data) -> bool:
 
 
 def _makes_power_steadier(candidate: Candidate, data: Data, series: Series) -> bool:
-    """True if the refitted model makes the white-noise power over time steadier by half of the candidate's ΔlogL or more.
+    """True if the white-noise power varies clearly less over time with the refitted model of the candidate than without it.
 
-    `series` is the power without the candidate. True as well if the power with it has another number of values.
+    The rise of logL of the power must be at least half of the candidate's ΔlogL. `series` is the power without the
+    candidate. True as well if the power with the candidate is unknown or has another number of values.
     """
     # The model may contain this change of level already; then the remainder is not white noise.
     assert candidate.solution is not None
@@ -275,10 +275,10 @@ def _refitted_candidate(candidate: Candidate, solution: Solution, data: Data) ->
 def overdispersion_without(
     base: Solution, data: Data, levels: list[Candidate], searches: int
 ) -> tuple[float, float]:
-    """Pair (overdispersion of the spectrum, largest relative power) caused by the best of the candidates `levels`.
+    """Pair (overdispersion, largest relative power) that the best change of noise level in `levels` would cause; or (1, 1).
 
-    The candidates are changes of level that the model lacks. Only those with a p-value below 1 % after `searches` searches
-    count. (1, 1) without one.
+    The first value is the factor by which the variance of the spectrum is larger than for constant noise. Candidates
+    need a p-value below 1 % after correction for `searches` searches. (1, 1) if there is no such candidate.
     """
     significant = [
         c
@@ -293,10 +293,10 @@ def overdispersion_without(
 
 
 def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
-    """`Candidate` (not refitted) for the interval whose white-noise level differs most from all other times; or None.
+    """`Candidate` (not refitted) for the interval whose white-noise level differs most significantly; or None.
 
-    None if ΔlogL is below 3, or if the factor differs from 1 by less than the discrepancy or its standard error. The
-    p-value is that of the coarse search, the ends are refined.
+    None if ΔlogL is below 3, or if the catalog has no such effect. None as well if the level differs from 1 by less than
+    `discrepancy` or its standard error. The ends are refined after the search; the p-value is that of the search.
     """
     power, size = series.judged, series.judged.size
     cells = min(LEVEL_CELLS, size // 8)

@@ -80,7 +80,7 @@ class Series:
         return np.asarray(0.5 * (edges[1:] + edges[:-1]))
 
     def place(self, time: float) -> float:
-        """Fractional index of the border between values at a `time`, s."""
+        """Index, with a fraction, of the value of this series at a `time`, s; inverse of `Series.time`."""
         return float((time - self.start) / (self.end - self.start) * self.power.size)
 
     def white_ratio(self, ratio: float) -> float:
@@ -100,11 +100,11 @@ class Series:
 def series_of(
     power: Array, judged: Array, freedom: float, share: float, span: tuple[float, float]
 ) -> Series:
-    """`Series` of power over time, with its degrees of freedom divided by the overdispersion.
+    """`Series` of the noise power over time, with its degrees of freedom divided by the overdispersion.
 
-    `power` measures levels. `judged`, the power of samples with normal tails, decides on them. `freedom` is the degrees
-    of freedom of each value, `share` the share of white noise in the power. `span` is the (start, end) of the record, s.
-    The overdispersion is that of `judged` after all its changes of level are divided out.
+    `power` measures levels. `judged` is the power of samples with normal tails and decides on changes. `freedom` is the
+    degrees of freedom of each value, `share` the part of the power that is white noise, `span` the record's (start,
+    end), s. The overdispersion is that of `judged`, divided by its own level in each interval.
     """
     places = _level_borders(judged, freedom, turns=False)
     steady = judged / np.repeat(
@@ -114,11 +114,11 @@ def series_of(
 
 
 def screen_several(series: Series, model: Model) -> list[Candidate]:
-    """List with at most one `Candidate` (not refitted): the white-noise level changes at two or more times.
+    """List with one `Candidate` (not refitted) in which the white-noise level changes at two or more times; or empty.
 
-    Each interval has its own level, or two levels alternate. The form with the largest ΔlogL less cost (½ ln n for each
-    parameter) is taken; its p-value is e^−(ΔlogL − cost), at most 1. Empty if that form is a change in a single interval.
-    Empty as well for fewer than two changes, or without such an effect in the catalog.
+    Two forms are compared: each interval has its own level, or two levels alternate. The form with the largest ΔlogL
+    minus cost is returned, at ½ ln n for each parameter. Its p-value is exp(cost − ΔlogL), at most 1. Empty if the best
+    form has only one interval with another level, with fewer than two changes, or without such an effect in the catalog.
     """
     kinds = [type(blank) for blank in _level_effects(model, {})]
     freedom = series.freedom

@@ -182,10 +182,10 @@ def _clearest_line(ratio: NDArray[np.float64], data: Data) -> tuple[int, float]:
 
 
 def _line_indices(ratio: NDArray[np.float64], data: Data) -> list[int]:
-    """List of the indices, in half cycles per record, of at most 32 separate lines of a periodogram, clearest first.
+    """List of the indices of at most 32 separate spectral lines of a periodogram, most significant first.
 
-    `ratio` is the periodogram over its expectation. The list ends before a peak of at most 6 nats, or less than 3 above
-    ln of the number of trials.
+    `ratio` is the periodogram divided by its expectation; index k is the frequency of k/2 cycles per record. A line has
+    a ratio above 6 and at least 3 above ln of the number of trials.
     """
     left, found = ratio.copy(), []
     for _ in range(MAX_EVENTS):
@@ -295,10 +295,11 @@ def _wandering_note(frequency: float, width: int, surplus: float, data: Data) ->
 def _fundamental_and_multiples(
     ratio: NDArray[np.float64], top: int, width: int
 ) -> tuple[int, list[int]]:
-    """Pair: index of the fundamental of the line at index `top`, and list of the multiples that stand out: [1, 2, 3, …].
+    """Pair (index, multiples): fundamental frequency of the line at index `top`, and its harmonics, such as [1, 2, 3].
 
-    Of the fundamentals `top`/1, `top`/2, … the one with the most multiples is taken. Multiples up to the 12th count for
-    divisors up to 3; multiples up to the 64th count if 60 % of those below stand out. (`top`, [1]) without harmonics.
+    The fundamentals `top`, `top`/2, `top`/3, … are tried, and the one with the most harmonics above the noise is taken.
+    Harmonics 1 … 12 count for `top` … `top`/3. Up to the 64th count while at least 60 % of all lower harmonics are
+    there. (`top`, [1]) if nothing else stands out. `width` is the half-width of the line in indices.
     """
     best = (top, [1])
     for divisor in range(1, MAX_PULSE_HARMONIC // 2 + 1):

@@ -42,7 +42,7 @@ class Excess:
 
 
 def widths_tried(n: int) -> int:
-    """Number of widths of bands narrower than a bin that a search tries in a record of n samples; at least 1."""
+    """Number of widths of bands narrower than a bin that are tried in a record of n samples; at least 1."""
     return max(1, sum(width <= MAX_NARROW_WIDTH * n for width in WIDTHS))
 
 

@@ -150,7 +150,11 @@ def _richer_forms(
     found: dict[Deterministic, tuple[float, float, Noise]] = {}
 
     def add_extended(plain: Effect, starts: float, noise: Noise) -> None:
-        """Add each form of `plain` with more parameters to the dict `found`: its value is (angle, `starts`, `noise`)."""
+        """Add to the dict `found` each form of `plain` with more parameters, with its best shape values. Returns None.
+
+        The key is the effect, the value a tuple (path length of the grid of shapes, rad; `starts`; `noise`). A form that
+        is in the dict already keeps its value.
+        """
         for blank in plain.extended():
             assert isinstance(blank, Deterministic)
             grid = grid_points(blank, data)
@@ -279,9 +283,10 @@ def _is_explained_by_better(
     candidates: Sequence[Candidate],
     data: Data,
 ) -> bool:
-    """True if `effect` cannot be significant in a model with one of the `candidates`, if that scores 3 nats higher.
+    """True if one of the `candidates` explains so much that `effect` cannot be significant beside it.
 
-    `family` holds the trials of the search for the effect; `max_gain` is an upper limit of its ΔlogL.
+    Only candidates with a score at least 3 nats above that of `effect` count. `family` holds the trials of the search
+    for the effect; `max_gain` is an upper limit of its ΔlogL.
     """
     max_score = max_gain - effect.numbers * parameter_cost(2.0 * max_gain)
     for other in candidates:
@@ -330,13 +335,17 @@ def _refitted_candidate(
     whitened: Callable[[], Whitened],
     over: tuple[float, Family] | None = None,
 ) -> Candidate | None:
-    """Refitted `Candidate` that adds the slow function `effect` to the solution `base`; None if the refit refutes it.
+    """Refitted `Candidate` that adds the slow function `effect` to the model of `base`; or None.
 
-    It is refuted if logL does not rise, or if an event rests on a few samples. It is also refuted if its slope on a logged
-    column changes sign between slow and fast time scales. With `over` (ΔlogL, family), the rise above this ΔlogL must be
-    significant (1 %), and the times of the event must be known. `gain` is the ΔlogL over `base`. `judged_gain`, used for
-    the p-value, is at most the ΔlogL over `rival`, the solution with the best slowly drifting random process. It is not
-    compared with `rival` if the gain is not significant given the trials of `family`.
+    None in these cases:
+
+    * logL does not rise, compared with `base` or `rival`.
+    * An event rests on a few samples only.
+    * The slope on a logged column has different signs at slow and fast time scales.
+    * `over` = (ΔlogL, family) is given, and the rise above this ΔlogL is not significant (1 %) or a time is not known.
+
+    `rival` is the solution with the best slowly drifting random process. `gain` is the ΔlogL over `base`. `judged_gain`,
+    from which the p-value follows, is at most the ΔlogL over `rival`. `family` holds the trials of the search.
     """
     refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
@@ -411,9 +420,10 @@ def _share_with_normal_tails(
 
 
 def _relative_noise_power(solution: Solution, data: Data) -> float:
-    """Mean noise power at the times where the last effect acts, relative to that of the whole record; at least 1.
+    """Noise power at the times where the last effect acts, divided by that of the whole record; at least 1.
 
-    Times are weighted by the square of the effect less its mean. It is 1 without changes of the noise level in the model.
+    Each time is weighted by the squared deviation of the effect from its mean. 1 if no change of the noise level is in
+    the model.
     """
     if not any(e.passing for e in solution.model.modifiers):
         return 1.0
@@ -444,10 +454,11 @@ def score(candidate: Candidate) -> float:
 
 
 def with_gains_next_to_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
-    """Dict from family to `Screen`, in which `judged_gain` is what a slow function explains beyond the best functions.
+    """Dict from family name to `Screen`: copies of `screens` with lower `judged_gain` for all but the best functions.
 
-    The best are those within 3 nats of the highest score. The `judged_gain` of each other function is lowered to its
-    smallest ΔlogL in a model with one of the best. Without candidates, `screens` is returned.
+    The best functions are those within 3 nats of the highest score. `judged_gain` of another function becomes its
+    smallest ΔlogL in a model that has one of the best functions. Functions that cannot be significant anyway are not
+    changed. `screens` itself if it has no candidates.
     """
     # A step at the start looks like a warm-up, and like any temperature that rises from there.
     found = [c for screen in screens.values() for c in screen.candidates]

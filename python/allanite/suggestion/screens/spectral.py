@@ -94,9 +94,9 @@ class Screen:
 
 @lru_cache(maxsize=64)
 def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
-    """Tuple of the effect at every point of its grid of shapes and designs; cached.
+    """Tuple of copies of the effect `blank`, one for each combination of its trial shape values and designs; cached.
 
-    The grid of a shape may depend on shapes declared after it.
+    The trial values of a shape may depend on shapes that are declared after it.
     """
     out: list[Effect] = list(blank.variants())
     for name in reversed(blank.free_shapes):
@@ -224,10 +224,10 @@ def bands_overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
 def _narrow_band_candidate(
     point: Effect, base: Solution, part: RandomPart, white: NDArray[np.float64], arc: float
 ) -> Candidate | None:
-    """Refitted `Candidate` of the clearest band that is narrower than a bin of the spectrum; or None.
+    """Refitted `Candidate` of the most significant band that is narrower than a bin of the spectrum; or None.
 
-    It is searched in `white`, the whitened single ordinates, and has the kind of the effect `point`. `arc` is the angle of
-    the grid of that kind, rad. None if the band cannot be significant, or if the kind has no effects for a given band.
+    The band is searched in `white`, the whitened single ordinates, and has the kind of the effect `point`. `arc` is the
+    path length of this kind's grid of shapes, rad. None if the band cannot be significant, or if the kind is no band.
     None as well if more than 10 % of the samples are missing.
     """
     data = part.data
@@ -272,10 +272,10 @@ def _residual_maxima(
 def _with_richer_form(
     ends: list[tuple[Model, Maximum]], model: Model, best: Maximum, part: RandomPart
 ) -> tuple[Model, Maximum]:
-    """Pair (model, maximum) in which the last effect has a form with more parameters, if that gains 8 nats.
+    """Pair (model, maximum of logL) in which the last effect has a form with more parameters, if logL rises by over 8 nats.
 
-    Otherwise `model` and `best` are returned. The forms (`Effect.extended`) of the eight most likely `ends` are tried,
-    and only if the model has a discrepancy.
+    Otherwise (`model`, `best`). `ends` are pairs of the same kind, for other shapes. The forms with more parameters
+    (`Effect.extended`) of the eight best are tried, and only if the model has a discrepancy.
     """
     if best.scale is None:
         return model, best

@@ -111,9 +111,9 @@ def _is_on_course(frequency: float, solution: Solution) -> bool:
 def _needs_discrepancy_elsewhere(
     frequency: float, width: float, solution: Solution, data: Data
 ) -> bool:
-    """True if a discrepancy raises logL by over 3 in bins farther than `width` from the frequency (both in Hz).
+    """True if the model needs a discrepancy in bins that are farther than `width` from the `frequency` (both in Hz).
 
-    False if the model has no discrepancy.
+    A discrepancy must raise logL there by more than 3 nats. False if the model has no discrepancy.
     """
     edges = data.bins.edges / (2.0 * data.duration)
     far = (edges[1:] < frequency - width) | (edges[:-1] > frequency + width)
