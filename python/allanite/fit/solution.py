@@ -190,7 +190,10 @@ class Solution:
 
     @property
     def ordinates(self) -> Array:
-        """Array of the residual ordinates: those of the data minus the known functions of time, shape (n,)."""
+        """Array of the residual ordinates (coefficients of the cosine transform), shape (n,).
+
+        These are the ordinates of the data minus those of the known functions of time.
+        """
         return self.residual.ordinates
 
     @cached_property

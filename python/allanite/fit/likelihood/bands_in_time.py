@@ -37,8 +37,9 @@ def remove_level_change(white: Array, effect: Modifier, solution: Solution, data
     """Divide a band's change of level out of the whitened ordinates `white`, in place.
 
     If the change belongs to processes of the model, the frequency cells around their peaks are changed (`cell_shares`).
-    Otherwise all ordinates of the frequency band `effect.band` are changed. Their time series is divided by √g with g =
-    1 + s(p − 1). Here p is the expected relative power over time, and s is the share of the process in the density.
+    Otherwise all ordinates of the frequency band `effect.band` are changed. Their time series is divided by √g.
+
+    Here g = 1 + s(p − 1), p is the expected relative power over time, and s is the share of the process in the density.
     Without a process, s is 1.
     """
     assert effect.band is not None

@@ -35,7 +35,10 @@ def changing_effects(model: Model) -> tuple[Effect, ...]:
 
 
 def mean_squared_level(model: Model, data: Data) -> float:
-    """Mean over time of the squared white-noise power, relative to its mean, that the model's level changes cause; ≥ 1."""
+    """Mean over time of p², at least 1: p is the power of white noise, relative to its mean, under the model's level changes.
+
+    p is 1 at all times for a model without level changes.
+    """
     power = expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n))
     return float(np.mean(power**2))
 

@@ -243,9 +243,9 @@ class Data(ABC):
     ) -> int:
         """Number of equal time sections in which a band (low, high), Hz, can be followed; 0 if it cannot.
 
-        The number is `max_number`, or a half, a quarter, … of it. For a recording, bandwidth times duration of a
-        section must be at least `min_product`. For a summary, bandwidth times duration of one of its transformed
-        segments must be.
+        The number is `max_number`, or a half, a quarter, … of it. For a recording, the bandwidth times the duration of
+        a section is at least `min_product`. For a summary, this holds for the segments that it transformed, not for the
+        sections.
         """
 
     @abstractmethod
@@ -385,10 +385,10 @@ class SampleData(Data):
     def resolved_sections(
         self, band: tuple[float, float], max_number: int, min_product: float
     ) -> int:
-        """Number of equal time sections in which a band (low, high), Hz, can be followed, or 0.
+        """Number of equal time sections in which a band (low, high), Hz, can be followed; 0 if it cannot.
 
-        It is `max_number`, halved until bandwidth times duration of a section reaches `min_product`. It is 0 if no number
-        suffices, or if over 10 % of the samples are missing.
+        The number is `max_number`, halved until the bandwidth times the duration of a section reaches `min_product`. It
+        is 0 if no number suffices, or if over 10 % of the samples are missing.
         """
         number = max_number if has_all_ordinates(self) else 0
         while number and (band[1] - band[0]) * self.duration / number < min_product:

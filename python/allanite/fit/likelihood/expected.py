@@ -152,8 +152,8 @@ def _complete_column(
 ) -> Array:
     """Array of the expected power of each bin from one effect at coefficient 1 with modifiers, shape (bins,); cached.
 
-    Computed as if no sample were missing, except for the first and the last if `ends_missing`: then the ends add no
-    leakage.
+    The power is computed as if no sample were missing. With `ends_missing`, the first and the last sample are missing,
+    so that the ends of the record add no leakage.
     """
     terms = Model((*acting, effect)).unit_terms(effect, rate, span)
     if ends_missing:

@@ -366,7 +366,7 @@ def expected_level(model: Model, data: Data, cells: int) -> Array:
 def cell_means(values: Array, cells: int) -> Array:
     """Array of the means of `values` in `cells` equal segments, shape (cells,).
 
-    With more segments than values, each segment takes the value at its begin instead.
+    With more segments than values, each segment takes the single value at its start instead.
     """
     edges = np.arange(cells) * values.size // cells
     sizes = np.diff(np.append(edges, values.size))
@@ -384,9 +384,10 @@ def white_share(solution: Solution, data: Data, ordinate: int) -> float:
 def white_power(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Array | None, float, float]:
-    """Tuple (power over time, share, squares) averaged over the octave bands in which white noise is at least half.
+    """Tuple (power over time, share, squares): means over the octave bands in which at least half is white noise.
 
-    (None, 0.0, 0.0) without such bands. Bands whose time resolution is over 8 times coarser than the finest are ignored.
+    (None, 0.0, 0.0) without such bands. Bands whose time resolution is over 8 times coarser than the finest are
+    ignored.
 
     Returns
     -------

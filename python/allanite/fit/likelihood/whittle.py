@@ -218,10 +218,10 @@ def profile_loss(
 def profile_interval(
     power: Array, count: Array, columns: Array, best: Maximum, index: int, logl_scale: float = 1.0
 ) -> tuple[float, float, float]:
-    """Tuple (low, high, drop): 95 % profile-likelihood interval of the squared coefficient θ at `index`, and loss at 0.
+    """Tuple (low, high, drop): 95 % profile-likelihood interval of the squared coefficient θ at `index`, and loss at θ = 0.
 
-    `logl_scale` multiplies logL if bins are correlated: the variance of the coefficient by the likelihood over its
-    actual variance (Chandler & Bate 2007).
+    `logl_scale` multiplies logL to correct for correlated bins. It is the variance of the coefficient that the
+    likelihood states, divided by the actual variance (Chandler & Bate 2007).
 
     Returns
     -------

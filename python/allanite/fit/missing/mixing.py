@@ -19,10 +19,10 @@ Mask = NDArray[np.bool_]
 
 
 def _coupling(missing: Mask) -> Array:
-    """Array of squared correlations, caused by gaps, by which pairs of ordinates of white noise are connected, shape (2n,).
+    """Array, shape (2n,), from which the squared correlations follow that gaps cause between ordinates of white noise.
 
-    The squared correlation of ordinates i and j is the sum of two elements: those at |i − j| and at i + j. An element is
-    a squared value of the cosine transform of the mask; element 0 is set to 0.
+    The squared correlation of ordinates i and j is the sum of two elements: those at |i − j| and at i + j. An element
+    is a squared value of the cosine transform of the mask; element 0 is set to 0.
     """
     n = missing.size
     # Σ_k mask_k cos(πh(k+½)/n)/n; beyond n it repeats backwards with the opposite sign.

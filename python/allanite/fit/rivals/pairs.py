@@ -211,7 +211,8 @@ class _PairSearch:
     ) -> Iterator[tuple[float, Model]]:
         """Iterator over (ln evidence, model): the model of the fit `one` plus one effect of each of `kinds`.
 
-        A kind is omitted if its best shape on a grid cannot reach the evidence `min_evidence`.
+        A kind is omitted if it cannot be added, or if its best shape on a grid cannot reach the evidence
+        `min_evidence`.
         """
         # Candidates below this logL cannot reach the minimum evidence, given the cost of the first effect.
         min_log_likelihood = (
@@ -262,8 +263,8 @@ class _PairSearch:
     def _function_pairs(self, scans: list[Scan]) -> list[tuple[float, Model]]:
         """List of (ln evidence, model) of at most six pairs of slow functions, fitted with the shapes of the grid.
 
-        All grid points of two kinds are combined and compared by their joint ΔlogL; the best pairs are then fitted. The
-        order is that of the comparison.
+        All grid points of two kinds are combined, and the combination with the largest joint ΔlogL is kept. The six
+        best kept pairs are then fitted. The list has their order before the fit.
         """
         base = self.base
         j = filter_ordinates(self.data)
