@@ -129,7 +129,10 @@ def _score_text(z: float) -> str:
 
 
 def _ratio_text(factor: float) -> str:
-    """Text such as ``the model is ×1.2 too high``; `factor` is model over measured deviation."""
+    """Text such as ``the model is ×1.2 too high``; `factor` is model over measured deviation.
+
+    If `factor` is at most 1, the text gives its inverse and ``too low``.
+    """
     if factor > 1.0:
         return f"the model is ×{factor:.3g} too high"
     return f"the model is ×{1.0 / factor:.3g} too low"

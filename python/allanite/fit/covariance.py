@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def joint_covariance(solution: Solution, data: Data) -> tuple[list[tuple[int, str]], Array]:
-    """Pair: names and covariance matrix of all active parameters of random effects and modifiers; both may be empty.
+    """Pair: names and covariance matrix of the fitted parameters of random effects and modifiers; both may be empty.
 
     Names are (index of the effect, parameter). Effects that are 0, held values and texts are omitted. The covariance is
     that of ln(parameter), or of the parameter itself if it may be negative. It is the inverse Fisher information, with

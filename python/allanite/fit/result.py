@@ -254,7 +254,7 @@ class Fit:
         raise KeyError(f"{effect!r} is not in the fit (it has: {self._known_names()})")
 
     def _labeled_values(self) -> Iterator[tuple[set[str], dict[str, Any]]]:
-        """Iterator over (names by which the effect is found, its values by parameter name) of each effect."""
+        """Iterator over one pair for each effect: set of names that select the effect, and dict of its values by name."""
         seen: dict[str, int] = {}
         for effect, values in zip(self.model.effects, self.estimates, strict=True):
             seen[effect.short] = seen.get(effect.short, 0) + 1

@@ -32,7 +32,7 @@ def refit(fit: Fit, method: str) -> Fit:
     Raises
     ------
     InputError
-        ``lines`` for a model with effects other than Q, N, B, K, R; or held coefficients or limits.
+        The model has held values or limits; or, for ``lines``, effects other than Q, N, B, K, R.
     """
     if any(e.hold or e.limits for e in fit.model):
         raise InputError(f"method {method!r} does not support held values or limits; use whittle")

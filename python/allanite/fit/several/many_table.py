@@ -92,7 +92,10 @@ def comparable_parameters(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
 
 
 def _ranked(model: Model) -> list[int]:
-    """List of the indices of the effects sorted by kind and, within a kind, by their first free shape."""
+    """List of the indices of the effects sorted by kind and, within a kind, by the number of their first free shape.
+
+    An effect without such a number counts as 0.
+    """
 
     def rank(place: int) -> tuple[str, float]:
         """Sort key (kind, first free shape) of the effect at index `place`.

@@ -182,7 +182,7 @@ class Band:
         return np.exp(-2j * np.pi * phase)
 
     def relative_noise(self, frequency: float, drift: float) -> float:
-        """Noise power around a drifting line, without the line, divided by the expected noise power; at least 1.
+        """Ratio, at least 1: noise power around a drifting line, without the line, over the expected noise power.
 
         The line has a mid-record `frequency` and a `drift` over the record, in cycles per record. A ratio above 1 shows
         a random band that moves with the line; in the mean spectrum such a band is spread and looks weaker.

@@ -38,7 +38,7 @@ MIN_INDEPENDENT_NORM = 1e-3
 def regressor_ordinates(points: Sequence[Deterministic], j: NDArray[np.int64], data: Data) -> Array:
     """Array of the cosine ordinates j of the regressors of several effects, shape (effects · regressors, ordinates).
 
-    If samples are missing, each ordinate is multiplied by the factor by which this attenuates it (`Data.attenuated`).
+    If samples are missing, each ordinate is multiplied by the factor by which the gaps attenuate it (`Data.attenuated`).
     """
     is_low = not j.size or int(j[-1]) < CACHED_ORDINATES
     if len(points) > 1 or not is_low:
@@ -55,7 +55,7 @@ def regressor_ordinates(points: Sequence[Deterministic], j: NDArray[np.int64], d
 def _cached_ordinates(effect: Deterministic, data: Data) -> Array:
     """Array of the first `CACHED_ORDINATES` cosine ordinates of every regressor of an effect, one row each; cached.
 
-    Those of a logged column are computed from `COLUMN_MEANS` means of a long record.
+    In a long record, those of a logged column are computed from `COLUMN_MEANS` means of its samples.
     """
 
     def of_effect() -> Array:
@@ -218,7 +218,8 @@ def _basis_of_effects(
 ) -> Array:
     """Array: orthonormal basis of the whitened ordinates j of slow functions of time, shape (ordinates, columns).
 
-    `root` is 1/√variance of the ordinates. Other effects are ignored; no columns without slow functions.
+    `root` is 1/√variance of the ordinates. Effects that are not slow are ignored. If no effect is slow, the array has no
+    columns.
     """
     rows = [regressor_ordinates([e], j, data) * root for e in effects if e.low]
     return basis_of(np.concatenate(rows)) if rows else np.zeros((j.size, 0))

@@ -110,8 +110,8 @@ class Window:
     def effect(self, x: Array) -> Stochastic:
         """Effect of the band with the parameters at the coordinates `x`.
 
-        They are ln power, center and ln half-width in ordinates, ln of the factor on the other effects, and ln of
-        further shapes.
+        `x` holds ln power, center and ln half-width in ordinates, a number that does not concern this effect, and ln of
+        each companion shape.
         """
         half = float(np.exp(x[2]))
         made = self.own.banded(
@@ -136,7 +136,7 @@ class Window:
         return np.array([power, 0.5 * (low + high), np.log(0.5 * (high - low)), 0.0, *shapes])
 
     def scales(self, x: Array) -> Array:
-        """Array of the change of each coordinate that changes the spectrum substantially, shape of `x`.
+        """Array of the scale of each coordinate in `x`: a change by this scale alters the spectrum substantially.
 
         The scale of the center frequency, for example, is the half-width.
         """
@@ -178,8 +178,8 @@ class Window:
     def is_admissible(self, x: Array) -> bool:
         """True if the coordinates `x` describe a narrow band whose center is inside the window.
 
-        The half-width is at least one ordinate, and at most twice that of the widest narrow band. The factor on the other
-        effects, e^{x[3]}, lies between e^−2 and e². The peaks of the effect do not overlap.
+        To be narrow, the half-width must be at least one ordinate, and at most twice that of the widest narrow band. Also,
+        the factor on the other effects, e^{x[3]}, must be between e^−2 and e², and no peaks of the effect may overlap.
         """
         return bool(
             np.log(MIN_HALF_WIDTH) <= x[2] <= self.max_log_half_width + 0.7
@@ -189,9 +189,9 @@ class Window:
         )
 
     def _has_separate_peaks(self, x: Array) -> bool:
-        """True if the shapes of sidebands or harmonics are in their ranges and no two peaks overlap.
+        """True if no two peaks of the band with its sidebands or harmonics overlap; True without free companion shapes.
 
-        All peaks must also lie between 0 Hz and half the sampling rate. True without such shapes.
+        The companion shapes must also lie inside their ranges, and all peaks between 0 Hz and half the sampling rate.
         """
         if not self.companion_shapes:
             return True
@@ -235,7 +235,7 @@ class Window:
     def optimized(self, x: Array) -> Array:
         """Array of the coordinates of the local maximum of logL, by Fisher scoring from `x`; `x` itself if no step helps.
 
-        It ends after 40 steps or if logL rises by less than 1e-3.
+        The iteration ends after 40 steps, or when a step raises logL by less than 1e-3.
         """
         for _ in range(MAX_STEPS):
             slopes, now = self._slopes(x)
@@ -354,8 +354,8 @@ def is_flat_near(model: Model, place: int, data: Data) -> bool:
     """True if the model without its narrow bands is nearly constant within each bin near the band at index `place`.
 
     This means that ln of its density changes by less than 0.5 from the first to the last ordinate of each bin. It is also
-    True if the model has no other effect. Otherwise, e.g. at the edge of a filter, single ordinates would describe the
-    filter instead of the band.
+    True if the model has no other effect. Where the model is not constant, e.g. at the edge of a filter, single ordinates
+    would describe the filter instead of the band.
     """
     near = bins_near(model.effects[place], data.bins, data.rate)
     terms = data.terms(Model(tuple(e for e in model if not is_narrow(e))))

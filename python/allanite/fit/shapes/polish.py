@@ -168,8 +168,8 @@ def _climb(
 ) -> tuple[Array, Maximum]:
     """Pair: coordinates of the shapes at a local maximum of logL over shapes and coefficients, and the `Maximum` there.
 
-    The ascent starts at `point` and `best`. It ends after 60 steps or a rise of logL below 1e-4 (`roughly`: 15 and
-    0.03).
+    The ascent starts at `point` and `best`. It ends after 60 steps, or when a step raises logL by less than 1e-4. With
+    `roughly`, these limits are 15 steps and 0.03.
     """
     power, count = part.power, part.count
     here = shapes.at(point)

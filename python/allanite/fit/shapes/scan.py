@@ -219,8 +219,8 @@ def _worth_polishing(
 def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Model, Maximum]:
     """Pair (model, maximum) in `ends` with the simplest design of the effect at `place` whose logL is within 2 of the best.
 
-    A design is a set of choices, e.g. the type of a filter; `Effect.variants` lists the simplest first. Among equally
-    simple ones, the one with the largest logL. `ends` must not be empty.
+    A design is a set of choices, e.g. the type of a filter; `Effect.variants` lists the simplest first. Among pairs with
+    equally simple designs, the one with the largest logL is returned. `ends` must not be empty.
     """
     top = max(found.log_likelihood for _, found in ends)
     alike = [end for end in ends if end[1].log_likelihood >= top - MAX_SIMPLER_LOSS]
@@ -228,7 +228,10 @@ def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Mode
     ranks = {_design(variant): i for i, variant in reversed([*enumerate(first.variants())])}
 
     def order(end: tuple[Model, Maximum]) -> tuple[int, float]:
-        """Sort key (complexity of the design, −logL); the simplest design comes first."""
+        """Sort key (complexity, −logL) of a pair in `ends`: the simplest design, then the highest logL comes first.
+
+        A design is the set of an effect's choices. Its complexity is its index in `Effect.variants`, simplest first.
+        """
         return ranks.get(_design(end[0].effects[place]), len(ranks)), -end[1].log_likelihood
 
     return min(alike, key=order)

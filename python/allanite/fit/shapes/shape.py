@@ -157,7 +157,7 @@ def _has_open_shape(effect: Effect) -> bool:
 
 
 def _with_grid_middles(model: Model, data: Data) -> Model:
-    """Copy of the model in which random effects and modifiers without shape values have those in the middle of the grid."""
+    """Copy of the model in which random effects and modifiers with unknown shapes have those of the middle grid point."""
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) and _has_open_shape(effect):
             points = grid_models(model, place, data)
@@ -232,8 +232,9 @@ def polish_line(
 ) -> float:
     """Frequency near `start`, Hz, at which a line with its harmonics has the largest ΔlogL.
 
-    It is fitted to the ordinates `values` with the indices j. It lies within 1/T of `start`, with the duration T of the
-    record. `start` is returned if ΔlogL rises by less than 1e-3. At most 12 of the `multiples` are used.
+    The lines are fitted to the ordinates `values` with the indices j. The result differs from `start` by at most about 1/T,
+    with the duration T of the record. `start` is returned if ΔlogL rises by less than 1e-3. If there are more than 12
+    `multiples`, only 12 of them are used.
     """
     if len(multiples) > MAX_OPTIMIZED_LINES:
         # For a pulse train, a few of its lines determine the frequency.

@@ -80,10 +80,10 @@ def search_burst(band: Band) -> tuple[float, float, float, float]:
 def place_burst(
     band: Band, frequency: float, start: float, end: float
 ) -> tuple[float, float, float, float]:
-    """Tuple (frequency, start, end, ΔlogL), as for `search_burst`, of a burst with optimized frequency and edges.
+    """Tuple (frequency, start, end, ΔlogL), in units as for `search_burst`, of a burst with optimized frequency and edges.
 
-    Each of two rounds tries edges on a grid, up to half of the length away. It then optimizes frequency and edges by the
-    simplex method.
+    Two rounds are made. Each tries edges on a grid, up to half of the burst's length away, and then optimizes frequency
+    and edges together by the simplex method.
     """
     for _ in range(2):
         total = _summed(band, frequency)
@@ -139,7 +139,7 @@ def _optimized(
 ) -> tuple[float, float, float, float]:
     """Tuple (frequency, start, end, ΔlogL) of a tone burst at a local maximum of ΔlogL, by the simplex method.
 
-    It starts from the given frequency (cycles per record), start and end (fractions of the record).
+    The search starts from the given frequency (cycles per record), start and end (fractions of the record).
     """
     from scipy.optimize import minimize
 

@@ -104,7 +104,7 @@ def integrated_noise(term: Term, rate: float, n: int) -> StampedNoise:
 
     `rate` is the nominal sampling rate, Hz, and `n` the number of samples. The integral of a Gauss–Markov process keeps
     its density at frequencies far below the sampling rate. Quantization, and power laws with exponents above 0 up to 2,
-    become noise of the phase itself. Raises `InputError` for exponents below −2 and terms without a power law.
+    become noise of the phase itself. Raises `InputError` for exponents outside −2 … 2 and for terms of any other kind.
     """
     process = _gauss_markov_of(term)
     if process is not None:
