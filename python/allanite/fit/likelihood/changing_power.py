@@ -35,9 +35,9 @@ def changing_effects(model: Model) -> tuple[Effect, ...]:
 
 
 def mean_squared_level(model: Model, data: Data) -> float:
-    """Mean over time of p², at least 1: p is the power of white noise, relative to its mean, under the model's level changes.
+    """Mean over time of p², at least 1; p is the relative power of white noise under the model's level changes.
 
-    p is 1 at all times for a model without level changes.
+    The mean of p over time is 1. For a model without level changes, p is 1 at all times.
     """
     power = expected_level(model, data, min(MAX_LEVEL_SEGMENTS, data.n))
     return float(np.mean(power**2))
