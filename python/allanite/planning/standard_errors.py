@@ -79,9 +79,9 @@ def _errors_from_information(fisher: Array) -> Array:
 
 
 def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[str, float]:
-    """Dict from the name of each free parameter of processes and modifiers to its standard error; empty without any.
+    """Dict from the name of each free parameter of processes and modifiers to its standard error; empty without parameters.
 
-    A parameter with the value 0 is left out; an error is infinite if the record does not show the parameter.
+    Parameters with the value 0 are omitted. An error is infinite if the record does not show the parameter.
     """
     spectrum = expected_power(model, data)
     keys: list[str] = []

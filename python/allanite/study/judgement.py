@@ -44,12 +44,13 @@ def discrepancy_rises(before: Fit, after: Fit) -> bool:
 
 
 def no_error_rises(before: Fit, after: Fit) -> bool:
-    """True if neither the discrepancy nor the Allan error rises by more than its own scatter.
+    """True if neither the model discrepancy nor the Allan error rises from `before` to `after` by more than its scatter.
 
-    The discrepancy rises if its interval lies above the old one. The Allan error (rms, %) may rise to twice its expected
-    scatter or to √(old² + scatter²), whichever is larger. At no single τ may it rise by more than twice the scatter.
-    Without an Allan error only the discrepancy counts. If the last effect of `after` newly excludes a segment, single τ
-    are not compared. If it newly excludes outliers, the result is True.
+    * The discrepancy rises if its interval lies completely above the old interval.
+    * The Allan error (rms, %) may rise to twice its expected scatter, or to √(old² + scatter²) if that is larger.
+    * At each τ, the error may rise by twice its scatter. This is not tested if the last effect newly excludes a segment.
+
+    Without an Allan error, only the discrepancy counts. Always True if the last effect newly excludes outliers.
     """
     old, new = before.curve, after.curve
     other = after.data is not before.data and excludes_samples(after.model.effects[-1])
@@ -85,9 +86,10 @@ def predicts_as_well(before: Fit, after: Fit) -> bool:
 
 
 def is_as_good(before: Fit, after: Fit) -> bool:
-    """True if the smaller model `after` describes the record as well as `before`: no error rises beyond its scatter.
+    """True if the smaller model `after` describes the record as well as `before`.
 
-    The Allan error may rise by any amount as long as it stays at or below its expected scatter.
+    No error may rise beyond its scatter (`no_error_rises`). In addition, the Allan error must not rise, or must stay at
+    or below its expected scatter.
     """
     return no_error_rises(before, after) and (
         not allan_error_rises(before, after) or allan_error_within_scatter(after)
@@ -111,7 +113,7 @@ def refusal_reason(before: Fit, after: Fit, once: bool) -> str:
 
 
 def allan_error_within_scatter(fit: Fit) -> bool:
-    """True if the Allan error is at most its expected scatter; a missing value counts as 0."""
+    """True if the Allan error (rms, %) is at most its expected scatter. A value that is None counts as 0."""
     return (fit.curve.rms_percent or 0.0) <= (fit.curve.expected_scatter_percent or 0.0)
 
 

@@ -273,9 +273,9 @@ class Study:
 
     @property
     def unexplained(self) -> dict[str, Any]:
-        """Dict with keys ``tau``, ``frequency`` and ``time``: the interval [low, high] of the largest failure, or None.
+        """Dict with the keys ``tau``, ``frequency`` and ``time``: interval where the last model fails most, or None.
 
-        Units are s, Hz and s. The last model fails most there.
+        An interval is a list [low, high] in s, Hz and s. None if the model fails nowhere in τ, in frequency or in time.
         """
         return self.check.where.worst()
 
@@ -429,11 +429,11 @@ def _number_text(value: float | None) -> str:
 
 
 def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
-    """Tuple of the unexplained misfit of each step, % of the largest (usually that of the first step).
+    """Tuple with the unexplained misfit of each step, in % of the largest of all steps (usually the first).
 
-    The misfit of the last step is the logL that a saturated model gains, minus its expectation for a true model. That of
-    an earlier step adds the ΔlogL of all later steps. Negative misfits count as 0. If no misfit is positive, all values
-    are 100 %.
+    The misfit of the last step is the logL that is still to be gained: that of a model with its own power for each bin,
+    minus its expectation for a true model. An earlier step adds the ΔlogL of all later steps. Negative misfits count as
+    0. If no misfit is positive, all values are 100 %.
     """
     left = [max(ladder[-1].fit.unexplained_misfit, 0.0)]
     for before, rung in reversed(list(itertools.pairwise(ladder))):

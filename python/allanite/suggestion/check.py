@@ -226,7 +226,7 @@ def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
 
 
 def check_fit(fit: Fit, on_progress: Callable[[int, int], None] | None = None) -> Check:
-    """`Check` of a fit: residuals on every view, and ranked suggestions of missing effects.
+    """`Check` of a fit: where the model fails (by τ, frequency and time), and ranked suggestions of missing effects.
 
     `on_progress` is called with (stages done, number of stages).
     """

@@ -172,9 +172,10 @@ def _best_process(found: list[Suggestion]) -> Suggestion | None:
 
 
 def explained_by_process(level: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """True if a change of level loses half of its ΔlogL next to the best significant process or filter in `found`.
+    """True if the best significant process or filter in `found` explains a change of level: its ΔlogL falls by over half.
 
-    A missing band makes up most of the whitened power, so that a change of the band looks like a change of all noise.
+    A missing band may make up most of the whitened power, so that a change of the band looks like a change of all noise.
+    False without such a process, or if `level` changes only one band.
     """
     best, effect = _best_process(found), level.effect
     if best is None or not isinstance(effect, Modifier) or effect.band is not None:

@@ -51,9 +51,9 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
 
 
 def name_with_lines(effect: Effect, fit: Fit) -> str:
-    """Display name of an effect; for several lines with their harmonics, such as ``sinusoid with harmonics 2, 3``.
+    """Display name of an effect, followed by its harmonics if it has several lines: ``sinusoid with harmonics 2, 3``.
 
-    If the frequencies are not all multiples of the first, the smallest spacing follows instead: ``…, 2.5 Hz apart``.
+    If not all frequencies are multiples of the first, the smallest spacing follows instead: ``…, 2.5 Hz apart``.
     """
     name = fit.display_name(effect)
     if isinstance(effect, Deterministic) and len(effect.lines) > 1:
@@ -74,9 +74,9 @@ def _value_text(name: str, value: Estimate) -> str:
 
 
 def _slopes_sentence(effect: Effect, found: Fit) -> str:
-    """Sentence that an effect which follows a column has different slopes at slow and fast time scales.
+    """Sentence that an effect which follows a logged column has different slopes at slow and fast time scales; or "".
 
-    "" if it has not.
+    "" if the slopes differ by less than 2 standard errors, or if the effect follows no column with a single slope.
     """
     if effect.follows is None:
         return ""

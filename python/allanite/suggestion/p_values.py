@@ -107,10 +107,11 @@ def arc_length(directions: NDArray[np.float64]) -> float:
 
 
 def interval_trials(cells: int, length: int, x: float) -> float:
-    """Number of trials of a search for one interval of `length` … 2 `length` − 1 cells whose best ΔlogL is `x`.
+    """Number of independent trials of a search for an interval of `length` … 2·`length` − 1 cells; its best ΔlogL is `x`.
 
-    The record has `cells` cells. It is the number of independent intervals of these lengths times the number of octaves
-    of lengths, log₂(`cells`). At small x neighboring intervals are not independent: at most 1.65 x `cells`/`length` count.
+    The record has `cells` cells (time intervals of equal length). The number is that of tried intervals, but at most
+    1.65 x `cells`/`length`, because near intervals are not independent. It is multiplied by log₂(`cells`), rounded down:
+    the number of octaves of lengths in the whole search.
     """
     # By simulation of 256 cells of normal noise, 160 000 records, x = 5 … 9, lengths 16 … 128 cells: 7.5 to 14.9 instead of
     # 1.65 x = 8.3 to 14.9; fewer for shorter ones.
@@ -160,10 +161,11 @@ def best_interval(
 def delta_logl_of_two_levels(
     inside: NDArray[np.float64], count: NDArray[np.float64], total: float, n: float, freedom: float
 ) -> NDArray[np.float64]:
-    """Array of the ΔlogL of a separate mean power inside each of many intervals: −½ Σ d ln ρ, with d = `freedom` per value.
+    """Array of the ΔlogL, nats, of a separate mean power inside each of many intervals of a series.
 
-    `inside` is the sum of the `count` values inside each interval, `total` that of all `n` values; ρ are the mean
-    powers inside and outside, relative to the common mean.
+    `inside` is the sum of the `count` values inside each interval; `total` is the sum of all `n` values. `freedom` is
+    the degrees of freedom d of each value. ΔlogL is −½ Σ d ln ρ, with the mean power ρ inside or outside over the common
+    mean.
     """
     a = np.maximum(inside / count, 1e-12)
     b = np.maximum((total - inside) / (n - count), 1e-12)

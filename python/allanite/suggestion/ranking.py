@@ -77,9 +77,10 @@ def in_order(
 
 
 def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
-    """Tuple of copies of the suggestions in which `rivals` names the kinds that may be confused with the effect.
+    """Tuple of copies of the suggestions, in the same order, with `rivals` filled in: kinds that explain the data as well.
 
-    The scores of these kinds are within 3 nats of that of the suggestion. The order stays.
+    A rival is another suggested kind with a score less than 3 nats away, which a short record may confuse with the
+    effect.
     """
     out = []
     for one in ranked:

@@ -325,7 +325,11 @@ class _Found:
     loudness: float
 
     def scatter_of(self, candidate: Candidate) -> float:
-        """Factor by which changes of the noise level that the model lacks inflate the ΔlogL of a candidate by chance."""
+        """Factor, at least 1, by which missing changes of the noise level raise the ΔlogL of a candidate by chance.
+
+        For a slow function of time, it is the largest relative power at any time; otherwise the overdispersion of the
+        spectrum.
+        """
         return self.loudness if candidate.family in self.slow else self.overdispersion
 
 
@@ -438,12 +442,12 @@ def _suggestion(
     surplus: float,
     scatter: float,
 ) -> Suggestion:
-    """`Suggestion` of a candidate, with its ΔlogL, its p-value times the number of `searches`, and its fit.
+    """`Suggestion` made from a candidate, with its ΔlogL and its p-value, corrected for the number of `searches`.
 
-    `families` maps the name of a family to the trials of its search. `surplus` is the ΔlogL that a discrepancy of the
-    model without the effect explains. It is added if the model with the effect needs no discrepancy. `scatter` divides
-    the ΔlogL of which the p-value is taken, except for levels, outliers and excluded segments. `removes_percent` is NaN
-    and `rivals` is empty; callers fill them.
+    `families` maps the name of a family to the trials of its search. `surplus` is the ΔlogL that the discrepancy of the
+    model without the effect explains. It is added to the ΔlogL if the model with the effect needs no discrepancy. The
+    ΔlogL is divided by `scatter` for the p-value, except for levels, outliers and excluded segments. `removes_percent`
+    is NaN and `rivals` is empty; callers fill them in.
     """
     from scipy.special import log_ndtr
 

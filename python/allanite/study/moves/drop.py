@@ -48,10 +48,10 @@ def without_needless(before: State, after: State, needed: Collection[str]) -> St
 def without_needless_effects(before: State, after: State, needed: Collection[str]) -> State:
     """`State` of `after` without its needless effects; `after` itself if all effects are needed.
 
-    `before` is the state without the last effect of `after`. The others are tried from the last to the first and dropped
-    if the score rises by more than 0.5 nats. An effect of the user's model is dropped only if it was detected in `before`
-    and its removal lowers logL by less than 0.5. It stays if the last effect is a function of time, whose interval
-    depends on the user's noise. Kinds in `needed` stay.
+    `before` is the state without the last effect of `after`. The other effects are tried from the last to the first. An
+    added effect is dropped if the score rises by more than 0.5 nats without it. An effect of the user's model is dropped
+    if it was detected in `before`, and logL falls by less than 0.5 nats without it. All effects of the user's model stay
+    if the last effect is a function of time. Effects of kinds in `needed` stay, too.
     """
     state = after
     slow = isinstance(after.fit.model.effects[-1], Deterministic)
@@ -119,9 +119,10 @@ def _may_be_dropped(fit: Fit, place: int, needed: Collection[str]) -> bool:
 
 
 def _fit_if_needless(fit: Fit, place: int, given: bool) -> Fit | None:
-    """`Fit` without the effect at index `place` if the model does not need it; None if it does.
+    """`Fit` without the effect at index `place` if the model does not need this effect; None if it does.
 
-    An added effect is needless if the score rises by 0.5 nats without it, a `given` one if logL falls by less than 0.5.
+    An effect of the user's model (`given`) is needless if logL falls by less than 0.5 without it. Another effect is
+    needless if the score rises by more than 0.5 nats without it.
     """
 
     def gains(less: Solution) -> float:

@@ -31,12 +31,11 @@ if TYPE_CHECKING:
 def with_all_excursions(
     before: State, suggestions: Sequence[Suggestion], known_only: bool = False
 ) -> State | None:
-    """`State` with one effect for all excursions, those that the search has added and those still missing; or None.
+    """`State` with one effect for all excursions (short events), added by the search or still missing; or None.
 
-    The effect has at most 32 excursions. Each further excursion must explain more than any other slow function, and
-    something in addition to the best slowly drifting random process of the `suggestions`. If the model with further
-    excursions is not as good (`is_as_good`), only those added before are merged. None if fewer than two remain. With
-    `known_only`, further excursions are not searched.
+    Further excursions are searched, up to 32 in all, unless `known_only`. Each must explain more than any other slow
+    function, and something beyond the best slowly drifting random process of the `suggestions`. If the model with them
+    is not as good (`is_as_good`), only the added ones are merged. None if fewer than two remain to be merged.
     """
     fit = before.fit
     places = [p for p in before.added if fit.model.effects[p].returns]

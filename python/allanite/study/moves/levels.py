@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 
 def with_merged_levels(before: State) -> State | None:
-    """`State` in which one effect describes all changes of the white-noise level; or None.
+    """`State` in which one effect replaces all changes of the white-noise level that the search added; or None.
 
-    It replaces the changes that the search has added, and also contains changes that a new search still finds. It is the
-    effect with the largest ΔlogL less BIC cost, by the white-noise power over time. None if that power is unknown, or if
-    no effect has a ΔlogL 3 nats above that of the added changes without the last one.
+    The effect is the one with the largest ΔlogL minus BIC cost, for the white-noise power over time. It also contains
+    changes that a new search still finds. None if the power over time is not known. None as well if no effect has a
+    ΔlogL more than 3 nats above that of the added changes without the last one.
     """
     fit = before.fit
     changes, places = _added_level_changes(before)

@@ -31,11 +31,12 @@ if TYPE_CHECKING:
 
 
 def with_wandering_line(before: State, suggestion: Suggestion) -> State | None:
-    """`State` in which one narrow band replaces the lines near a suggested line, that line included; or None.
+    """`State` in which one narrow band replaces a suggested line and the lines of the model near it; or None.
 
-    Lines within 3/T count (T is the duration). The band is taken if its score is at most 3 nats below that of the lines.
-    For lines closer than 1/T, which beat, the limit is 8 nats. None without such lines, or if one is the user's. None as
-    well if an error rises beyond its scatter, or if more than 10 % of the samples are missing.
+    Lines nearer than 3/T count; T is the duration of the record. The score of the band may be at most 3 nats below that
+    of separate lines, or 8 nats if a line is nearer than 1/T and they beat. None otherwise, without lines near it, or if
+    one is the user's. None as well if an error rises beyond its scatter, or if more than 10 % of the samples are
+    missing.
     """
     fit, line = before.fit, suggestion.effect
     if not _is_single_line(line) or fit.data.lost > MAX_MISSING_FRACTION:

@@ -76,11 +76,11 @@ def _has_moving_frequency(fit: Fit, band: Effect) -> bool:
 
 
 def _with_modulated_band(before: State, band: Effect) -> State | None:
-    """`State` in which a band of the model becomes a modulated band that has the new `band` as a side band; or None.
+    """`State` in which a modulated band replaces a band of the model, with the new `band` as its side band; or None.
 
-    Of all bands, the one is taken whose modulation gives the highest score, even if lower than that of `before`. Added
-    bands near its side bands are removed. Other bands that have side bands are modulated as well. None if no band can
-    be modulated.
+    Of several possible bands, the one with the highest score is replaced, even if the score falls. Bands that the search
+    added near the new side bands are removed. Then other bands that show side bands are modulated as well. None if no
+    band can be modulated.
     """
     fit = before.fit
     effects = fit.model.effects

@@ -35,17 +35,19 @@ def models_with_replacement(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], 
 
 
 def _expected_gain(fit: Fit, lead: float, model: Model) -> float:
-    """Expected gain of the score, nats, of another model whose log evidence leads that of the fit by `lead`.
+    """Expected rise of the score, nats, if another `model` replaces that of the fit: `lead` plus the prior's change.
 
-    If the lead exceeds 3 nats, the gain is above 0.5 nats whatever the priors are.
+    `lead` is its rise of log evidence. The change of the prior counts as at least −2.5, so that a `lead` above 3 nats
+    always gives more than 0.5.
     """
     return lead + max(prior_change(fit.model, model), MIN_SCORE_GAIN - MAX_RIVAL_LOG_EVIDENCE)
 
 
 def may_take_the_place(effect: Effect, out: Effect) -> bool:
-    """True if a higher score is enough for `effect` to replace `out`.
+    """True if `effect` may replace `out` because of a higher score alone.
 
-    An event may only replace an event, a filter only a filter or a broad hump, and an effect without a name nothing.
+    False in three cases: `effect` is an event and `out` is not; `effect` is a filter, and `out` is neither a filter nor
+    a broad hump; `effect` has no physical name.
     """
     # The evidence of an event is not corrected for the many times that were tried.
     event = _is_event(effect) and not _is_event(out)

@@ -62,12 +62,14 @@ LOSS_AT_95_PERCENT = 1.92
 
 
 def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
-    """Refitted `Candidate` for the frequency band whose level differs most between one time interval and all other times.
+    """Refitted `Candidate` for the frequency band whose noise level differs most significantly in one interval; or None.
 
-    The bands of the model's processes are searched first, octaves only if none is significant. None for a summary, for
-    coarsely rounded samples, and for a p-value above 1 %. The interval must be 1/64 to 63/64 of the record, and the factor
-    must differ from 1 by more than its error. None as well if the band already has a change of level, or if another
-    remains after this one.
+    The bands of the model's processes are searched first, octaves only if none of them is significant. None
+
+    * for a summary, for coarsely rounded samples, or for a p-value above 1 %,
+    * if the interval is shorter than 1/64 of the record or longer than 63/64,
+    * if the factor differs from 1 by less than its error or the model discrepancy,
+    * if the model has a change of level in this band already, or if another change remains in this band.
     """
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "band level"]
     if not kinds or whitened.samples.size < data.n or is_deformed_by_rounding(data):
@@ -129,9 +131,9 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
 
 
 def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
-    """List of the candidates of level changes whose score is within 3 nats of the best; the others wait for the next check.
+    """List of the candidates of level changes whose score is within 3 nats of the best score.
 
-    The score is ΔlogL less the BIC cost for `n` samples. None entries of `found` are dropped.
+    The score is ΔlogL minus the BIC cost for `n` samples. None entries of `found` are dropped.
     """
     price = 0.5 * np.log(max(n, 2))
     worth = [(c.gain - price * c.parameters, c) for c in found if c is not None]
@@ -167,12 +169,13 @@ def largest_delta_logl(power: Array) -> float:
 def _fitted_level_change(
     cells: list[Cell], begin: float, close: float
 ) -> tuple[float, float, float, Array]:
-    """Tuple (factor, ΔlogL, standard error of ln factor, steady power) of a change of the level of one process.
+    """Tuple (factor, ΔlogL, standard error of ln factor, steady power): a changed level of one process in an interval.
 
-    The factor is its standard deviation inside over outside of the fractions `begin` to `close` of the record. Each cell
-    is a pair (power over time of some ordinates, share of the process). The steady power over time is that of the cell
-    with the most information, after the change is divided out. If the process may be absent inside or outside, the factor
-    is the end of its 95 % interval nearer to 1. (1, 0, 1, power of the first cell) if no cell resolves the interval.
+    `factor` is the standard deviation of the process inside over outside. The interval lies between the fractions
+    `begin` and `close` of the record. Each of `cells` is a pair: power over time of a frequency range, and part of the
+    process in that power. `steady power` is the series of the most informative pair, with the change divided out. If the
+    process may be absent inside or outside, `factor` is the end of its 95 % interval nearer to 1. (1, 0, 1, first
+    series) if no series resolves the interval.
     """
     from scipy.optimize import brentq, minimize_scalar
 

@@ -42,11 +42,12 @@ PART_BLOCKS = 32
 
 
 def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
-    """Tuple with one refitted `Candidate` of burst noise if the samples may switch between two levels; otherwise empty.
+    """Tuple with one refitted `Candidate` of burst noise, if the samples may switch between two levels; otherwise empty.
 
-    It is built from a Gauss–Markov candidate, which has the same spectrum. Its ΔlogL is that of this candidate, plus the
-    log odds of two levels, minus ln 1000: with lower odds, burst noise ranks behind the Gauss–Markov process. Empty if
-    one of the two ΔlogL is below 8, or if another candidate leads the Gauss–Markov candidate by ln 1000.
+    A Gauss–Markov process has the same spectrum, so the search starts from its candidate. The ΔlogL of burst noise is
+    that of this candidate, plus the log odds of two levels, minus ln 1000. The last term prefers the Gauss–Markov
+    process if the odds are below 1000 : 1. Empty if one of the two ΔlogL is below 8, or if another candidate has a ΔlogL
+    more than ln 1000 above that of the Gauss–Markov process.
     """
     candidates, data = view.spectral, view.data
     twins = [
@@ -82,10 +83,10 @@ SCREEN = OwnScreen("spectral", screen_burst_noise)
 
 
 def _log_odds(solution: Solution, data: Data) -> float:
-    """Ln of the likelihood of two levels over that of Gaussian noise with the same spectrum; 0 if the record cannot tell.
+    """Logarithm of the likelihood ratio of two levels to Gaussian noise with the same spectrum; 0 if it cannot be known.
 
-    The last effect of the model is the Gauss–Markov process. 0 for fewer than 128 or more than 2^18 blocks of a
-    twentieth of the dwell time, and for a summary.
+    The last random process of the model must be the Gauss–Markov process. The means over blocks of a twentieth of its
+    dwell time are compared. 0 for fewer than 128 or more than 2^18 blocks, and for a summary.
     """
     process = solution.model.stochastic[-1]
     time, sigma = float(process.values["correlation_time"]), float(process.values["sigma"])

@@ -347,7 +347,7 @@ def most_likely_polygon(gains: Array, parts: int) -> tuple[Array, float]:
 
 
 def _thinned(course: Array, half: float) -> Array:
-    """Array of the course averaged over pairs of sections, repeatedly, while neighbors differ by at most `half`.
+    """Array of the course, averaged over pairs of sections again and again while neighbors differ by at most `half`.
 
     `half` is the half-width of the band, in the unit of the course. At least 8 sections remain; a shorter course is
     unchanged.

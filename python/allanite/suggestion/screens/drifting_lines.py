@@ -167,10 +167,10 @@ def _best_candidate(
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
-    """Refitted `Candidate` of the best drifting line of one kind over all bands, or None.
+    """Refitted `Candidate` of the best drifting line of one kind over all `bands`; or None.
 
-    None if its ΔlogL is less than 8 above that of the best steady line in `lines`. None as well if it drifts by less than
-    one cycle per record, or cannot become significant.
+    None if its ΔlogL is less than 8 above that of the best steady line in `lines`. None as well if the line drifts by
+    less than one cycle per record over the record, has no positive frequency, or cannot become significant.
     """
     noise, T = solution.noise(data), data.duration
     steady = max((c.gain for c in lines), default=0.0)

@@ -354,7 +354,7 @@ def _power_ratio(
         return None
 
     def spectrum(at: int) -> NDArray[np.float64]:
-        """Array of the mean power in each band of the segment that begins at the sample `at`."""
+        """Array of the mean power in each band of the segment that begins at sample `at`, shape (bands,)."""
         found = rfft(samples[at : at + length] * window, padded)[: edges[-1]]
         power = found.real**2 + found.imag**2
         return np.asarray(np.add.reduceat(power, edges[:-1]) / np.diff(edges))

@@ -181,10 +181,11 @@ def _makes_power_steadier(candidate: Candidate, data: Data, series: Series) -> b
 def _with_refined_times(
     candidate: Candidate, series: Series, solution: Solution, data: Data, whitened: Whitened
 ) -> Candidate:
-    """Copy of a candidate whose times are refined to single samples, with the factors that follow from these times.
+    """Copy of a candidate whose times of level changes are refined to single samples, with new factors.
 
-    Loud samples outside of coarse times would be outliers. A summary has no samples; its cells of power refine the
-    times. The same candidate is returned without times, or if refined times are out of order.
+    A summary has no samples; the finest power over time that it keeps is used. A periodic level is refined by
+    `_with_refined_gate`. The same candidate is returned if it has no times. The same as well if a summary's refined
+    times are not in order, or if its power is not known.
     """
     effect = candidate.effect
     if isinstance(effect, Modifier) and "period" in effect.values:
@@ -256,7 +257,8 @@ def _white_fraction(solution: Solution) -> float:
 def _square_with_ends(whitened: Whitened) -> NDArray[np.float64]:
     """Array of the squares of the whitened samples with normal tails, shape (n,).
 
-    The unknown ends of the record get the mean square of the next four times as many samples.
+    The samples at both ends of the record are not known. Their squares are replaced by the mean square of their
+    neighbors, four times as many samples as the end has.
     """
     square = whitened.with_normal_tails.samples**2
     n, ends = square.size, end_samples(square.size)

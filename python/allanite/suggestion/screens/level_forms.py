@@ -305,12 +305,12 @@ def _loss(power: Array, places: NDArray[np.int64], freedom: float) -> float:
 
 
 def screen_cycle(series: Series, model: Model) -> Candidate | None:
-    """`Candidate` (not refitted) of a white-noise level that is higher or lower in a part of each period; or None.
+    """`Candidate` (not refitted) of a white-noise level that is higher or lower in the same part of each period; or None.
 
-    The period comes from the H test: the largest sum of the powers of up to 6 harmonics, less 4 for each, over all
-    frequencies. None if that sum has a p-value above 1 %, or if the best level has a ΔlogL of at most 3. None as well for
-    constant power, too few values, or without such an effect in the catalog. The p-value is the larger of that of the H
-    test and that of the part of the period.
+    The period comes from the H test: the sum of the powers of 1 to 6 harmonics minus 4 for each further harmonic, at its
+    maximum over all frequencies. None if this maximum has a p-value above 1 %, or if the best level has a ΔlogL of at
+    most 3. None as well for constant power, for too few values, or without such an effect in the catalog. The p-value of
+    the candidate is the larger of two: that of the H test, and that of the best part of the period.
     """
     from scipy.special import log_ndtr
 
@@ -386,9 +386,9 @@ def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, floa
 def refined_gate(square: Array, period: float, first: float, share: float) -> tuple[float, ...]:
     """Tuple (period, first sample, share) of the most likely gate near a coarse one, from the squares of single samples.
 
-    A gate is the part of each period with another noise level; `share` is its length in periods. Period and start are
-    in samples. Both edges are moved by up to 1/32 of a period. Tried periods move them by up to 1/64 of a period at the end
-    of the record. The given values are returned if no gate there has at least one sample.
+    A gate is the part of each period with another noise level. `share` is its length divided by the period. Period and
+    first sample are in samples. Both ends of the gate are moved by up to 1/32 of a period, and the period is varied
+    slightly. The given values are returned if no tried gate has at least one sample.
     """
     n, reach = square.size, 2 * FINE_PHASES
     phases = PHASES * FINE_PHASES
@@ -422,10 +422,10 @@ def refined_gate(square: Array, period: float, first: float, share: float) -> tu
 
 
 def _best_phases(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
-    """Tuple (ΔlogL, first, end) of the interval of at most half of the phases of a period whose level differs most.
+    """Tuple (ΔlogL, first, end) of the part of a period, at most half of it, whose noise level differs most.
 
-    `sums` and `count` are the sum and number of values at each phase. Phases are in 1/64; `end` is exclusive and may be
-    above 64.
+    `sums` and `count` are the sum and number of the values at each phase. `first` and `end` are phases in 1/64 of a
+    period. `end` is exclusive and may be above 64. `freedom` is the degrees of freedom of each value.
     """
     twice = np.concatenate([[0.0], np.cumsum(np.tile(sums, 2))])
     sizes = np.concatenate([[0.0], np.cumsum(np.tile(count, 2))])

@@ -198,11 +198,11 @@ def _line_indices(ratio: NDArray[np.float64], data: Data) -> list[int]:
 
 
 def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
-    """Pair (lowest, multiples) of evenly spaced lines among the indices `places`, or None.
+    """Pair (lowest, multiples) of evenly spaced lines among the indices `places`; or None.
 
-    `multiples` is the ascending list of these lines as multiples of the lowest. There are at least 5, at 60 % or more
-    of the places between the lowest and the highest. None if there are no such lines, or if they are harmonics of the
-    spacing.
+    `multiples` is the ascending list of these lines, divided by the lowest one. At least 5 lines must be evenly spaced,
+    and 60 % of the positions from the lowest to the highest must have a line. None otherwise, or if the lines are
+    harmonics of their spacing.
     """
     at = np.sort(np.array(places, dtype=np.float64))
     best: tuple[int, float, float, NDArray[np.float64]] | None = None
@@ -254,10 +254,11 @@ def _periodic_effects(
 
 
 def _best_width(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:
-    """Pair: half-width (ordinates) and ΔlogL of the narrow-band noise that explains a line best.
+    """Pair: half-width, in ordinates, and ΔlogL of the narrow-band noise that explains a line best.
 
-    `top` is the ordinate of the line. A Lorentzian of any height and a half-width of 1, 2, 4, … 64 is fitted to the
-    single ordinates near it (Whittle likelihood). Half-widths up to 2 are returned as 0.
+    `top` is the ordinate of the line. Lorentzians with half-widths of 1, 2, 4, … 64 and many heights are compared
+    (Whittle likelihood). Half-widths of 1 and 2 are returned as 0. If `level` is above 1, the noise near the line is
+    first divided by its own median, if that is higher than expected.
     """
     j = np.arange(
         max(1, top - WIDTH_ORDINATES),

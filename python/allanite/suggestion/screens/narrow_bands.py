@@ -47,10 +47,10 @@ def widths_tried(n: int) -> int:
 
 
 def narrow_bands(solution: Solution, data: Data, white: NDArray[np.float64]) -> Iterator[Excess]:
-    """Iterator over an `Excess` for each width: the narrow band with the clearest excess of power over the model.
+    """Iterator over `Excess`, one for each tried width: the narrow band with the largest excess of power over the model.
 
-    Bands are searched in the whitened ordinates `white`, only at frequencies where bins are wider than the band. Widths
-    without any excess are skipped.
+    Bands are searched in the whitened ordinates `white`, at frequencies where the bins are wider than the band. Widths
+    with no excess are skipped.
     """
     total = np.square(white)
     np.cumsum(total, out=total)

@@ -138,11 +138,11 @@ def _richer_forms(
     solution: Solution,
     data: Data,
 ) -> dict[Deterministic, tuple[float, float, Noise]]:
-    """Dict from each richer effect, shapes optimized, to (angle, starts, noise), needed for its p-value and matched filter.
+    """Dict from each effect with more parameters than `simple`, shapes optimized, to a tuple (angle, starts, noise).
 
-    Richer effects are the forms of `simple` with more parameters, the best excursion between any two times, and the forms
-    of that excursion. The angle is that of the grid of shapes, rad. The effect could begin at so many
-    independent places (`starts`). The noise is that of the model with `simple`, and for excursions also without.
+    The effects are forms of `simple` with more parameters, the best excursions between any two times, and forms of these
+    excursions. `angle`, rad, is the path length of the grid of shapes, and `starts` the number of independent start
+    times; both count trials. `noise` is the noise of the model with `simple`, for excursions also without.
     """
     base, known = solution.noise(data), solution.model.deterministic
     with_simple = None if simple is None else simple.solution
@@ -185,11 +185,12 @@ def _significant_richer_forms(
     whitened: Callable[[], Whitened],
     others: Sequence[Candidate],
 ) -> list[Candidate]:
-    """List of refitted `Candidate` of those `forms` that raise logL significantly (1 %) more than the candidate `simple`.
+    """List of refitted `Candidate` of the effects in `forms` that explain significantly (1 %) more than `simple`.
 
-    `forms` maps an effect to (angle of its grid, number of independent starts, noise), as from `_richer_forms`. None as
-    `simple` stands for no effect. A form must be significant alone and next to each better candidate, in the list or in
-    `others`. Omitted are forms that the refit refutes, or that describe an event in the list again.
+    `forms` maps an effect to (angle of its grid, number of independent starts, noise), as from `_richer_forms`. If
+    `simple` is None, the comparison is with no effect. A form must also be significant alone, and beside each better
+    candidate in `others` or in the list. Omitted are forms that the refit refutes, and events that are in the list
+    already.
     """
     found: list[Candidate] = []
 
@@ -234,11 +235,11 @@ def _several_excursions(
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """List with the refitted `Candidate` of several excursions as one effect; or empty.
+    """List with one refitted `Candidate`: several excursions (short events) as one effect; or empty.
 
-    Its `judged_gain` is reduced by ln of the number of sets of excursions to choose from. Empty if the model has an
-    excursion, or if a single one in `singly` has a p-value below 1e-4. Empty as well if no effect in `forms` (as from
-    `_richer_forms`) is an excursion, or if the search or the refit finds nothing.
+    `judged_gain` is reduced by ln of the number of possible sets of excursions. Empty if the model has an excursion
+    already, if a single excursion in `singly` has a p-value below 1e-4, or if `forms` (from `_richer_forms`) has no
+    excursion. Empty as well if fewer than two excursions are found, or if the refit finds nothing.
     """
     alone = [
         (_matched_delta_logl(effect, solution, noise, data), arc * starts, effect)
@@ -378,9 +379,9 @@ def _refitted_candidate(
 def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> bool:
     """True if a short event depends on a few outliers: its trimmed mean is less than half of its mean.
 
-    Both are means of the residual in the event minus that of an equal time before it. True as well for fewer than 16
-    samples in the event. False for fewer than 16 samples before it, for more than 4096 samples in the event, for an event
-    without duration, and for a summary.
+    Both are means of the residual during the event, minus those of an equal time before it. False for a summary, for an
+    event without duration, and for more than 4096 samples in the event. Otherwise True for fewer than 16 samples in the
+    event, and False for fewer than 16 samples before it.
     """
     if event.when is None or event.when[0] == event.when[1] or data.samples.size < data.n:
         return False

@@ -248,17 +248,20 @@ def _narrow_band_candidate(
 
 
 def _log_p_narrow(gain: float, data: Data) -> float:
-    """Ln of the p-value of a narrow band's ΔlogL, searched at every ordinate like a line, and at every width."""
+    """Natural logarithm of the p-value of the ΔlogL `gain` of a narrow band.
+
+    The band was searched at all frequencies, as a line would be, and with several widths.
+    """
     return log_p_value(Family("line", width=line_trials(data.n) * widths_tried(data.n)), gain)
 
 
 def _residual_maxima(
     points: list[Effect], unit: NDArray[np.float64], solution: Solution
 ) -> list[Effect]:
-    """List, in grid order, of the up to 60 grid `points` with the largest local maxima of the residual spectrum.
+    """List of at most 60 of the trial effects `points`, in their order, that fit peaks of the residual spectrum best.
 
-    The residual at a point is its projection on the unit vector of the point, a row of `unit`. Suited to narrow effects
-    only, since other effects of the model cannot have absorbed them.
+    A row of `unit` is the unit vector of a trial effect: its normalized change of the spectrum. The residual is
+    projected on these vectors, and the largest local maxima are taken. This suits narrow effects only.
     """
     residual = (solution.power / solution.spectrum - 1.0) * np.sqrt(0.5 * solution.count)
     score = unit @ residual

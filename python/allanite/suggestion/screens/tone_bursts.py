@@ -141,6 +141,6 @@ def _is_same_line(one: Deterministic, other: Deterministic) -> bool:
 
 
 def _is_near(candidate: Candidate, frequency: float, width: float) -> bool:
-    """True if the candidate is a line, band or gap that includes the frequency, Hz, or lies within `width` of it."""
+    """True if the candidate is a line, band or gap whose range contains the frequency, Hz, or is at most `width` away."""
     place = candidate.effect.occupies
     return place is not None and place[0] - width <= frequency <= place[1] + width
