@@ -26,6 +26,7 @@ from allanite.effects import Effect, Model, Modifier, Parameter, Stochastic
 from allanite.effects.files import model_from_dict
 from allanite.exports._text import MAX_SENTENCE_LENGTH, plain
 from allanite.sources import Source, documents_of
+from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS
 
 SI = {
     ANGULAR_RATE: "rad/s",
@@ -565,8 +566,9 @@ def _models_at_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...]
 def warning_of(document: Mapping[str, Any]) -> str:
     """Text with the reason not to trust a fit, without its name; empty unless the document says that it is not adequate.
 
-    The reason is that quantization distorts the coefficients, or else the largest ratio of modeled and measured Allan
-    deviation. The text is ASCII, because some programs refuse other characters in comments.
+    The reason is the first that holds: quantization distorts the coefficients; the Allan error is beyond twice its
+    expected scatter; the fit needs a model discrepancy; its χ²/dof. The text is ASCII, because some programs refuse other
+    characters in comments.
     """
     if document.get("adequate") is not False:
         return ""
@@ -575,15 +577,22 @@ def warning_of(document: Mapping[str, Any]) -> str:
         return (
             "the samples rarely change or flip between two codes, which distorts the coefficients"
         )
-    worst = (document.get("error") or {}).get("adev_worst") or {}
+    error = document.get("error") or {}
+    worst = error.get("adev_worst") or {}
     factor, tau = worst.get("factor"), worst.get("tau_s")
-    if not factor or tau is None:
-        return "the fit is not adequate"
-    apart = max(float(factor), 1.0 / float(factor))
-    return (
-        f"the fit is not adequate: model and measured Allan deviation differ by a factor of {apart:.3g}"
-        f" at {float(tau):.3g} s"
-    )
+    rms, scatter = error.get("adev_rms_percent"), error.get("chance_rms_percent")
+    within = bool(rms and scatter and rms <= MAX_ALLAN_ERROR_SCATTERS * scatter)
+    if factor and tau is not None and not within:
+        apart = max(float(factor), 1.0 / float(factor))
+        return (
+            f"the fit is not adequate: model and measured Allan deviation differ by a factor of {apart:.3g}"
+            f" at {float(tau):.3g} s"
+        )
+    reduced = (document.get("misfit") or {}).get("reduced")
+    percent = (document.get("discrepancy") or {}).get("percent")
+    if percent:
+        return f"the fit is not adequate: it needs a model discrepancy of {percent:.2g} %"
+    return "the fit is not adequate" + (f": chi2/dof = {reduced:.3g}" if reduced else "")
 
 
 def _estimate_in_unit(given: Mapping[str, Any], one: Parameter, own: str, target: str) -> Estimate:

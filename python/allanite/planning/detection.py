@@ -108,12 +108,13 @@ class Power:
 
         label, _, parameter = name.partition(".")
         for found, effect in zip(effect_labels(self.model), self.model, strict=True):
-            if (
-                found == label
-                and (parameter or label) in effect.values
-                and name in self.standard_errors
-            ):
-                return effect, parameter or label
+            if found == label and (parameter or label) in effect.values:
+                if name in self.standard_errors:
+                    return effect, parameter or label
+                raise InputError(
+                    f"{name} has no value, for example because it was not detected; give one in the model, such as"
+                    f" {effect.short}({parameter or label}=…)"
+                )
         known = ", ".join(self.standard_errors)
         raise InputError(
             f"{name}: the model has no such parameter (it has: {known}); add its effect to the model"

@@ -513,12 +513,18 @@ def _static_findings(c: _Column) -> Iterator[Finding]:
         return
     blocks = _spread_blocks(c.x, length=256, most=1024)
     moves = np.abs(np.diff(blocks, axis=1))
-    moves[~np.isfinite(moves)] = 0.0
+    there = np.isfinite(moves)
+    moves[~there] = 0.0
     # The mean of the middle half ignores outliers and, unlike the median, is not rounded to the step.
     moves.sort(axis=1)
     activity = moves[:, 64:192].mean(axis=1)
-    usual = float(np.median(activity))
+    # Blocks with few samples have no activity.
+    activity[2 * there.sum(axis=1) < moves.shape[1]] = np.nan
+    if np.isnan(activity).all():
+        return
+    usual = float(np.nanmedian(activity))
     loud = np.flatnonzero(activity > 3 * max(usual, 0.1 * c.step))
+    quiet = np.setdiff1d(np.flatnonzero(np.isfinite(activity)), loud)
     if usual == 0.0 or loud.size == 0:
         return
     span = c.n / c.rate / blocks.shape[0]
@@ -536,21 +542,22 @@ def _static_findings(c: _Column) -> Iterator[Finding]:
             if loud.size > last - first + 1
             else ""
         ),
-        remedy=_remedy_for_loud_blocks(loud, span, blocks, c),
+        remedy=_remedy_for_loud_blocks(loud, quiet, span, blocks, c),
         start_s=float(first * span),
         end_s=float((last + 1) * span),
         share=float(loud.size / blocks.shape[0]),
     )
 
 
-def _remedy_for_loud_blocks(loud: NDArray[np.int64], span: float, blocks: Array, c: _Column) -> str:
-    """Text of a remedy that names the longest segment without the `loud` blocks (indices), each `span` seconds long.
+def _remedy_for_loud_blocks(
+    loud: NDArray[np.int64], quiet: NDArray[np.int64], span: float, blocks: Array, c: _Column
+) -> str:
+    """Text of a remedy that names the longest segment of `quiet` blocks; empty if it is below a tenth of the record.
 
-    The segment also excludes the block after a loud one. The text is empty if the segment is shorter than a tenth of the
-    record.
+    `loud` and `quiet` are indices of blocks, each `span` seconds long. Blocks in gaps are neither.
+    The block after a loud one is excluded, too.
     """
     count = blocks.shape[0]
-    quiet = np.setdiff1d(np.arange(count), loud)
     longest = max(np.split(quiet, np.flatnonzero(np.diff(quiet) > 1) + 1), key=len)
     first, last = int(longest[0]), int(longest[-1])
     # The block next to a loud one may contain the end of the motion.

@@ -178,6 +178,18 @@ def test_a_stretch_that_is_not_static():
     assert finding.values["end_s"] == pytest.approx(330, abs=5)
 
 
+@pytest.mark.parametrize("share", [0.5, 0.51, 0.525, 0.6])
+def test_blocks_in_a_gap_have_no_activity(share):
+    x = noise(12_000)
+    x[3000 : 3000 + int(share * x.size)] = np.nan
+    assert "not_static" not in kinds(al.Recording(x, 100))
+    # Motion is found beside the gap, and the gap is no quiet segment.
+    x[11_000:11_500] *= 5
+    finding = the(al.Recording(x, 100), "not_static")
+    assert finding.values["start_s"] == pytest.approx(110, abs=4)
+    assert ".trim(0:" in finding.message
+
+
 @pytest.mark.parametrize(
     ("loud", "kept"),
     [

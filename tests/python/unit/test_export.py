@@ -385,6 +385,11 @@ def test_a_fit_that_is_not_adequate_is_a_warning_in_every_file(target):
     assert "not adequate" not in al.export(axes_of([good, accel]), target)
     text = al.export(axes_of([{**good, "adequate": False, "error": error}, accel]), target)
     assert "model and measured Allan deviation differ by a factor of 36 at 0.1 s" in text
+    # An Allan error within its scatter is not the reason.
+    within = {**error, "adev_rms_percent": 5.6, "chance_rms_percent": 8.4}
+    text = al.export(axes_of([{**good, "adequate": False, "error": within}, accel]), target)
+    assert "the fit is not adequate" in text
+    assert "deviation differ" not in text
     # The same of the last step of a ladder.
     rung = {"effects": good["effects"], "adequate": False, "error": error}
     path_less = {"ladder": [rung], "recording": good["recording"]}

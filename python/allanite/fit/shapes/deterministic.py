@@ -135,7 +135,7 @@ def comb_ordinates(
     The lines have the frequencies `multiples` × `frequency`, Hz.
     """
     lines = line_ordinates(np.multiply.outer(frequency, multiples), j, data)
-    return np.moveaxis(lines, -3, -2).reshape(*np.shape(frequency), j.size, -1)
+    return np.moveaxis(lines, -3, -2).reshape(*np.shape(frequency), j.size, 2 * len(multiples))
 
 
 def comb_gains(
