@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, gettempdir
 from typing import TYPE_CHECKING
 
 import click
@@ -194,14 +194,19 @@ def _may_be_sensor(table: Table, at: int) -> bool:
 def _table_of_lines(lines: Sequence[str]) -> tuple[Table, str]:
     """Tuple (`Table` of the numbers in the first lines, delimiter), as the reader of text logs finds them.
 
-    Raises `InputError` if the lines are no text log.
+    Raises `InputError` if the lines are no text log, or if the temporary file for the reader cannot be written.
     """
     from allanite import _kernels
     from allanite.readers.text import core_errors_with_remedy, first_rows_of
 
     with TemporaryDirectory(prefix="allanite-") as folder:
         path = Path(folder) / "rows.csv"
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        try:
+            path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise InputError(
+                f"the first rows cannot be copied to {gettempdir()} ({error.strerror or error})"
+            ) from None
         with core_errors_with_remedy(str(path)):
             table, _, delimiter = first_rows_of(path)
             reader = _kernels.TextReader(str(path), delimiter=delimiter)

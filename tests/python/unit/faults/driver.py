@@ -88,6 +88,8 @@ def _read(suffix, seeds, options, folder):
     path = Path(folder) / "faulty" / f"x{suffix}"
     path.parent.mkdir(exist_ok=True)
     path.write_bytes(seeds[0])
+    # Some seeds state another rate than the one given for all seeds of their formats.
+    options = {name: f"{value}!" if name == "rate" else value for name, value in options.items()}
     words = [w for name, value in options.items() for w in (f"--{name}", str(value))]
     found = {}
     for fault in ("none", *ON_READING):
