@@ -139,11 +139,11 @@ def _groups_sharing_ordinates(
 def _errors_of_known_functions(
     effects: list[tuple[str, Deterministic]], data: Data, grid: Data, noise: Model
 ) -> dict[str, float]:
-    """Dict from key (``SIN.frequency``) to standard error of the parameters of known functions that are fitted together.
+    """Dict from key (``SIN.frequency``) to standard error, for the parameters of known functions that are fitted together.
 
-    `effects` are pairs (label, function) with the same ordinates of the record `data`, `noise` is the noise model. Left
-    out are held parameters, parameters without a value, and optional ones that are 0 (except angles). The time of a
-    change has no Fisher information; its error comes from the effect (`shape_error`).
+    `effects` are pairs (label, function) with the same ordinates of the record `data`; `noise` is the noise model.
+    Omitted are held parameters, parameters without a value, and optional parameters that are 0 (except angles). The
+    error of the time of a jump comes from `shape_error`, because this time has no Fisher information.
     """
     j = ordinates_of(effects[0][1], data, grid)
     root = 1.0 / np.sqrt(density(data.terms(noise), j, data.n))

@@ -154,6 +154,9 @@ def is_doubtful_event(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
 
 
 def leaves_others_unchanged(before: Fit, rung: Rung) -> bool:
-    """True if the step `rung` changes the expected power of no bin beyond its scatter and adds no slow function of time."""
+    """True if the step `rung` leaves the spectrum as it was for the other suggestions.
+
+    No bin then changes its expected power beyond the scatter of the bin, and no slow function of time is added.
+    """
     slow = any(isinstance(effect, Deterministic) and effect.low for effect in rung.new)
     return not slow and not changed_bins(before, rung.fit).any()

@@ -130,11 +130,11 @@ def rung_of(
     risen: float | None = None,
     trials: float | None = None,
 ) -> Rung:
-    """`Rung`: step from one state of a search to another.
+    """Step (`Rung`) from one state of a search to another.
 
-    Its `added` effect is the first new one of the kind `named`. If none has this kind, it is the first whose kind is not
-    among the removed effects, or else the first new one; None without new effects. `risen` is the ΔlogL of the step; by
-    default the difference of the two fits. `trials` is the number of independent tests of the search.
+    Its `added` is the first new effect of the kind `named`. If no new effect has this kind, the first whose kind was not
+    removed in the step; otherwise the first new effect. None without new effects. `risen` is the ΔlogL of the step; by
+    default that of the two fits. `trials` is the number of independent tests of the search.
     """
     lost = after.lost_since(before)
     removed = tuple(before.fit.model.effects[place].kind for place in lost)

@@ -63,7 +63,10 @@ def story(ladder: Sequence[Rung]) -> tuple[Rung, ...]:
 
 
 def tried_and_dropped(ladder: Sequence[Rung]) -> tuple[Effect, ...]:
-    """Tuple of the effects that a search added and dropped again: the last of each kind that the last model lacks."""
+    """Tuple of the effects that the search added but the last model lacks, each kind once.
+
+    If a kind was added several times, the effect added last is listed.
+    """
     there = {e.kind for e in ladder[-1].fit.model}
     tried = {e.kind: e for rung in ladder for e in rung.new if e.kind not in there}
     return tuple(tried.values())
@@ -108,9 +111,10 @@ def _sorted_by_delta_logl(
 def _fit_of_step(
     before: Fit, kept: list[Effect], leaving: list[Effect]
 ) -> tuple[Fit, list[Effect]]:
-    """Pair: `Fit` of `kept` and of the still needed effects of `leaving`, and list of the effects of `leaving` it lacks.
+    """Pair (fit, removed): `Fit` of the model with the effects `kept` and those of `leaving` that are still needed.
 
-    An effect of `leaving` is removed from the model if the log evidence without it is not lower.
+    `removed` is the list of the other effects of `leaving`. An effect of `leaving` is removed if the log evidence is not
+    lower without it.
     """
     fit = refitted(before, Model((*kept, *leaving)))
     dropped: list[Effect] = []

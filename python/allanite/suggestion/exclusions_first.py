@@ -128,7 +128,10 @@ def _outliers_go_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bo
         return float(np.sum(whiten(one.solution, one.data).samples[taken] ** 2))
 
     def explains(one: Effect) -> bool:
-        """True if the effect could explain the outliers: any that acts at certain times; at the ends only a transient."""
+        """True if the effect could explain the outliers: an effect that acts at certain times.
+
+        For outliers at the ends of the record, only a function of time that can be confused with them (`may_be`).
+        """
         return isinstance(one, Deterministic) and one.may_be(effect) if ends else acts_in_time(one)
 
     least = MAX_EXPLAINED_REMAINDER * power(fit)
@@ -150,9 +153,10 @@ def _is_clustered(taken: NDArray[np.bool_]) -> bool:
 
 
 def _causes_best_process(out: Suggestion, found: list[Suggestion]) -> bool:
-    """True if the best significant process or filter loses 90 % of its ΔlogL once these outliers are excluded.
+    """True if the outliers that `out` excludes cause the best significant process or filter in `found`.
 
-    The best one has the highest score. False without a significant process or filter.
+    This holds if its ΔlogL falls by more than 90 % once the outliers are excluded. The best one has the highest score.
+    False without a significant process or filter.
     """
     best = _best_process(found)
     if best is None:

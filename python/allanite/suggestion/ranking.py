@@ -41,12 +41,17 @@ def min_score(effect: Effect) -> float:
 def in_order(
     found: Iterable[Suggestion], fit: Fit, overdispersion: float
 ) -> tuple[Suggestion, ...]:
-    """Tuple of the suggestions, best first, with the kinds of alternative explanations filled in as `rivals`.
+    """Tuple of copies of the suggestions, best first, with the kinds of alternative explanations filled in as `rivals`.
 
-    Significant ones come first. Among them, exclusions of samples that nothing else explains (`goes_first`) lead. If
-    `overdispersion` (that of the spectrum, 1 for a steady record) is above 1.1, changes of the noise level that no
-    process explains follow. Other exclusions and changes of level come last, unless far ahead. Within each group the
-    score decides. Excluded segments that do not lead are omitted.
+    Significant ones come first. Among them the order is:
+
+    * excluded segments, then outliers, if nothing else explains them (`goes_first`); other excluded segments are
+      omitted,
+    * changes of the noise level that no process explains, if `overdispersion` is above 1.1,
+    * all other effects, and a change of the level of all frequencies that is far ahead,
+    * other exclusions and changes of level.
+
+    Within each group, the highest score comes first. `overdispersion` is that of the spectrum, 1 for a steady record.
     """
     judged = list(found)
     # A disturbance that something else explains is not suggested, and delays no outliers.
@@ -58,10 +63,12 @@ def in_order(
     def key(one: Suggestion) -> tuple[bool, int, float]:
         """Sort key (significant, class, score) of a suggestion; the highest key comes first.
 
-        The class is 4 for an excluded segment that goes first and 3 for outliers that go first (`goes_first`). It is 2
-        for a change of level if the spectrum is overdispersed. It is 0 for all other exclusions and changes of level,
-        and 1 for all other suggestions. A change of the level of all frequencies also has 1 if its score is far above
-        all others.
+        * Class 4: a segment to exclude. 3: outliers that go first (`goes_first`).
+        * Class 2: a significant change of level that no process explains, if the overdispersion of the spectrum is above
+          1.1.
+        * Class 0: other exclusions and changes of level. Exception: a change of the level of all frequencies that no
+          process explains has class 1 if its score is far above all others (`is_far_ahead`).
+        * Class 1: all other suggestions.
         """
         if one in first:
             place = 3 + excludes_segment(one.effect)

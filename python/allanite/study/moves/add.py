@@ -29,11 +29,14 @@ if TYPE_CHECKING:
 def with_addition(
     before: State, addition: Effect | Suggestion, lines: Sequence[Effect] = ()
 ) -> State | None:
-    """`State` of the model with one more effect, or with the effect in place of one that describes the same feature.
+    """`State` of the model with one more effect, or with this effect in place of another; or None.
 
-    For example, a line may replace a band at its frequency, also together with further `lines`. The replaced effect must
-    have been added by the search, and the score must rise by more than 3 nats; otherwise None is returned. If the new
-    effect excludes a segment, added effects that lie mostly inside are removed. A mere addition is not tested.
+    * If the model has an effect at the same feature of the spectrum, the new effect replaces it, for example a line a
+      band. Further resolved `lines` may be added. The score must rise by more than 3 nats, and the old effect must not
+      be the user's; otherwise None.
+    * A suggestion that replaces effects does so without a test; None if one of them is the user's.
+    * If the new effect excludes a segment, effects that the search added and that lie mostly inside are removed.
+    * Otherwise, the effect is added without a test.
     """
     fit = before.fit
     effect = addition if isinstance(addition, Effect) else addition.effect
@@ -140,9 +143,11 @@ def _first_tolerable_pair(
 
 
 def is_already_explained(suggestion: Suggestion, fit: Fit) -> bool:
-    """True if the model has an effect at the same feature of the spectrum, or one that excludes the same samples.
+    """True if the model needs no further effect for this suggestion.
 
-    True as well if the suggestion would replace another effect, and for a kind that a model can have only once and has.
+    This holds if the model has an effect at the same feature of the spectrum, or excludes a segment in which the
+    suggested effect mostly lies. It also holds if the suggestion would replace another effect, or if its kind may occur
+    only once and the model has it.
     """
     effect = suggestion.effect
     if suggestion.gives_way or (effect.single and any(e.kind == effect.kind for e in fit.model)):

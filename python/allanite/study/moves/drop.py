@@ -70,10 +70,10 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
 
 
 def _is_line_needed_as_before(before: State, after: State, number: int) -> bool:
-    """True if the effect with this `number` is a line of both states that `after` needs as much as `before`.
+    """True if the effect with this `number` is a line in both states, and `after` still needs the line.
 
-    The score gained by its removal, with all shapes fixed, then rises by less than 0.5 nats from `before` to `after`.
-    False for other effects and for new lines. If True, no fit without the line is needed.
+    The gain of the score if the line is dropped, with all shapes fixed, must not rise by 0.5 nats or more from `before`
+    to `after`. False for other effects and for new lines.
     """
     place = after.numbers.index(number)
     if number not in before.numbers or not is_line(after.fit.model.effects[place]):

@@ -38,9 +38,9 @@ def with_merged_levels(before: State) -> State | None:
     price = 0.5 * np.log(max(series.freedom * power.size, 2.0))
 
     def explained(level: Modifier) -> float:
-        """ΔlogL of a change of level over a constant level, from the white-noise power over time, nats.
+        """ΔlogL, nats, of a change of level compared with a constant level, from the white-noise power over time.
 
-        Intervals with one factor share one level, the mean of the power with normal tails.
+        Times with the same factor share one level: their mean power.
         """
         _, which = np.unique(level.gain(series.times), return_inverse=True)
         count = np.bincount(which)

@@ -98,10 +98,10 @@ def blanks_of_screen(screened: str, solution: Solution, data: Data) -> list[Dete
 def solved_with(
     effect: Deterministic, solution: Solution, data: Data
 ) -> tuple[Solution, Deterministic, float]:
-    """Tuple (solution of the model plus the drifting or passing line `effect`, the fitted effect, its ΔlogL).
+    """Tuple (solution, fitted effect, ΔlogL): the model refitted with the drifting line or tone burst `effect`.
 
-    The ΔlogL is that of the ordinates near the line, given the noise of the new model. It is at most the rise of logL of
-    the whole fit.
+    ΔlogL is that of the ordinates near the line, given the noise of the new model, but at most the rise of logL of the
+    whole fit.
     """
     # With the noise of the old model the line would count as discrepancy.
     refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)

@@ -111,7 +111,10 @@ def end_outlier_scores(solution: Solution, data: Data) -> NDArray[np.float64]:
 
 
 def excludes_only_ends(effect: Modifier, data: Data) -> bool:
-    """True if the effect excludes samples, and all of them are among the first and last of the record (`end_samples`)."""
+    """True if the effect excludes samples, and only at the two ends of the record.
+
+    The ends are the first and the last `end_samples(n)` of all n samples.
+    """
     if not effect.removes:
         return False
     taken = effect.missing(data.n, data.rate)
@@ -415,9 +418,10 @@ def delta_logl_of_separate_levels(whitened: Whitened, first: float, last: float)
 def _delta_logl_of_louder_octaves(
     bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
 ) -> float:
-    """ΔlogL if the octaves that are louder in a segment have separate levels there.
+    """ΔlogL, nats, of separate noise levels in a segment, summed over the octaves that are louder there.
 
-    `first` and `last` are its ends as fractions of the record.
+    `bands` has a tuple for each octave, as from `octaves_of`. `first` and `last` are the ends of the segment as
+    fractions of the record.
     """
     return sum(rise for rise, louder in _octave_levels(bands, first, last) if louder)
 

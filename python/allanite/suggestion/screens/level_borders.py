@@ -78,11 +78,11 @@ def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[f
 def borders_within_cells(
     power: Array, places: Sequence[float], factors: Sequence[float]
 ) -> tuple[list[float], list[float]]:
-    """Pair of lists: fractional index in `power` of each level change, and power after it relative to that at the start.
+    """Pair of lists: index in `power` of each level change, with a fraction; and power after it relative to the start.
 
-    `power` is a series over time in which a value may mix the levels of its neighbors. `places` are estimates of the
-    indices. `factors` are the levels after each change (square roots of power); intervals of equal factor have one mean.
-    Means come from values more than 12 values away from a change, or a quarter of a shorter interval. The sum of the
+    `power` is a series over time, in which a value may mix the levels before and after a change. `places` are estimates
+    of the indices. `factors` are the levels after each change (square roots of power); intervals with equal factors have
+    one mean. Values within 12 of a change are omitted from the means, or a quarter of a short interval. The sum of the
     power near a change gives its index.
     """
     known = [1.0, *factors]

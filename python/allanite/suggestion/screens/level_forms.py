@@ -161,9 +161,10 @@ def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Modifier]
 
 
 def _level_borders(power: Array, freedom: float, *, turns: bool) -> NDArray[np.int64]:
-    """Array of the most likely borders between intervals of constant level, as indices of values.
+    """Array of the most likely borders between intervals of constant noise level, as indices of `power`.
 
-    With `turns`, two levels alternate. The ΔlogL of each border is above its cost.
+    With `turns`, two levels alternate. Without `turns`, each interval has its own level, and the ΔlogL of each border is
+    above the cost of its two parameters. `freedom` is the degrees of freedom of each value.
     """
     cells = min(LEVEL_CELLS, power.size // 8)
     edges = np.arange(cells + 1) * power.size // cells
@@ -442,9 +443,9 @@ def _best_phases(sums: Array, count: Array, freedom: float) -> tuple[float, int,
 
 
 def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -> list[Candidate]:
-    """List of candidates in which the log of the noise level is linear in a column, one for each suitable column.
+    """List of candidates in which the log of the noise level depends linearly on a logged column, one for each column.
 
-    Constant columns, and columns with a ΔlogL below 3, are omitted. The candidates are not refitted.
+    Omitted are unsuitable and constant columns, and columns with a ΔlogL below 3. The candidates are not refitted.
     """
     from scipy.special import log_ndtr
 

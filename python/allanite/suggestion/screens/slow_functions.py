@@ -302,7 +302,10 @@ def _is_explained_by_better(
 def _matched_delta_logl(
     effect: Deterministic, solution: Solution, noise: Noise, data: Data
 ) -> float:
-    """ΔlogL of a slow function with shape values by the matched filter, with the given `noise`."""
+    """ΔlogL, nats, of adding one slow function of time to the model, computed by a matched filter for the given `noise`.
+
+    The shape values of the function are fixed; the known functions of the model are fitted together with it.
+    """
     known = solution.model.deterministic
     return float(matched_gains([effect], solution.ordinates, noise, data, known)[0][0])
 
