@@ -266,10 +266,9 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
                 found.append(Deviating(axis[i]["file"], column, by, value[0], float(p)))
         effects = [json.loads(row["effects"]) for row in axis]
         for kind in dict.fromkeys(kind for one in effects for kind in one):
-            if (
-                sum(kind in one for one in effects) < MIN_COMMON_SHARE * len(axis)
-                or len(axis) < MIN_UNITS
-            ):
+            # An effect that a single one of several units has is a deviation, however few the units are.
+            least = max(MIN_COMMON_SHARE * len(axis), 2)
+            if sum(kind in one for one in effects) < least <= len(axis):
                 found += [
                     Deviating(row["file"], column, kind, None, one.get(kind, 1.0))
                     for row, one in zip(axis, effects, strict=True)

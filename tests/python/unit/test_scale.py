@@ -211,6 +211,14 @@ def test_units_that_deviate_are_named_and_by_what():
     )
 
 
+def test_an_effect_of_all_of_a_few_units_is_no_deviation():
+    line = {"sinusoid": 1e-9}
+    assert al.fleet([unit(f"u{i}", 0.01, line) for i in range(3)]).deviating == ()
+    found = al.fleet([unit("u0", 0.01), unit("u1", 0.01), unit("u2", 0.01, line)])
+    assert [d.file for d in found.deviating] == ["u2"]
+    assert al.fleet([unit("u0", 0.01, line)]).deviating == ()
+
+
 def test_a_number_that_most_units_do_not_have_names_nobody():
     # Of most units B is 0, without a width: 0/0 was no chance at all, and put every unit among the deviating.
     rng = np.random.default_rng(5)

@@ -68,8 +68,8 @@ def command(
     the averaging time where the curve of the fitted model is lowest. Lines, outliers and temperature do raise this value.
 
     Prints a table for each tested axis, with one row per figure. An axis is tested if the sheet has figures for its kind
-    of sensor. Exit codes, of the worst axis: 0 every figure meets the sheet; 1 at least one does not meet; 3 none fails,
-    but at least one is undecided, or the log is too short. 2: the log or an option is wrong, and nothing was tested.
+    of sensor. The exit code is that of the worst axis: 0 if every figure meets the sheet, and 1 if one does not meet. It
+    is 3 if none fails, but one is undecided or the log is too short. It is 2 if the log or an option is wrong.
 
     For several units, run the command for each log. allanite fleet does not compare with a sheet.
     """

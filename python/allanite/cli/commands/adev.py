@@ -58,7 +58,8 @@ MAX_TAUS_PER_OCTAVE = 16
     default="octave",
     show_default=True,
     metavar="GRID",
-    help="Averaging times τ: octave, decade, all, or a number of points per decade."
+    help="Averaging times τ in sampling intervals: octave (1, 2, 4, 8, …), decade (1, 2, 4, 10, 20, 40, …), all, or a"
+    " number of points per decade."
     " Single times, s: al.oadev(recording, taus=[1, 100]) in Python.",
 )
 @plot_option

@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 @click.option(
     "--find",
     metavar="EFFECT",
-    help='Effect that allanite check should find, with the size you expect, e.g. "GM(T=30,q_c=2e-3)". If MODEL states'
-    " units, state units here too. Otherwise use the units of MODEL.",
+    help='Effect that allanite check should find, with the size you expect, e.g. "GM(T=30,q_c=2e-3)". Values may'
+    " have units. Values without one are in SI units if the text MODEL states units. Otherwise they are in the units of"
+    " MODEL, for a file in those of its samples.",
 )
 @click.option(
     "--know",

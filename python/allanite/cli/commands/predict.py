@@ -57,9 +57,9 @@ def command(
 ) -> None:
     """Predict how errors grow after aiding ends: angle, velocity, position or clock phase.
 
-    The last fix is the last measurement from another sensor, such as GNSS. Until the last fix, the state is known
-    from aiding. The bias is the mean over the last --aided seconds before it. Afterwards the filter integrates the
-    sensor alone. Prints the standard deviation of each error over time, and the contribution of each effect. An
+    The last fix is the last measurement from another sensor, such as GNSS. The state is known until then. The bias is
+    known as the mean over the last --aided seconds before the last fix. Afterwards the filter integrates the sensor
+    alone. Prints the standard deviation of each error over time, and the contribution of each effect. An
     effect that was not detected counts with its expected size, 0.64 times its 95 % limit.
 
     With LOG, a record at rest (a file, or - for standard input), the growth is also measured on segments of the log. With
