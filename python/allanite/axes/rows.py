@@ -88,9 +88,10 @@ def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
 
 
 def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit]) -> list[Row]:
-    """List of `Row` of one parameter, one per unit: the data-sheet unit with intervals, then other units without.
+    """List of `Row` of one parameter, one for each unit.
 
-    Units that cannot be converted, such as per °C, have a row each, with the values of the axes in that unit.
+    The first row has the data-sheet unit and intervals. Rows of further units and of the SI unit have no intervals. If
+    units cannot be converted (per °C), each unit in the cells has a row with intervals for the axes with that unit.
     """
     unit = fits[0].recording.unit
     kind = parse_unit(unit).kind

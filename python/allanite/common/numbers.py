@@ -89,8 +89,9 @@ def harmonics_text(
     """Text of the harmonics of a spectral line: ``34.6 Hz 28.6 °/h (harmonic 2)``.
 
     `frequency` is that of the line, Hz. `overtones` is a flat sequence: multiple, amplitude and phase of the first
-    harmonic, then of the second, and so on. If a multiple is no whole number, the text states the number, spacing,
-    highest frequency and range of amplitudes of the lines. Amplitudes times `factor` are in `unit`.
+    harmonic, then of the second, and so on. If a multiple is no whole number, the text states instead how many
+    further lines there are, their smallest spacing, highest frequency and range of amplitudes. Amplitudes times `factor`
+    are in `unit`.
     """
     given = list(overtones)
     multiples, amplitudes = given[::3], [factor * a for a in given[1::3]]

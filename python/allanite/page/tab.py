@@ -61,7 +61,7 @@ class Tab(TabState):
     def add(self, number: int) -> None:
         """Start a job that adds the suggested effect at index `number` of the check's suggestions, and fits the model.
 
-        Raises `InputError` if there is no suggestion at this index.
+        Raises `InputError` if there is no suggestion at this index, or if a model can have only one effect of this kind.
         """
         step = self.step
         if step.check is None or not 0 <= number < len(step.check.suggestions):

@@ -390,10 +390,10 @@ class TabState:
             self.preview = None
 
     def open_column(self, column: int) -> None:
-        """Show a column, discard trial values, and start a job that fits and checks the first model of the column.
+        """Show a column, discard trial values, and start a job that checks the current step of the column.
 
-        If a job of the user runs, it continues instead; a running check is canceled. Raises `InputError` if the column
-        does not exist or no log is open.
+        If the column has no step yet, the job first fits its first model. If a job of the user runs, no new job starts; a
+        running check is canceled. Raises `InputError` if the column does not exist or no log is open.
         """
         if not 0 <= column < len(self.board.columns) or self.open_work is None:
             raise InputError(f"There is no column {column}")

@@ -376,7 +376,7 @@ def _window_samples(recording: Recording) -> int:
 
 
 def _change_count(m: int, length: int) -> int:
-    """Number of changes between averages of m samples in a window of `length` samples; at least 3."""
+    """Number of changes of averages of m samples per window of `length` samples: `length` // m, or 3 if that is less."""
     return max(length // m, 3)
 
 

@@ -64,8 +64,8 @@ class ClippedPower:
     def update(self, white: Array) -> None:
         """Add whitened samples to the counts and sums, in place; their squares are first limited to `MAX_SQUARE`.
 
-        The excess of a square over `LOW_CLIP` enters the sums twice: in full, and limited to `HIGH_CLIP` − `LOW_CLIP`.
-        Squares of at least `HIGH_CLIP` are counted in `beyond`.
+        The excess of a square over `LOW_CLIP` and its square are summed, both in full and limited to `HIGH_CLIP` −
+        `LOW_CLIP`: four sums. Squares of at least `HIGH_CLIP` are counted in `beyond`.
         """
         square = np.minimum(np.abs(white), math.sqrt(MAX_SQUARE)) ** 2
         square = square[square > LOW_CLIP]

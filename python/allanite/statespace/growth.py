@@ -358,9 +358,10 @@ def terms_by_label(
 ) -> tuple[dict[str, tuple[Term, ...]], tuple[Effect, ...]]:
     """Tuple (dict from the label of each predictable effect to its noise terms, tuple of the effects that are left out).
 
-    The sum of the terms (`Term`) is the noise of the effect. Ramps and lines are predictable too, but have no terms: ().
-    Left out are other functions of time, and level changes of single parts of a record. Outliers and filters are in
-    neither. Raises `InputError` if a coefficient has no value.
+    The sum of the terms (`Term`) is the noise of the effect. Ramps and lines that are not 0 are predictable too, but have
+    no terms: (). Left out are other functions of time, and changes of the noise level over time. Outliers, disturbances
+    and filters are in neither. Raises `InputError` if a coefficient of a random effect has no value, or for more than 64
+    effects.
     """
     out: dict[str, tuple[Term, ...]] = {}
     left_out: list[Effect] = []

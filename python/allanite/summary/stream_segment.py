@@ -47,9 +47,9 @@ class Extremes:
     ends: tuple[float, float] | None = None
 
     def update(self, x: Array, at: int) -> None:
-        """Add consecutive samples in place; `at` is the index of the first one in its stream.
+        """Add consecutive samples to all attributes, in place; `at` is the index of the first one in its stream.
 
-        Missing samples (NaN) are counted. Equal extremes keep the first index.
+        NaN counts as missing, and a run of NaN as one gap. Equal extremes keep the first index.
         """
         before = None if self.ends is None else self.ends[1]
         low, high, *moments = _kernels.steps(x)

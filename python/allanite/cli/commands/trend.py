@@ -51,13 +51,13 @@ def command(
 ) -> None:
     """Estimate the rate of a time series: a GNSS height, a tide gauge, a gravimeter or a clock phase.
 
-    An offset, a rate, steps, and annual and semi-annual sinusoids are fitted by generalized least squares. White noise,
-    flicker noise, random walk or a power law is estimated together with them. Therefore the uncertainty of the rate counts
-    colored noise.
+    An offset, a rate, steps, and annual and semi-annual sinusoids are fitted by generalized least squares. The sinusoids
+    need a record of a year or more. The noise is estimated together with them: white noise, flicker noise, random walk, a
+    power law, or a sum of these. Therefore the uncertainty of the rate includes the effect of colored noise.
 
     LOG is a tenv, tenv3 or mom file or any other log; - is standard input. "# offset" lines of a mom file count as known
     steps. --unit is the unit of the series, as any text (m, mm, nm/s^2). It is needed unless the header states it. Prints
-    the rate, the steps and the noise.
+    the rate, the offset, the steps, the sinusoids, the noise, and the standard error for other record lengths.
     """
     from dataclasses import replace
     from pathlib import Path

@@ -77,12 +77,13 @@ def known_ordinates(share: Array, bins: Bins) -> Array:
 
 
 def mixing_of(missing: Mask, share: Array, bins: Bins) -> Array:
-    """Array of the relative change of the observed power of each bin (rows) per relative change of true power (columns).
+    """Array, shape (bins, bins): change of the observed power of bin a (row) per change of true power of bin b (column).
 
-    The shape is (bins, bins) and rows sum to 1. The fraction 1 − r of a bin's power comes from the bin itself; r is the
-    mean unknown share of its ordinates (`share`). The fraction r comes from all bins. A bin contributes in proportion
-    to its mean r(1 − r), times the sum of the squared correlations with its ordinates (`squared_correlations`). Bins
-    with r = 0 or r = 1 contribute nothing. The reason is that the unknown part, divided by √S, is a projection.
+    Changes are relative, and each row sums to 1. r is the mean unknown share (`share`) of the ordinates of a bin. In row
+    a, the diagonal gets 1 − r of bin a. All bins b divide the rest r in proportion to their weights. The weight of b is
+    the mean of share·(1 − share) over b, times the sum of the squared correlations between the ordinates of a and b.
+    If all weights of a row are 0, its diagonal is 1. The weights hold because the unknown part, divided by √S, is a
+    projection.
     """
     number = np.diff(bins.edges).astype(float)
     unknown = np.add.reduceat(share, bins.edges[:-1]) / number

@@ -58,7 +58,7 @@ class Fits(Several[Fit]):
         return f"{len(self)} columns were fitted; use fit[{first!r}][{name!r}]"
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict (JSON form) with ``columns``, and ``pooled`` with one entry for each unit and model."""
+        """Dict (JSON form) with ``schema``, ``columns`` and ``pooled`` (an entry for each unit and model of several)."""
         return {**super().to_dict(), "pooled": [many.pooled_dict() for many in self.pooled]}
 
     def save(self, path: str | Path) -> None:

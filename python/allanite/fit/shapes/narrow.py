@@ -149,9 +149,10 @@ class Window:
         return np.array([1.0, half, 1.0, 0.5, *shapes])
 
     def spectrum(self, x: Array) -> Array:
-        """Array of the expected squared ordinates with the band at the coordinates `x`, shape (k,).
+        """Array, shape (k,): expected squared ordinates in the window, for a band with the parameters `x`.
 
-        The density of the other effects is multiplied by e^{x[3]}.
+        They are the density of the band, plus e^{x[3]} times `other_power`, the density of the other effects. `x` are the
+        numbers that `start` returns.
         """
         effect = self.effect(x)
         model = with_effect(self.model, self.place, effect)
@@ -395,9 +396,10 @@ def _overlap(one: Effect, other: Effect, data: Data) -> bool:
 def fit_narrow_bands(
     model: Model, best: Maximum, part: RandomPart, ordinates: Array, settled: int = 0
 ) -> tuple[Model, Maximum]:
-    """Pair: model with every narrow band fitted to single ordinates, and maximum over the coefficients.
+    """Pair: model whose narrow bands have shapes fitted to single ordinates, and its `Maximum` over the coefficients.
 
-    The arguments `model` and `best` are returned if no band changes. Bands without power are not fitted.
+    The arguments `model` and `best` are returned if no band changes. Not fitted are bands without power, with a held
+    shape, or without ordinates near them.
 
     Parameters
     ----------

@@ -225,10 +225,10 @@ class SummaryData(Data):
         return round(LOW * self.n / (SEGMENT << level))
 
     def at_octave_resolution(self, power: Array, first: int) -> Array:
-        """Array like `power`, averaged within the time blocks for which the summary keeps the power of one octave.
+        """`power` over time with the coarser resolution at which the summary stores one octave, same shape (160,).
 
-        `power` has one value for each of 160 equal time cells; a block usually contains several of them. `first` is the
-        first ordinate of the octave. `power` itself is returned if no octave begins at this ordinate.
+        `power` has one value for each of 160 equal time cells. Each value is replaced by the mean over the stored time
+        block around it. `first` is the first ordinate of the octave. If no octave begins there, `power` is returned.
         """
         levels = range(len(self.reading.octaves))
         level = next((level for level in levels if self._first_of(level) == first), None)

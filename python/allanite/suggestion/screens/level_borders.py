@@ -65,7 +65,8 @@ def borders_between_values(
 def interval_powers(power: Array, places: NDArray[np.int64], factors: Sequence[float]) -> Array:
     """Array of the mean power of each interval between borders; intervals with the same factor have one mean.
 
-    `places` are the borders, `factors` those of the intervals after each border; the first interval has the factor 1.
+    `places` are the borders, `factors` those of the intervals after each border; the first interval has the factor 1. The
+    mean power is at least 1e-12.
     """
     known = np.array([1.0, *factors])
     ends = [0, *places, power.size]
