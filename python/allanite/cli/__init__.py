@@ -81,7 +81,10 @@ class _Commands(click.Group):
     """A group that imports a command's module when the command runs."""
 
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:
-        """Parsed command line; a broken pipe, for example of --help, raises `_OutputClosedError`."""
+        """`click.Context` of the parsed command line.
+
+        A broken pipe, for example while --help is printed, raises `_OutputClosedError`.
+        """
         with _broken_pipe_as_closed_output():  # --help and --version are written here
             return super().make_context(*arguments, **options)
 

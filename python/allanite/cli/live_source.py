@@ -197,9 +197,10 @@ class _Lines:
         self.follows = True
 
     def rows(self, blocks: Iterator[_Block], stop: Stop) -> Iterator[Rows]:
-        """Yield the collected samples as `Rows`: from 4096 samples on, after 0.2 s, or when the source pauses.
+        """Yield the collected samples as `Rows`, and clear them each time.
 
-        Before an `InputError` of a bad row, the samples before it are yielded.
+        They are yielded once there are 4096, after 0.2 s, when the source pauses, and at the end. Before an `InputError`
+        of a bad row, the samples before this row are yielded.
         """
         passed_on = time.monotonic()
         try:
@@ -474,7 +475,7 @@ def _blocks_of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]
 
 
 def _blocks_of_datagrams(source: str, stop: Stop) -> Iterator[_Block]:
-    """Yield the datagrams that arrive at an address of this machine as blocks, until one is ``end``."""
+    """Yield the datagrams that arrive at an address of this machine as blocks, until one is ``end`` or a signal arrives."""
     listener = _bound_socket(source)
     with listener:
 

@@ -83,8 +83,8 @@ def models_of(text: str, unit: str | None = None, rate: float | None = None) -> 
 def start_models(text: str | None, columns: Sequence[Recording]) -> list[Model]:
     """List with the start model of each column, in the unit of its samples.
 
-    `text` is a model string or a file; None stands for N+B+K, or Q+F+N+B+K for a clock. Raises `InputError` if a file
-    has no model of a column.
+    `text` is a model string or the path of a file. None stands for N+B+K, or Q+F+N+B+K for a clock. Raises `InputError`
+    if `text` is not valid, or if its file has several models and none for a column.
     """
     if text is None:
         from allanite.effects.files import parse_model

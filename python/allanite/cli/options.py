@@ -75,7 +75,7 @@ _EXPORT_OPTIONS = (
 
 
 def noise_model_option(use: str) -> Callable[[Any], Any]:
-    """Decorator that adds --model with the default N+B+K; `use` is the first sentence of its help."""
+    """Decorator that adds the option --model, by default N+B+K, to a command; `use` is the first sentence of its help."""
     return click.option(
         "--model",
         default=SENSOR_START,
@@ -181,7 +181,11 @@ class Percent(click.types.FloatParamType):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Percentage as a float: 5.0 for ``5%`` or ``5``. Other texts end the command with a usage error."""
+        """Percentage as a float: 5.0 for ``5%`` or ``5``.
+
+        Other texts, infinity and negative numbers end the command with a usage error. 0 does so, too, unless the option
+        allows 0.
+        """
         text = str(value).strip().removesuffix("%").strip()
         try:
             number = float(text)
@@ -335,12 +339,15 @@ class LogOptions:
 
     @property
     def rate_hz(self) -> float | None:
-        """Sampling rate, Hz, without the exclamation mark; None if the option is not given."""
+        """Sampling rate of the option --rate, Hz, also if it has an exclamation mark (``100!``); None without --rate."""
         return float(self.rate.removesuffix("!")) if isinstance(self.rate, str) else self.rate
 
     @property
     def after_reading(self) -> tuple[str, ...]:
-        """Tuple of the names of the given options that change the samples after the log was read."""
+        """Tuple of the names of those options among --trim, --decimate and --output-unit that the user gave.
+
+        These options change the samples after the log was read.
+        """
         given = {
             "--trim": self.trim,
             "--decimate": self.decimate,
@@ -377,11 +384,14 @@ READING_OPTIONS = frozenset(field.name for field in fields(LogOptions)) - {"as_j
 
 
 def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorator that adds the options of parameter files to a command; it gets their values as one dict named ``how``."""
+    """Decorator that adds the options of parameter files to a command: overbound, as_fitted, horizon and inflate.
+
+    The command gets their values as one dict in its argument ``how``.
+    """
 
     @wraps(command)
     def wrapped(**arguments: Any) -> Any:
-        """Result of the command, which gets the options of parameter files as ``how``; other options are passed on."""
+        """Result of the command, which gets the options of parameter files as one dict ``how``, and others unchanged."""
         names = ("overbound", "as_fitted", "horizon", "inflate")
         return command(how={name: arguments.pop(name) for name in names}, **arguments)
 
@@ -391,11 +401,14 @@ def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorator that adds the shared options to a command; it gets their values as one `LogOptions` named ``options``."""
+    """Decorator that adds the options of all commands that read a log, such as --rate and --unit.
+
+    The command gets their values as one `LogOptions` in its argument ``options``.
+    """
 
     @wraps(command)
     def wrapped(**arguments: Any) -> Any:
-        """Result of the command, which gets the shared options as one `LogOptions`; other options are passed on."""
+        """Result of the command, which gets the options for reading a log as one `LogOptions`, and others unchanged."""
         shared = {field.name: arguments.pop(field.name) for field in fields(LogOptions)}
         return command(options=LogOptions(**shared), **arguments)
 
@@ -457,10 +470,10 @@ def read_recording(
     for_fit: bool = True,
     copy: Path | None = None,
 ) -> Recording:
-    """`Recording` of a log with all columns that the options select, read and then prepared by `_prepared_recording`.
+    """`Recording` of the sensor columns of a log that the options select, after --trim, --decimate and --output-unit.
 
-    With `for_fit`, a log that is mostly motion is refused. Findings about motion are printed. `copy` is a file with the
-    content of standard input, if it was already read.
+    With `for_fit`, a log that is mostly motion is refused, unless the options allow motion. Findings about motion are
+    printed. `copy` is a file with the content of standard input, if it was already read.
 
     Raises
     ------
@@ -481,9 +494,10 @@ def read_recordings(
     options: LogOptions,
     check_columns: Callable[[Sequence[Recording]], None] | None = None,
 ) -> list[Recording]:
-    """List of `Recording`, one for each sampling rate of a log, read as `read_recording` does.
+    """List of `Recording`, one for each sampling rate of a log, after --trim, --decimate and --output-unit.
 
-    `check_columns` gets this list before the checks of the samples, and may raise an error.
+    `check_columns` gets this list before the checks of the samples, and may raise an error. The checks and their errors
+    are those of `read_recording`.
     """
     from allanite.readers import read_sensors
 

@@ -53,7 +53,10 @@ def print_results(results: Sequence[Any], options: LogOptions) -> None:
 
 
 def document_of(results: Sequence[Any]) -> dict[str, Any]:
-    """Dict for JSON of results, one per column: the dict of the only result, or a dict with all in the list ``columns``."""
+    """Dict for JSON of one result or more, one per column: the dict of the only result, or all in the list ``columns``.
+
+    The dict of several results also has the schema of the first one. Raises `IndexError` without results.
+    """
     documents: list[dict[str, Any]] = [result.to_dict() for result in results]
     if len(documents) == 1:
         return documents[0]
@@ -125,9 +128,10 @@ def save_fits(fits: Sequence[Fit], path: str) -> None:
 
 
 def save_figures(figures: Iterable[Figure], names: Sequence[str], path: str | None) -> None:
-    """Write figures to files; does nothing, and draws nothing, if `path` is None.
+    """Write each figure to a file; does nothing, and draws nothing, if `path` is None.
 
-    With several `names`, one per figure, each file name gets the name: ``plot-gyro_x.svg`` for ``plot.svg``.
+    `names` has one name per figure. For a single figure, the file is `path`. Otherwise the name is appended:
+    ``plot-gyro_x.svg`` for the path ``plot.svg``.
     """
     if path is None:
         return

@@ -79,6 +79,9 @@ def _spool_input(head: bytes, stream: IO[bytes], spool: Path) -> None:
 
 @contextmanager
 def errors_name_input(file: Path, path: str) -> Iterator[None]:
-    """Context in which errors name standard input instead of its temporary file; `path` is the user's path."""
+    """Context for reading `file`, in which errors name standard input instead of this temporary file.
+
+    This applies if `path`, the path that the user gave, is ``-``. Otherwise errors are unchanged.
+    """
     with about(INPUT_NAME if path == STANDARD_INPUT else None, instead=file):
         yield

@@ -127,7 +127,7 @@ class RunFolder:
 
     @contextmanager
     def finished_axes_named(self) -> Iterator[None]:
-        """Context that, if the user interrupts, prints the names of the axes that are finished."""
+        """Context that passes an interrupt on, and before prints the names of the finished axes, if there are any."""
         try:
             yield
         except KeyboardInterrupt:
@@ -138,9 +138,9 @@ class RunFolder:
             raise
 
     def finish(self, found: Characterization) -> list[str]:
-        """Write the models, figure, report and parameter files of all axes; returns the list of their paths.
+        """Write the models, figure, report and parameter files of all axes; returns the list of the written paths.
 
-        Prints a warning for each file that could not be made, and goes on.
+        Prints a warning for each parameter file, figure or report that could not be made, and goes on.
         """
         from allanite.cli.output import json_text
 

@@ -364,7 +364,10 @@ def limit_memory(most: float | None) -> None:
 
 
 def _lower_limit(which: int, most: int) -> None:
-    """Lower the soft limit of the resource `which`, such as ``RLIMIT_CPU``, to `most`, unless it is lower already."""
+    """Lower the soft limit of a resource of this process to `most`, unless this or the hard limit is lower already.
+
+    `which` is a constant such as ``RLIMIT_CPU``. A limit that the system does not know is left out.
+    """
     import resource
 
     soft, hard = resource.getrlimit(which)

@@ -122,5 +122,5 @@ def _bytes_of_text(text: str) -> float:
 
 
 def bytes_text(size: float) -> str:
-    """Text of a number of bytes with three digits, in GB from 100 MB on, else in MB: ``0.12 GB``."""
+    """Text of a number of bytes with up to three significant digits: ``0.12 GB`` (from 100 MB on) or ``12.5 MB``."""
     return f"{size / 1e9:.3g} GB" if size >= 1e8 else f"{size / 1e6:.3g} MB"

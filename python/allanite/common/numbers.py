@@ -49,7 +49,7 @@ def percent_text(share: float, decimals: int = 0) -> str:
 
 
 def time_scale(span: float) -> tuple[float, str]:
-    """Tuple (size in s, name) of the unit for times in a record of `span` seconds.
+    """Tuple (size in s, name) of the unit in which times of a record of `span` seconds are shown.
 
     The unit is d from 2 d on, h from 2 h, min from 240 s, else s.
     """
@@ -62,9 +62,9 @@ def count_text(value: float) -> str:
 
 
 def duration_text(seconds: float) -> str:
-    """Text of a duration with three digits: ``40 s``, ``90 min``, ``2 h``, ``3 d``, ``2 years``.
+    """Text of a duration with up to three significant digits: ``40 s``, ``90 min``, ``2 h``, ``3 d``, ``2 years``.
 
-    The unit is the largest one that gives at least 2, or exactly 1: ``1 h``.
+    The unit is the largest one in which the duration is at least 2, or exactly 1, as in ``1 h``; otherwise s.
     """
     for size, name in ((YEAR, "years"), (86400.0, "d"), (3600.0, "h"), (60.0, "min")):
         if seconds >= 2.0 * size or seconds == size:

@@ -35,8 +35,8 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
     Returns
     -------
     str
-        The unit of data sheets. If `REQUESTED_UNITS` has a unit for this kind of sensor: that unit if it fits this
-        coefficient, else U·s^power.
+        If the user requested no unit for this kind of sensor (`REQUESTED_UNITS`): the unit in `sheet`, or U·s^power if
+        there is none. Otherwise the requested unit if it is a unit of this coefficient, else U·s^power.
     """
     parsed = parse_unit(sample)
     requested = REQUESTED_UNITS.get().get(parsed.kind)
@@ -54,8 +54,8 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
 def relative_unit(sample: str, power: float) -> str:
     """Unit (str) U·s^power of a coefficient, for samples in U = `sample`: ``deg/s/sqrt(Hz)`` for deg/s and ½.
 
-    For a unit per hour, the time is in hours: ``deg/sqrt(h)`` for deg/h and ½. Powers other than multiples of ½ from −1
-    to 1 read ``(U)*s^power``.
+    For a unit per hour, the time is in hours: ``deg/sqrt(h)`` for deg/h and ½. Without a unit (``1``), it is a power of
+    seconds such as ``s^(1/2)``. Other units with powers that are not −1, −½, 0, ½ or 1 read ``(U)*s^power``.
     """
     parsed = parse_unit(sample)
     name = parsed.name

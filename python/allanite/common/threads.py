@@ -47,7 +47,10 @@ def max_parallel_columns() -> int:
 
 
 def columns_at_work() -> int:
-    """Number of columns that the current `side_by_side` computes now, including the caller's; 1 outside of it."""
+    """Number of columns that the current `side_by_side` (parallel threads) computes now, with that of the caller.
+
+    It is 1 outside of `side_by_side`.
+    """
     return max(1, len(_at_work.get(())))
 
 
@@ -82,9 +85,10 @@ def stop_if_unwanted() -> None:
 def with_deadline(
     deadline: float | None, clock: Callable[[], float] = time.monotonic
 ) -> Iterator[None]:
-    """Context in which `stop_if_unwanted` raises after the deadline; the context then raises `TimeoutError`.
+    """Context in which `stop_if_unwanted` ends the work after the deadline; the context then raises `TimeoutError`.
 
-    The deadline is a reading of `clock`, s; None means no deadline. A deadline that has passed already raises at once.
+    The deadline (s) is compared with ``clock()``; None means no deadline. A deadline that has passed already raises at
+    once. If an outer `while_wanted` ends the work, its `Ended` passes unchanged.
     """
     if deadline is None:
         yield
@@ -168,8 +172,8 @@ def has_running_jobs() -> bool:
 def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
     """List of the results of functions that run in parallel threads, at most 2 at a time, in the order of `tasks`.
 
-    If a task raises an `AllaniteError`, the error is its result. An interrupt or any other error is raised at once, and
-    tasks that have not begun do not begin.
+    If a task raises an `AllaniteError`, this error is its element of the list. An interrupt or any other error is raised
+    at once; then the remaining tasks do not begin.
     """
     waiting = deque(enumerate(tasks))
     done: SimpleQueue[tuple[int, T | BaseException]] = SimpleQueue()
@@ -208,7 +212,7 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
 
 
 def results_or_raise(found: Sequence[T | AllaniteError]) -> list[T]:
-    """List of the results of `side_by_side`, unchanged; raises the first `AllaniteError` among them."""
+    """List of the results of `side_by_side`, unchanged; raises the first `AllaniteError` among them, if there is one."""
     out = []
     for one in found:
         if isinstance(one, AllaniteError):

@@ -108,12 +108,12 @@ class _Quantity:
     powers: tuple[Fraction, ...] = (Fraction(0),) * 4
 
     def times(self, other: _Quantity, power: int = 1) -> _Quantity:
-        """Product of this quantity and a power of another."""
+        """`_Quantity` of the product of this unit and a power of another unit."""
         powers = (a + power * b for a, b in zip(self.powers, other.powers, strict=True))
         return _Quantity(self.scale * other.scale**power, tuple(powers))
 
     def to_power(self, power: Fraction) -> _Quantity:
-        """Copy raised to a power."""
+        """`_Quantity` (scale and powers of the dimensions) of a unit that is raised to a power."""
         return _Quantity(self.scale ** float(power), tuple(one * power for one in self.powers))
 
 
@@ -206,7 +206,7 @@ class _Parser:
     def parse_power(self) -> _Quantity:
         """`_Quantity` of a base with an optional exponent, such as ``h^1.5``, from the next tokens, which are consumed.
 
-        Raises `ValueError`.
+        Raises `ValueError` for a base or an exponent that is not understood.
         """
         base = self.parse_base()
         if self.peek_token()[1] in ("^", "**"):
@@ -443,7 +443,10 @@ def _without_sides(text: str) -> tuple[str, float]:
 
 
 def _dimension_text(quantity: _Quantity) -> str:
-    """Text of a dimension for messages: ``angular rate × s^1/2``, or ``angle^2 length^0 time^0`` if no sensor fits."""
+    """Text of a dimension for messages: kind of sensor and power of seconds, ``angular rate × s^1/2``.
+
+    If no kind of sensor fits, it is the text of all powers, such as ``angle^2 length^0 time^0``.
+    """
     angle, length, time, field = quantity.powers
     for (a, l, t, b), kind in _KINDS.items():
         if angle == a and length == l and field == b:

@@ -176,9 +176,10 @@ class Axis:
 
     @property
     def broad_model(self) -> Model:
-        """`expected_model` without deterministic effects and without random processes in narrow frequency bands.
+        """`Model` of the axis without deterministic effects and without random processes in narrow frequency bands.
 
-        If all processes have narrow bands, it contains all of them.
+        The coefficients are fitted, or 0.64 times the upper limit if not detected. If all processes have narrow bands, the
+        model contains all of them.
         """
         whole = self.expected_model
         wide = [e for e in whole.stochastic if e.occupies is None]
@@ -230,8 +231,8 @@ class Axis:
     def _sum_largest_curves(self, curve: Callable[[Model], Array], total: Array) -> Array:
         """Array `total` plus, for each random process, the elementwise maximum of ``curve(model)`` over its models.
 
-        These models, `self.corners`, have the parameters of the process at the ends of their intervals. White noise is
-        at the level of the loudest segment.
+        These models, `self.corners`, have different parameters within the intervals of the fit, mostly at the ends. White
+        noise is at the level of the loudest segment.
         """
         for forms in self.corners:
             total = total + np.maximum.reduce(
@@ -415,10 +416,10 @@ def model_of_expected_size(document: Mapping[str, Any], model: Model, *, overbou
 
 
 def _effects_at_interval_ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
-    """List of effects: the given one, then copies with all combinations of fitted values and interval ends of its shapes.
+    """List of copies of an effect whose shapes are fitted values or ends of their intervals, in all combinations.
 
-    Shapes are parameters such as a time constant. Only shapes that the fit could change (not held) and that have an
-    interval count; without one, the list has the given effect alone.
+    The given effect comes first. Shapes are parameters such as a time constant. Only shapes that the fit could change
+    and that have an interval count. Without such a shape, the list has the given effect alone.
     """
     found = [effect]
     for name in effect.free_shapes:
@@ -461,14 +462,14 @@ def _effects_on_joint_border(
 ) -> list[Effect]:
     """List of copies of the effect with parameters on the border of the joint 95 % region of its coefficient and shapes.
 
-    The level of a process at one frequency is known better than its coefficient and shapes apart, whose errors
-    compensate. In the linear approximation the largest levels within the region are above the true curve at all
-    frequencies at once with a probability of 95 %. Values are clipped to the range of the parameter.
+    A shape is a parameter such as a time constant. Errors of coefficient and shape compensate, so their separate
+    intervals would allow too much noise. The largest curves within the region lie above the true curve at all frequencies
+    at once, with a probability of 95 % (linear approximation). Values are clipped to the range of the parameter.
 
     The list is empty if the effect is not random, has no free shape, or has more than `MAX_JOINT_PARAMETERS`
-    parameters. It is also empty without all correlations, or if `_half_widths` is None for a parameter. Last, it is
-    empty if the upper end of the coefficient is 0, or if `upper` has a larger coefficient (of an alternative model).
-    For an empty list, the caller combines the ends of all intervals.
+    parameters. It is also empty without all correlations, or if a parameter has no usable interval (`_half_widths`).
+    Last, it is empty if the upper end of the coefficient is 0, or if `upper` has a larger coefficient. For an empty list,
+    the caller combines the ends of all intervals.
     """
     if not isinstance(effect, Stochastic) or not effect.free_shapes:
         return []
@@ -510,7 +511,11 @@ class _HalfWidths:
     positive: bool
 
     def at(self, shift: float) -> float:
-        """Value that lies `shift` half widths of the interval above the fitted value (below it if `shift` is negative)."""
+        """Value of the parameter that lies `shift` half widths of its interval above the fitted value.
+
+        A negative `shift` goes below it, with the lower half width. The half widths of a positive parameter are in
+        logarithms.
+        """
         place = self.middle + shift * (self.above if shift > 0.0 else self.below)
         return float(np.exp(place)) if self.positive else place
 
@@ -549,10 +554,11 @@ def _unit_directions(size: int) -> Array:
 
 
 def _models_at_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
-    """Tuple with one tuple of models per random process: its models with parameters at the ends of their intervals.
+    """Tuple with one tuple per random process: `Model` objects of this process with different parameters.
 
-    `forms` holds, for each effect of the model, the list of its copies with such parameters. Each returned model has
-    one copy of the process and one of every modifier (an effect that acts on the white noise); all combinations occur.
+    `forms` holds, for each effect of the model, a list of copies, such as those with parameters at the ends of their
+    intervals. Each model has one copy of the process, and one copy of every modifier (an effect that acts on the white
+    noise). All combinations of copies occur.
     """
     acting = [own for own in forms if isinstance(own[0], Modifier)]
     behind = list(product(*acting))
@@ -564,11 +570,11 @@ def _models_at_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...]
 
 
 def warning_of(document: Mapping[str, Any]) -> str:
-    """Text with the reason not to trust a fit, without its name; empty unless the document says that it is not adequate.
+    """Text with the reason not to trust the fit in a document; empty unless the document says that it is not adequate.
 
-    The reason is the first that holds: quantization distorts the coefficients; the Allan error is beyond twice its
-    expected scatter; the fit needs a model discrepancy; its χ²/dof. The text is ASCII, because some programs refuse other
-    characters in comments.
+    The text does not name the fit. The reason is the first that holds: quantization distorts the coefficients; the Allan
+    error is beyond twice its expected scatter; the fit needs a model discrepancy. Otherwise χ²/dof is stated. The text is
+    ASCII, because some programs refuse other characters in comments.
     """
     if document.get("adequate") is not False:
         return ""
@@ -658,7 +664,7 @@ def axis_for_export(
 ) -> Axis:
     """Copy of an `Axis` with the sampling rate, horizon and factor on deviations that apply to one export.
 
-    A factor other than 1 adds a note. Raises `InputError` unless factor and horizon are positive.
+    A factor other than 1 adds a note. Raises `InputError` unless rate, factor and horizon are positive.
 
     Parameters
     ----------
@@ -669,8 +675,10 @@ def axis_for_export(
         Longest time without aiding, s. Default: 100 s or a tenth of the recording, whichever is shorter.
     whole_record : bool
         Whether the default horizon is a tenth of the recording, also if that is longer than 100 s.
-    as_fitted, inflate : bool, float
-        See `Axis`.
+    as_fitted : bool
+        Whether the file gets the fitted coefficients alone, without the other effects.
+    inflate : float
+        Factor on all deviations, that is on the coefficients, not on their squares.
     """
     positive(inflate, "inflate", "", "write a positive factor, such as 5")
     if horizon is not None and not 0.0 < horizon < np.inf:

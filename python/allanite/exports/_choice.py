@@ -44,10 +44,11 @@ def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> N
 def choose_gauss_markov(
     axis: Axis, time: float | None = None, *, overbound: bool = False, simulator: bool = False
 ) -> NoiseParameters:
-    """`NoiseParameters` with the N and the Gauss-Markov process that a file states for an axis; `time` (s) fixes its time.
+    """`NoiseParameters` with the N and the Gauss-Markov process that a file states for an axis.
 
-    The other parameters are those of `choose`. As fitted, the first Gauss-Markov process of the model is written if it
-    has this time; otherwise N and the process follow the model.
+    `time` (s) fixes the correlation time. With `overbound`, both cover the upper limits of the model. With
+    `Axis.as_fitted`, they are the fitted ones, if the model has a Gauss-Markov process (with this `time`). Otherwise
+    they follow the whole model. `simulator` says whether the file is for a simulator or for a filter.
     """
     if overbound:
         return overbound_gauss_markov(axis, time)

@@ -148,11 +148,12 @@ class FollowedModel:
         return np.asarray(self.scale**2 * true / errors.predicted)
 
     def candidates_of(self, ratio: Array, time: Array) -> Candidates:
-        """`Candidates` with these ratios K/N (1/s) and correlation times (s), the smallest sufficient N², and a cost.
+        """`Candidates`: filters with these ratios K/N (1/s) and correlation times (s); each has the smallest sufficient N².
 
-        A correlation time is infinite for a random walk. N² must cover the white noise, and the Allan variance up to 4
-        %. For a filter, N² must also cover the variance of the error after coasting. The shortest coasting times are
-        left out, one by one, while the best filter is too pessimistic at the horizon.
+        Each also has a cost. A correlation time is infinite for a random walk. N is at least that of the model. The Allan
+        variance may be up to 4 % below that of the model. For a filter, N² must also cover the variance of the error after
+        coasting. If the best filter is then too pessimistic at the horizon, the shortest coasting times are left out, one
+        by one.
         """
         tau, fs = self.tau, self.rate
         white = white_noise(1.0).allan_variance(tau, fs)
@@ -175,14 +176,20 @@ class FollowedModel:
         return found
 
     def candidates_on_grid(self, times: Sequence[float]) -> Candidates:
-        """`Candidates` for all combinations of the ratios K/N in `ratios` and correlation `times` (s), ordered by time."""
+        """`Candidates` (filters to compare): each ratio K/N of a logarithmic grid with each of the correlation times (s).
+
+        They are ordered by time, and for each time by ratio.
+        """
         count = int(RATIOS_PER_DECADE * np.log10(MAX_RATIO / MIN_RATIO)) + 1
         ratios = np.geomspace(MIN_RATIO, MAX_RATIO, count) / self.horizon
         every_time = np.repeat(np.asarray(times, float), ratios.size)
         return self.candidates_of(np.tile(ratios, len(times)), every_time)
 
     def refine_best(self, found: Candidates) -> tuple[float, float, float]:
-        """Tuple (N, K or q_c, correlation time in s) in SI: the best of `found` and of 13 ratios K/N close to it."""
+        """Tuple (N, K or q_c, correlation time in s) in SI of the best filter.
+
+        The best filter is that of `found`, or one of 13 with a ratio K/N close to its ratio and the same correlation time.
+        """
         ratio, time = found.ratio[found.best], found.time[found.best]
         step = 1 / RATIOS_PER_DECADE
         near = ratio * np.geomspace(10**-step, 10**step, 13)
@@ -218,10 +225,11 @@ def _costs_of(shares: Array, squares: Array, last_weight: float) -> Array:
 
 
 def shared_correlation_time(axes: Sequence[Axis]) -> float:
-    """Correlation time in s for a format with one time for all axes.
+    """Correlation time in s for a file format that has only one time for all axes.
 
-    If every model has a Gauss-Markov process, all with the same correlation time, this time is returned. Otherwise it
-    is the tried time with the smallest cost of the best filter, summed over the axes.
+    If every model has a Gauss-Markov process, and all have the same time, this time is returned. Otherwise several
+    times are tried. The cost of a time says how far the predicted errors of its best filter are from the true ones. The
+    time with the smallest sum of costs over the axes is returned.
     """
     targets = [followed_model(axis) for axis in axes]
     own = {T for target in targets for _, T in target.gauss_markov_values}
@@ -279,8 +287,8 @@ def _filter_errors(
 def follow_walk(target: FollowedModel) -> NoiseParameters:
     """`NoiseParameters` with an N and K with which a filter (or simulator) follows the model; cached.
 
-    They are the fitted N and K if `_is_consistent` accepts them: the filter predicts its error within a few percent.
-    Otherwise they are those of the candidate with the smallest cost on a grid of K/N.
+    They are the fitted N and K if a filter with them predicts its error within a few percent (`_is_consistent`).
+    Otherwise many ratios K/N are tried. The ratio whose predicted variance is closest to that of the model is returned.
     """
     fitted = target.scale * _coefficient_of(target.model, "K")
     plain = _fitted_walk(target, fitted)
@@ -294,8 +302,9 @@ def follow_walk(target: FollowedModel) -> NoiseParameters:
 def follow_gauss_markov(target: FollowedModel, time: float | None) -> NoiseParameters:
     """`NoiseParameters` with an N and a Gauss-Markov process with which a filter (or simulator) follows the model; cached.
 
-    They are the fitted ones if the model has exactly one such process and `_is_consistent` accepts it. Otherwise they
-    are those of the candidate with the smallest cost. A given `time` (s) fixes the correlation time.
+    They are the fitted ones if the model has white noise and exactly one such process, and `_is_consistent` accepts both.
+    Otherwise many pairs of ratio and correlation time are tried. The pair whose predicted variance is closest to that of
+    the model is returned. A given `time` (s) fixes the correlation time.
     """
     own = target.gauss_markov_values
     if len(own) == 1 and time in (None, own[0][1]) and target.white > 0.0:
@@ -323,7 +332,7 @@ def negligible_walk(N: float, horizon: float, rate: float) -> float:
 def _fitted_walk(target: FollowedModel, K: float) -> NoiseParameters | None:
     """`NoiseParameters` with the fitted N and `K`; None if `_is_consistent` refuses them or the model has no white noise.
 
-    If `K` is smaller than a negligible positive K, this K replaces it.
+    K is at least the value that adds 1 % to the Allan variance at the horizon, because filters need a positive K.
     """
     N = target.white
     if not N > 0.0:
@@ -362,10 +371,10 @@ def _nees_of(target: FollowedModel, choice: NoiseParameters) -> Array:
 def _remarks_on_numbers(
     target: FollowedModel, N: float, name: str, value: float, fitted: float
 ) -> tuple[tuple[str, str], ...]:
-    """Tuple of pairs (name, remark), which compare the written N and the slow coefficient `name` with the fitted ones.
+    """Tuple of pairs (name, remark): texts that compare the written N and slow coefficient with the fitted N and K.
 
-    The slow coefficient always has a remark. N has one if the model has no white noise, or N is over 0.5 % larger than
-    N of the model. `fitted` is the fitted K, or 0.
+    `name` is that of the slow coefficient, which has a remark in every case. N has a remark if the model has no white
+    noise, or if the written N is over 0.5 % larger than that of the model. `fitted` is the fitted K, or 0 without one.
     """
     last = f"{target.horizon:.4g} s"
     words = {}

@@ -40,7 +40,10 @@ def largest_initial_bias(axes: Iterable[Axis], *, overbound: bool) -> tuple[floa
 
 
 def unknown_bias_text(axis: Axis) -> str:
-    """Sentence for an axis with one log: its bias at switch-on is unknown, and how much an alignment leaves of it."""
+    """Sentence for an axis with one log: its bias at switch-on is unknown.
+
+    The sentence also states the standard deviation of the bias that remains after an alignment at rest.
+    """
     tau = np.array([min(ALIGNMENT, axis.until)])
     # The means of two neighboring segments differ by √2 Allan deviations.
     left = axis.scale * math.sqrt(
@@ -55,9 +58,9 @@ def unknown_bias_text(axis: Axis) -> str:
 def initial_lines(
     axes: Sequence[Axis], keys: Mapping[str, str], form: str, mark: str = "#", *, overbound: bool
 ) -> str:
-    """Text with a line for the initial bias of each sensor, the largest of its axes; a comment without several logs.
+    """Text with a line for the bias at switch-on of each sensor: its standard deviation, the largest of the sensor's axes.
 
-    A sensor without axes has no line.
+    A sensor whose axes have only one log gets a comment instead. A sensor without axes has no line.
 
     Parameters
     ----------

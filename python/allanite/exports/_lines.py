@@ -32,9 +32,10 @@ def choose_all(
 def with_shared_numbers(
     pairs: Sequence[tuple[Axis, NoiseParameters]],
 ) -> list[tuple[Axis, NoiseParameters]]:
-    """List of pairs (axis, `NoiseParameters`), in which N and K are the largest of all axes; empty without pairs.
+    """List of the same axes with new `NoiseParameters`, in which N and K are the largest of all axes; empty without pairs.
 
-    This is for formats with one N and one K per sensor. The attribute `others` names the axes with the largest numbers.
+    This is for formats with one N and one K per sensor. In the attribute `others`, each axis whose own N or K is smaller
+    names the axis from which the number comes.
     """
     if not pairs:
         return []
@@ -59,10 +60,10 @@ def _axis_with_largest(
 
 
 def largest_number(pairs: Sequence[tuple[Axis, NoiseParameters]], name: str) -> tuple[float, str]:
-    """Pair (value, remark): the largest N or K (`name`) of several axes, and a text that states its axis.
+    """Pair (value, remark): the largest N or K (`name`) of the axes, and a text that names the axis with this value.
 
-    The text also holds the remark on the number. It is empty for one axis without a remark. Raises `InputError` unless
-    the value is positive.
+    The text begins with the remark that this axis has on the number, if any. For a single axis, the text does not name
+    the axis. Raises `InputError` unless the value is positive.
     """
     axis, choice = _axis_with_largest(pairs, name)
     value = getattr(choice, name)

@@ -84,10 +84,11 @@ class _Limits:
         return np.concatenate([effect.allan_variance(self.tau, fs), effect.psd(f, fs)])
 
     def smallest(self, slow: Effect) -> tuple[Array, float]:
-        """Pair (squares, excess): smallest array (N², K²) or (N², q_c²) whose curves cover the limits, and their excess.
+        """Pair (squares, excess): array (N², K²) or (N², q_c²) of the smallest noise that covers the limits; its excess.
 
-        The excess is the mean ratio of the curves to the limits over τ, plus that over frequency; bands do not count.
-        `slow` is the slow process with coefficient 1. Raises `InputError` if the linear program has no solution.
+        Covering means that its Allan variance and density are nowhere below the limits. The excess is the mean ratio of its
+        curves to the limits over τ, plus that over frequency; narrow bands do not count. `slow` is the slow process with
+        coefficient 1. Raises `InputError` if the linear program has no solution.
         """
         from scipy.optimize import linprog
 

@@ -48,9 +48,10 @@ class ProcessNoise:
 
 
 def process_noise(axes: Sequence[Axis], *, overbound: bool) -> ProcessNoise:
-    """`ProcessNoise` of angles (gyroscopes) and velocities (accelerometers): K²·horizon²/3 per second, K as white noise.
+    """`ProcessNoise` of angles (gyroscopes) and velocities (accelerometers): variances per second for x, y and z.
 
-    Each of x, y and z has its own number. N is only stated in the head. A sensor without axes has no variances.
+    The variance per second is K²·horizon²/3: white noise with the error that a random walk K gives at the horizon. N is
+    only stated in the head of the file. A sensor without axes has no variances.
     """
     variances: dict[str, float] = {}
     pairs, remarks = [], []

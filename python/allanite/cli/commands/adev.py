@@ -174,7 +174,8 @@ def _measured_columns(
 def _measured_in_chunks(log: str, file: Path, taus: str, options: LogOptions) -> list[_Measured]:
     """List of `_Measured` with the overlapping Allan deviation of each column of a log that is read in chunks.
 
-    A diagnostic of each deviation says why. Raises `InputError` for too many averaging times per decade.
+    Each deviation gets a diagnostic: the log is larger than half of the free memory. Raises `InputError` if `taus` states
+    0 or too many averaging times per decade.
     """
     from allanite.readers import request_of
     from allanite.readers.long_log import summary_of_log
@@ -224,7 +225,7 @@ class _Measured:
     def plot(self) -> Figure:
         """Figure of the deviation over τ, with its interval if there is one.
 
-        A dimensionless one has the title and axes of a clock's stability.
+        A dimensionless deviation is drawn as the stability of a clock, with the title and axis labels for this.
         """
         from allanite.plots import plot_deviation, plot_stability
 

@@ -167,7 +167,10 @@ def _write_documents(
     save: str | None,
     options: LogOptions,
 ) -> list[str]:
-    """Write the figure, the report and the JSON file of all axes, if their paths are given; returns the written paths."""
+    """Write the figure, the report and the JSON file of all axes, each if its path is given.
+
+    Returns the list of the written paths.
+    """
     from allanite.cli import output as out
 
     if plot is not None:
@@ -203,7 +206,7 @@ def _working_recordings(
 
 
 def _is_folder(target: str | None, output: str | None) -> bool:
-    """True if --output names a folder: it ends in a slash, is a folder, or --export is ``all``."""
+    """True if --output is given and names a folder: it ends in a slash, is a folder, or --export is ``all``."""
     return output is not None and (
         target == "all" or output.endswith(("/", "\\")) or Path(output).is_dir()
     )
@@ -237,9 +240,9 @@ def _check_output_options(
 
 
 def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
-    """Raise `InputError` if the target cannot hold these columns, for instance without units.
+    """Raise `InputError` if a file of the target cannot hold these columns, for instance because they have no unit.
 
-    It is tested by exporting a simple model; nothing is written. For ``all`` targets, only the units are tested.
+    This is tested by exporting a simple model; nothing is written. For the target ``all``, only the units are tested.
     """
     from allanite.common.units import FREQUENCY, parse_unit
     from allanite.effects.files import model_to_dict, parse_model

@@ -100,7 +100,7 @@ def command(
 
 
 def _item_labels(items: Sequence[str]) -> list[str]:
-    """List of the base names of the items, with the folder where several items have one base name."""
+    """List of the base names of the items; ``folder/name`` for an item whose base name occurs more than once."""
     names = [Path(item).name for item in items]
     return [
         f"{Path(item).parent.name}/{name}" if names.count(name) > 1 else name

@@ -68,7 +68,7 @@ def command(
     names = [c.columns[0] for c in columns]
 
     def write(studies: Sequence[Study]) -> None:
-        """Write the fits to the file of --save and the plots, if given, and print findings and results."""
+        """Write the fits and the figures to files if --save and --plot are given, and print findings and results."""
         if save is not None:
             output.save_fits([study.fit for study in studies], save)
         output.save_figures((study.plot() for study in studies), names, plot)

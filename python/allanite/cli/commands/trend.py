@@ -105,9 +105,10 @@ def command(
 
 
 def _output_unit_and_factor(unit: str, requested: str | None) -> tuple[str, float]:
-    """Tuple (unit of the results, factor that converts the samples to this unit); factor 1 if no other unit is requested.
+    """Tuple (unit of the results, factor that converts the samples to this unit).
 
-    Raises `InputError` unless both are lengths or both are times.
+    Without another requested unit, these are the given unit and 1. Raises `InputError` if another unit is requested,
+    unless both units are lengths or both are times.
     """
     from allanite.common.errors import InputError
 

@@ -28,8 +28,9 @@ ROWS = {
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of the YAML node ``imunoise``: N, and σ and correlation time of the Gauss-Markov biases.
 
-    N is in °/√h and m/s/√h, σ in °/h and mGal. All axes have one correlation time, in h. Each of x, y and z has its own
-    numbers. `rate` is not used. Raises `InputError` unless both sensors are given.
+    N is in °/√h and m/s/√h, σ in °/h and mGal. All axes have one correlation time, in h. With `overbound`, it is the
+    geometric mean of those of the axes. Each of x, y and z has its own N and σ. `rate` is not used. Raises `InputError`
+    unless both sensors are given.
     """
     check_both_sensors(axes, "kfgins")
     if overbound:

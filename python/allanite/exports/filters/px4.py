@@ -32,9 +32,10 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text with commands of PX4's shell that set N/√dt and K/√dt, with the step dt of the filter, 1/`rate` or 0.01 s.
+    """Text with commands of PX4's shell that set N/√dt, K/√dt and the bias at switch-on.
 
-    The filter uses the variances (dt·σ)². Each number is the largest of the axes of its sensor.
+    The step dt of the filter is 1/`rate`, by default 0.01 s. The filter uses the variances (dt·σ)². Each number is the
+    largest of the axes of its sensor.
     """
     form = "param set {key} {value:.6e}  {note}"
     return _parameter_lines(axes, rate, form, overbound=overbound)
@@ -43,7 +44,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 def render_tabs(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text for QGroundControl, one line per parameter: system, component, name, value and type, separated by tabs.
 
-    Each number is the largest of the axes of its sensor.
+    The values are N/√dt, K/√dt and the bias at switch-on, each the largest of the axes of its sensor. The step dt of the
+    filter is 1/`rate`, by default 0.01 s.
     """
     form = f"{{note}}\n1\t1\t{{key}}\t{{value:.9g}}\t{REAL32}"
     return _parameter_lines(axes, rate, form, overbound=overbound)
@@ -52,9 +54,9 @@ def render_tabs(axes: Sequence[Axis], rate: float | None, *, overbound: bool = F
 def _parameter_lines(
     axes: Sequence[Axis], rate: float | None, form: str, *, overbound: bool
 ) -> str:
-    """Text of a file with lines of the format `form`: N/√dt, K/√dt and the bias at switch-on.
+    """Text of a file with one entry per parameter, in the format `form`: N/√dt, K/√dt and the bias at switch-on.
 
-    Each value is the largest of the axes of its sensor. The step dt is that of the filter, 1/`rate` or 0.01 s. If
+    Each value is the largest of the axes of its sensor. The step dt of the filter is 1/`rate`, by default 0.01 s. With
     `overbound`, N and K cover the 95 % limits.
     """
     fs = rate or FILTER_RATE

@@ -63,9 +63,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _diagonal_matrix_text(values: dict[str, float]) -> str:
-    """Text of the full 15 × 15 matrix, row by row, with `values` (by state) on its diagonal and 0 elsewhere.
+    """Text of a full 15 × 15 matrix, row by row: `values` on its diagonal, 0 elsewhere.
 
-    Older versions of robot_localization do not accept the diagonal alone.
+    `values` has one number for each of the 15 states of robot_localization. Older versions of this program do not accept
+    the diagonal alone.
     """
     rows = [", ".join(f"{values[a]:.6e}" if a == b else "0.0" for b in STATES) for a in STATES]
     return "[" + (",\n" + 8 * " ").join(rows) + "]"

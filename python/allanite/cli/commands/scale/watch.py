@@ -196,7 +196,10 @@ class _WatchOutput:
         self.shown = watch.taken
 
     def advance(self, *, raised: bool) -> None:
-        """Print a line if an alarm was `raised`, or --every seconds of samples have arrived since the last line."""
+        """Print the state of the test if an alarm was `raised`.
+
+        Otherwise print it once --every seconds of samples have arrived since the last line.
+        """
         if raised or self.watch.taken - self.shown >= self.samples:
             self._print()
 
@@ -206,7 +209,7 @@ class _WatchOutput:
             self._print()
 
     def _print(self) -> None:
-        """Write the state and metrics files, and print the state of the test as a JSON line."""
+        """Write the state file and the metrics file if they are wanted, and print the state of the test as a JSON line."""
         import json
 
         from allanite.common.files import write_text
