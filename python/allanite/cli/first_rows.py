@@ -158,11 +158,11 @@ def _factor_to_model_unit(
 def _column_index(
     table: Table, roles: Roles, column: str | None, model_column: str, source: str
 ) -> int:
-    """Index of the column to watch: `column` (name or number) if given, else `model_column`, else the first sensor.
+    """Index of the column to watch: `column` (name or number) if given, else `model_column` if it exists, else a sensor.
 
-    A sensor is a column that a reader of logs would take. In a table without names its numbers must change, if those of
-    any do. Prints a note, which names the `source`, if there are several sensors. Raises `InputError` if `column` is
-    unknown, or if the column to watch holds time stamps.
+    This sensor is the first column that a reader of logs would take. In a table without names, columns with constant
+    numbers are passed over, if possible. A note, which names the `source`, is printed if there are several sensors.
+    Raises `InputError` if `column` is unknown, or if the column to watch holds time stamps.
     """
     from allanite.readers.columns import Request, layout_from_roles
     from allanite.recording import find_column

@@ -142,9 +142,9 @@ class Seconds(click.types.FloatParamType):
     def convert(
         self, value: object, param: click.Parameter | None, ctx: click.Context | None
     ) -> float:
-        """Positive time in s, as a float, from a text such as ``10min``; without a unit it is in s.
+        """Positive time in s, as a float, from a text such as ``10min``; a number without a unit is in s.
 
-        Other texts, zero and infinity end the command with a usage error.
+        Other texts, zero, negative numbers and infinity end the command with a usage error.
         """
         text, factor = str(value).strip(), 1.0
         for unit, size in self.units:
@@ -511,10 +511,11 @@ def read_recordings(
 def _prepared_recording(
     recording: Recording, path: str, options: LogOptions, *, for_fit: bool = True
 ) -> Recording:
-    """Recording after --trim, the test for motion and gravity, --decimate and --output-unit; prints findings about motion.
+    """Recording after --trim, the test for motion and gravity, --decimate and --output-unit, in this order.
 
-    Also sets the units in which results are printed (--output-unit). With `for_fit`, motion is refused. Raises
-    `TooShortError` below 16 samples, and `InputError` if no column varies or the recording is implausible.
+    Findings about motion are printed. With `for_fit`, motion raises `InputError`, unless the options allow it. Also sets
+    the units in which results are printed (--output-unit). Raises `TooShortError` below 16 samples, and `InputError` if
+    no column varies or the recording is implausible.
     """
     from allanite.readers.plausibility import checked
 

@@ -181,9 +181,9 @@ def progress_of_axes(
 ) -> Iterator[Callable[[str, int, int], None] | None]:
     """Context with a callback (column, steps done, all steps) that draws the progress of all axes.
 
-    After the first step, the callback also prints a range of the total time: from the time of this step times the
-    number of turns (axes per thread) to five times as long. The callback is None with --quiet, or if standard error is
-    no terminal.
+    After the first step, the callback also prints a range of the total time. Its lower end is the time of this step times
+    the number of axes per thread; its upper end is five times as long. The callback is None with --quiet, or if standard
+    error is no terminal.
     """
     if options.quiet or not sys.stderr.isatty():
         yield None

@@ -72,9 +72,10 @@ class RunFolder:
             ) from None
 
     def start_model(self, column: Recording, model: Model) -> Model:
-        """Model that an earlier run saved for the same samples and options; otherwise `model`.
+        """Model that an earlier run saved for the same samples, options and start model `model`; otherwise `model`.
 
-        Prints a line if a saved model is found. Stores the digest of the samples and options, which `write` saves.
+        It is also `model` if the saved file is damaged. Prints a line if a saved model is found. Stores the digest of
+        samples, options and start model, which `write` saves.
         """
         from allanite.effects.files import model_from_dict
         from allanite.sources import documents_of

@@ -126,9 +126,10 @@ def about(where: object, instead: object = None) -> Iterator[None]:
     Parameters
     ----------
     where : object
-        The file or option. None adds no name. The name of an inner `about` is kept.
+        The file or option. With None, messages are unchanged. If an inner `about` has already put its name there, that
+        name is kept.
     instead : object, optional
-        A name of an inner `about`, such as a temporary file, that `where` replaces.
+        Exception: `where` replaces this name of an inner `about`, for example that of a temporary file.
     """
     try:
         yield

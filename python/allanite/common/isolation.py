@@ -114,8 +114,10 @@ def call_isolated(
     ------
     InputError
         The child crashed, reached a limit, or cannot be started, or the function raised this error.
+    TooShortError, ModuleNotFoundError
+        The function raised this error.
     InternalError
-        The function raised an error that is not one of allanite's.
+        The function raised any other error.
     """
     if _is_child or not sys.executable or sys.platform == "emscripten":
         with _cpu_limit(limits.cpu):

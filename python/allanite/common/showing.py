@@ -70,9 +70,9 @@ def array_text(array: np.ndarray[Any, Any]) -> str:
 
 
 def aligned_lines(rows: Sequence[Sequence[str]], *, right: bool = False) -> list[str]:
-    """List of the lines of a table: cells of each row, filled with blanks to the width of their column.
+    """List of the lines of a table: the cells of each row, filled with blanks to the width of their column.
 
-    The cells are aligned to the left, or with `right` to the right.
+    Two blanks separate the columns. The cells are aligned to the left, or with `right` to the right.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     fill = str.rjust if right else str.ljust

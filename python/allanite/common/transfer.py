@@ -83,7 +83,7 @@ def _read_array(content: mmap.mmap, place: tuple[str, list[int], int]) -> NDArra
 
 
 def without_arrays(value: Any, put: Callable[[NDArray[Any]], Any]) -> Any:
-    """Copy of a value in which each array is replaced by the dict ``{"array": put(array)}``."""
+    """Copy of a value in which each array is replaced by the dict ``{"array": put(array)}``; tuples become lists."""
     if isinstance(value, np.ndarray):
         return {"array": put(value)}
     if isinstance(value, dict):
@@ -94,7 +94,10 @@ def without_arrays(value: Any, put: Callable[[NDArray[Any]], Any]) -> Any:
 
 
 def with_arrays(value: Any, get: Callable[[Any], NDArray[Any]]) -> Any:
-    """Inverse of `without_arrays`: `get` returns the array for a value that `put` returned."""
+    """Copy of a value in which each dict ``{"array": x}`` is replaced by the array ``get(x)``.
+
+    This is the inverse of `without_arrays`, which wrote these dicts; tuples have become lists.
+    """
     if isinstance(value, dict):
         if value.keys() == {"array"}:
             return get(value["array"])

@@ -109,7 +109,7 @@ def require_frequencies(values: object, name: str, unit: str) -> Array:
     Raises
     ------
     InputError
-        The values are no numbers, or one is not from 1e-60 to 1e60, the range of products of two rates.
+        The values are no numbers, or one is not from 1e-60 to 1e60 (NaN included).
     """
     numbers = floats(values, name)
     low, high = MAX_RATE**-2, MAX_RATE**2

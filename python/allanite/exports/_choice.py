@@ -21,12 +21,14 @@ TIME_NOTE = "T follows the Allan deviation of the model up to the horizon. It ne
 
 
 def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> NoiseParameters:
-    """`NoiseParameters` with the N and K that a file states for an axis: fitted, an overbound, or following its model.
+    """`NoiseParameters` with the N and K that a file states for an axis.
+
+    They follow the whole model of the axis. With `Axis.as_fitted`, they are the fitted coefficients.
 
     Parameters
     ----------
     axis : Axis
-        The axis. It also states the horizon, and with `Axis.as_fitted` whether the fitted coefficients are written.
+        The axis, with its model and the longest time without aiding (horizon).
     overbound : bool
         True if N and K must cover the upper limits of the model. `Axis.as_fitted` is then ignored.
     simulator : bool

@@ -243,7 +243,10 @@ def shared_correlation_time(axes: Sequence[Axis]) -> float:
 
 
 def quality(axis: Axis, choice: NoiseParameters) -> Quality:
-    """`Quality` of written parameters compared with the whole model of an axis: ratio of the Allan deviations, and NEES."""
+    """`Quality` of a filter with the parameters `choice`, compared with the whole model of an axis.
+
+    It holds the ratio of the Allan deviations, and the NEES (true over predicted error variance of the filter).
+    """
     bare = NoiseParameters(choice.N, choice.K, choice.q_c, choice.correlation_time, B=choice.B)
     return _quality(followed_model(axis), bare)
 
@@ -350,9 +353,10 @@ def _fitted_walk(target: FollowedModel, K: float) -> NoiseParameters | None:
 
 
 def _is_consistent(target: FollowedModel, choice: NoiseParameters) -> bool:
-    """True if a filter with these parameters has a NEES (true over predicted error variance) in [0.95, 1.02] at all times.
+    """True if a filter with these parameters predicts the variance of its error well at all times.
 
-    For a simulator, true if the model's Allan variance over that of the parameters lies in [0.95, 1.04] at all τ.
+    The NEES (true over predicted variance) must lie in [0.95, 1.02]. For a simulator, the model's Allan variance over
+    that of the parameters must lie in [0.95, 1.04] at all τ instead.
     """
     if target.simulator:
         shares = target.allan / choice.model.allan_variance(target.tau, target.rate)
@@ -394,9 +398,10 @@ def _remarks_on_numbers(
 
 
 def _ratio_text(target: FollowedModel, name: str, ratio: float) -> str:
-    """Text ``2.1 times the fitted K``: a written number relative to the fitted coefficient `name`; ``the fitted K`` for 1.
+    """Text that compares a written number with the fitted coefficient `name`: ``2.1 times the fitted K``.
 
-    If the coefficient was not detected, the text states the ratio to its expected size.
+    `ratio` is written over fitted. For a ratio of 1, the text is ``the fitted K``. If the coefficient was not detected,
+    the text says so, and `ratio` refers to its expected size (0.64 times its upper limit).
     """
     if name in target.undetected:
         return f"{name} was not detected: {ratio:.3g} times {EXPECTED_SIZE}"

@@ -118,9 +118,9 @@ def _nees_sentences(pairs: Sequence[Pair]) -> list[str]:
 
 
 def _short_log_sentences(axes: Sequence[Axis]) -> list[str]:
-    """List of sentences on slow effects that were not detected in short logs; empty if there are none.
+    """List of sentences about slow effects that a log was too short to detect; empty if there are none.
 
-    A log is short if a tenth of its length, the longest tau with a reliable deviation, is below 100 s. Axes without a
+    A log is too short if a tenth of its length is below 100 s: deviations are reliable up to this tenth. Axes without a
     log, whose numbers are assumptions, are skipped.
     """
     of: dict[tuple[str, float], list[str]] = {}
@@ -192,9 +192,10 @@ def _listed_or_counted(kinds: Mapping[str, str]) -> list[str]:
 
 
 def _alternative_intervals(axis: Axis) -> Iterator[str]:
-    """Yield a line for each coefficient whose 95 % interval is wider under an alternative model that explains the log.
+    """Yield a line for each coefficient whose 95 % interval is wider under an alternative model of the log.
 
-    Wider means at one end, by over 10 % of the width. Example: ``K 115 (95 ... 137); 0 ... 190 if it is gauss_markov``.
+    An alternative model explains the log about as well as the fitted one. Wider means at one end, by over 10 % of the
+    width. Example: ``K 115 (95 ... 137); 0 ... 190 if it is gauss_markov``.
     """
     for (label, _), entry in zip(_labeled_effects(axis), axis.document["effects"], strict=True):
         for name, ends in (entry.get("over_rivals") or {}).items():
@@ -262,8 +263,9 @@ def _omitted_effects(
 def _is_covered(effect: Effect, axis: Axis, simulator: bool) -> bool:
     """True if exported numbers, such as N and K, can represent this effect.
 
-    True for random processes, spectral lines, all modifiers, and known functions whose Allan variance does not depend
-    on the record (a ramp). With `simulator`, false for lines and narrow bands.
+    True for random processes, spectral lines, all modifiers (such as filters of the white noise), and known functions
+    with an Allan variance of their own, such as a ramp. False for other known functions. With `simulator`, also false
+    for lines and for random processes in narrow bands.
     """
     if isinstance(effect, Stochastic):
         return not simulator or effect.occupies is None

@@ -14,10 +14,10 @@ ALIGNMENT = 60.0
 
 
 def initial_bias(axis: Axis, *, overbound: bool = False) -> float | None:
-    """Standard deviation (SI) of the bias at switch-on for a filter that starts with bias 0; None without several logs.
+    """Standard deviation (SI) of the bias at switch-on, for a filter that starts with bias 0; None without several logs.
 
-    For a gyroscope, the mean bias counts as well: √(σ²(1 + 1/n) + mean²) of n logs. For an accelerometer, gravity hides
-    the mean, and only the spread counts. With `overbound`, σ is the upper end of its interval.
+    σ is the spread of the bias between n logs. For a gyroscope, the result is √(σ²(1 + 1/n) + mean²). For an
+    accelerometer, the mean is left out, because gravity hides it. With `overbound`, σ is the upper end of its interval.
     """
     found = axis.turn_on
     if found is None:
@@ -40,7 +40,7 @@ def largest_initial_bias(axes: Iterable[Axis], *, overbound: bool) -> tuple[floa
 
 
 def unknown_bias_text(axis: Axis) -> str:
-    """Sentence for an axis with one log: its bias at switch-on is unknown.
+    """Sentence that the bias at switch-on of an axis is unknown, because there is only one log.
 
     The sentence also states the standard deviation of the bias that remains after an alignment at rest.
     """

@@ -32,7 +32,7 @@ def choose_all(
 def with_shared_numbers(
     pairs: Sequence[tuple[Axis, NoiseParameters]],
 ) -> list[tuple[Axis, NoiseParameters]]:
-    """List of the same axes with new `NoiseParameters`, in which N and K are the largest of all axes; empty without pairs.
+    """List of pairs (axis, new `NoiseParameters`), in which N and K are the largest of all axes; empty without pairs.
 
     This is for formats with one N and one K per sensor. In the attribute `others`, each axis whose own N or K is smaller
     names the axis from which the number comes.

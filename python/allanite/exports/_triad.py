@@ -14,11 +14,11 @@ PLACES = ("x", "y", "z")
 def numbers_in_xyz(
     axes: Sequence[Axis], numbers: Sequence[tuple[float, ...]]
 ) -> tuple[list[tuple[float, ...]], list[str]]:
-    """Pair (numbers, remarks): list of the tuples of numbers of x, y and z, and list of remarks on missing models.
+    """Pair (numbers, remarks) for the axes of one sensor: list with the tuple of numbers of x, y and z; list of texts.
 
-    The letter in its name says which axis it is. If any of exactly three axes has no letter, they are taken in their
-    order. An axis without a model gets the largest of each number. All three get the largest numbers if a letter is
-    repeated, or if it is missing and the number of axes is not three.
+    The letter in its name says which axis it is. Three axes are taken in their order if any of them has no letter. An
+    axis without a model gets the largest of each number, and a text says so. All three get the largest numbers if a
+    letter is repeated, or if it is missing and the number of axes is not three.
 
     Notes
     -----

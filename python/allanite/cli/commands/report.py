@@ -88,9 +88,9 @@ def command(
 
 
 def _report_path(log: str, output: str | None) -> Path:
-    """Path of the report: that of --output, or ``LOG-report.html`` in the current folder.
+    """Path of the report: that of --output, or ``NAME-report.html`` in the current folder for the log ``NAME.csv``.
 
-    ``report.html`` for standard input.
+    Without --output, it is ``report.html`` for standard input.
     """
     if output is not None:
         return Path(output)
