@@ -37,7 +37,8 @@ model_option = click.option(
     "--model",
     metavar="MODEL",
     help="Model to fit or to start from: a sum of effects, e.g. N+B+K, or a model file. T is the correlation time of a"
-    " Gauss-Markov process GM: GM(T=30) starts the search at 30 s, T=30! holds T, T=[10,100] limits T. Default:"
+    " Gauss-Markov process GM: GM(T=30) starts the search at 30 s, T=30! holds T (as for any value),"
+    " T=[10,100] limits T. Default:"
     f" {SENSOR_START}; for a clock {CLOCK_START}, where Q is white and F flicker phase noise.",
 )
 #: Type of every --seed option: the range that the random number generators accept.
@@ -81,7 +82,7 @@ def noise_model_option(use: str) -> Callable[[Any], Any]:
         default=SENSOR_START,
         show_default=True,
         metavar="MODEL",
-        help=f"{use} GM(T=30): T starts at 30 s; T=30! holds T; T=[10,100] limits T.",
+        help=f"{use} GM(T=30): T starts at 30 s. T=[10,100] limits T. A value followed by ! is held: T=30!, N(N=0.005!).",
     )
 
 
@@ -248,15 +249,15 @@ _LOG_OPTIONS = (
         "--column",
         multiple=True,
         metavar="NAME",
-        help="Column to use as a sensor; repeatable. Default: all columns of gyroscopes, accelerometers and"
-        " clocks.",
+        help="Column to use as a sensor, by name, or by number from 0; repeatable. Columns without a header are named"
+        " x0, x1, …. Default: all columns of gyroscopes, accelerometers and clocks.",
     ),
     click.option(
         "--covariate",
         multiple=True,
         metavar="NAME",
-        help="Logged column that the sensor may depend on, such as a voltage; repeatable. Logged temperatures are always"
-        " tried as a cause.",
+        help="Logged column that the sensor may depend on, such as a voltage; repeatable. Columns that are recognized as"
+        " temperatures, by name or unit, are always tried as a cause.",
     ),
     click.option(
         "--time-column",

@@ -60,7 +60,7 @@ MAX_TAUS_PER_OCTAVE = 16
     metavar="GRID",
     help="Averaging times τ in sampling intervals: octave (1, 2, 4, 8, …), decade (1, 2, 4, 10, 20, 40, …), all, or a"
     " number of points per decade."
-    " Single times, s: al.oadev(recording, taus=[1, 100]) in Python.",
+    " Single times can be given only in Python: al.oadev(recording, taus=[1, 100]).",
 )
 @plot_option
 @log_options

@@ -52,7 +52,7 @@ def command(
 
     "adequate" means that this log shows no fault of the model. No effect is significantly missing, the Allan error is
     within twice its expected scatter, and no other model is clearly better. "unexplained" means that the model fails:
-    no known effect repairs it, or the search reached its limit of time or steps, as the line "stopped" says. The exit
+    no known effect repairs it, or the search reached its limit of time or of 32 steps, as the line "stopped" says. The exit
     code is 0 for every verdict; a script can use allanite check --strict.
     """
     from allanite.axes.run import improve_columns

@@ -45,9 +45,9 @@ def command(
     Give one LOG of the same sensor at rest for each switch-on, while its temperature changes: a warm-up, or a run in a
     chamber. Name the temperature column with --covariate if it is not recognized.
 
-    Polynomials, a thermal lag, hysteresis and a dependence on the rate of change are fitted together with the noise;
-    the evidence (logL less a cost for each parameter) decides. Prints the chosen law of each axis with its 95 % band,
-    and the error that remains after correction.
+    Polynomials, a thermal lag, hysteresis and a dependence on the rate of change are fitted together with the noise.
+    The evidence (logL minus a cost for each parameter) decides which of these terms are kept. Prints the chosen law of
+    each axis with its 95 % band, and the error that remains after correction.
     """
     from allanite.calibration import thermal
     from allanite.cli import output as out

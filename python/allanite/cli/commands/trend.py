@@ -32,7 +32,8 @@ from allanite.cli.options import LogCommand, LogOptions, log_options
     "--period",
     multiple=True,
     metavar="TIME",
-    help="Period of a sinusoid to fit, e.g. 14.77d; repeatable. Default: 365.25d and 182.625d.",
+    help="Period of a sinusoid to fit, e.g. 14.77d; repeatable. Replaces the default, 365.25d and 182.625d for a record of"
+    " a year or more: repeat these to keep them.",
 )
 @click.option(
     "--noise",
