@@ -98,7 +98,7 @@ class _Commands(click.Group):
         return list(COMMANDS)
 
     def get_command(self, _ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Command of this name, imported from its module; None if there is none."""
+        """`click.Command` with this name, imported from its module; None if there is no such command."""
         if cmd_name not in COMMANDS:
             return None
         package = "commands.scale" if cmd_name in SCALE_COMMANDS else "commands"
@@ -170,10 +170,10 @@ def _check_address_space() -> None:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    """Exit code of a command line: runs the command, and prints every error as one line on standard error.
+    """Exit code of a command line. Runs the command, and prints every error as one line on standard error.
 
-    0 success, help or closed output, 2 bad input or a missing package, 3 too little data or memory, 70 internal error,
-    130 interrupt. `SystemExit` passes.
+    The code is 0 after success, help or closed output, 2 for bad input or a missing package, and 3 for too little data or
+    memory. It is 70 for an internal error, and 130 for an interrupt. `SystemExit` is not caught.
     """
     if sys.stdout is None:
         return _print_error(

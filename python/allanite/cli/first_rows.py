@@ -46,9 +46,9 @@ def number_of_cell(cell: str) -> float | None:
 
 
 def has_numbers(line: str) -> bool:
-    """True if a line is a row of samples: no comment (#), and at least half of its cells that are not empty are numbers.
+    """True if a line is a row of samples: at least half of its non-empty cells are numbers.
 
-    False for an empty line.
+    False for a comment (``#``), and for a line without any non-empty cell.
     """
     cells = [] if line.lstrip().startswith("#") else list(filter(None, cells_of(line)))
     return bool(cells) and 2 * sum(number_of_cell(c) is not None for c in cells) >= len(cells)

@@ -319,9 +319,10 @@ class _Lines:
 
 
 def sample_of(line: str, place: int, delimiter: str | None = None) -> float | None:
-    """Number in the column with index `place` of a row; NaN for an empty cell, None for a blank line, a comment or a text.
+    """Number in the column with index `place` of a row, as a float.
 
-    `delimiter` is that of `cells_of`.
+    NaN for an empty cell; None for a blank line, a comment, or a cell with text. `delimiter` separates the cells, as in
+    `cells_of`.
 
     Raises
     ------
@@ -443,9 +444,10 @@ def _is_replaced(path: Path, descriptor: int) -> bool:
 
 
 def _blocks_of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]:
-    """Yield blocks with the bytes that `read` returns, until `read` returns none or fails; `read` is called in a thread.
+    """Yield blocks with the bytes that `read` returns; `read` is called again and again in a thread.
 
-    Yields an empty block every 0.05 s while nothing arrives. After a signal, reading ends within about 0.1 s.
+    Ends when `read` returns no bytes or raises `OSError`. Yields an empty block every 0.05 s while nothing arrives. After
+    a signal, reading ends within about 0.1 s.
     """
     blocks: queue.Queue[bytes] = queue.Queue(MAX_QUEUED_BLOCKS)
 

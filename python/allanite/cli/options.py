@@ -423,15 +423,15 @@ def read_columns(
 ) -> list[Recording]:
     """List with one `Recording` per sensor column of a log, read as the options say and checked.
 
-    With `for_fit`, a log that is mostly motion is refused, and columns locked to one quantization code are left out
-    with a note. `copy` is a file with the content of standard input, if it was already read.
+    With `for_fit`, a log that is mostly motion is refused. Columns with one quantization code in 95 % of the samples or
+    more are then left out, with a note. `copy` is a file with the content of standard input, if it was already read.
 
     Raises
     ------
     InputError
-        A column whose samples (of an angle: rate) never change, or all columns are locked. Also errors of `read_recording`.
+        The samples of a column (for an angle: its rate) never change. Also errors of `read_recording`.
     TooShortError
-        Fewer than 16 samples.
+        Fewer than 16 samples, or all columns have nearly always one code.
     """
     columns = list(read_recording(path, options, for_fit=for_fit, copy=copy))
     for column in columns:
@@ -441,9 +441,10 @@ def read_columns(
 
 
 def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
-    """List of the columns that are not locked: less than 95 % of their samples have the same quantization code.
+    """List of the columns that are not locked.
 
-    Prints a line for each other column. Raises its error if every column is locked.
+    A locked column has the same quantization code in 95 % of its samples or more. Prints a line for each locked column.
+    Raises `TooShortError` if every column is locked.
     """
     from allanite.fit.locked import locked_error
 
@@ -497,8 +498,8 @@ def read_recordings(
 ) -> list[Recording]:
     """List of `Recording`, one for each sampling rate of a log, after --trim, --decimate and --output-unit.
 
-    `check_columns` gets this list before the checks of the samples, and may raise an error. The checks and their errors
-    are those of `read_recording`.
+    `check_columns` gets the recordings as they were read, before --trim and the checks, and may raise an error. The
+    checks and their errors are those of `read_recording`.
     """
     from allanite.readers import read_sensors
 
@@ -564,9 +565,10 @@ def is_shown_early(finding: Finding) -> bool:
 
 
 def _show_early_findings(recording: Recording, options: LogOptions) -> None:
-    """Print findings that may change how a user calls the command, on standard error; nothing with --quiet or --json.
+    """Print early findings on standard error; nothing with --quiet or --json.
 
-    These are the findings of `is_shown_early`, and motion.
+    These are findings after which a user may call the command differently, such as a missing unit, and findings about
+    motion.
     """
     from allanite.recording.at_rest import motion_findings
 

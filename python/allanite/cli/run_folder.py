@@ -94,9 +94,9 @@ class RunFolder:
         return saved
 
     def write(self, study: Study) -> None:
-        """Write the model, table, parameter files and input digest of one axis to its folder; add the axis to `finished`.
+        """Write the model, table, parameter files and input digest of one axis to its folder; add its name to `finished`.
 
-        A format that needs several axes gets no file.
+        The axis is the column of the `study`. A format that needs several axes gets no file.
         """
         from allanite.axes.twin import sample_statistics
         from allanite.axes.working import working_states
@@ -128,7 +128,10 @@ class RunFolder:
 
     @contextmanager
     def finished_axes_named(self) -> Iterator[None]:
-        """Context that passes an interrupt on, and before prints the names of the finished axes, if there are any."""
+        """Context that, after an interrupt by the user, prints the names of the finished axes, if there are any.
+
+        The interrupt (`KeyboardInterrupt`) passes on.
+        """
         try:
             yield
         except KeyboardInterrupt:

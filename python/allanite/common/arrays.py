@@ -22,7 +22,10 @@ def scaled_inverse(matrix: Array) -> Array:
 
 
 def runs_of(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Tuple (first, end) of the runs of True in a mask, shape (runs,) each; `end` is exclusive."""
+    """Tuple of two arrays (first, end): indices at which the runs of True in a mask begin and end.
+
+    Each array has the shape (runs,), and `end` is exclusive: a run is ``mask[first:end]``.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     return edges[::2], edges[1::2]
 

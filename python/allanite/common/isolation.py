@@ -190,9 +190,10 @@ def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], Non
 
 
 def _error_without_result(code: int, worker: str, limits: Limits, memory: float) -> InputError:
-    """`InputError` (not raised) that explains, from the exit code, why a child wrote no result.
+    """`InputError` (not raised) that explains why a child process wrote no result.
 
-    Time limits, a crash, and a kill by the system have texts of their own; otherwise no process could be started.
+    The exit code tells whether the child reached a time limit, crashed, or was killed by the system. For any other code,
+    the message is that no process could be started.
     """
     name = signal.Signals(-code).name if -code in set(signal.Signals) else f"code {code}"
     if name == "SIGXCPU":
@@ -238,9 +239,10 @@ def _error_of_child(described: dict[str, Any], worker: str) -> Exception:
 
 
 def main() -> None:
-    """Call the function that the parent names, and end this process.
+    """Main function of a child process: call the function that the parent names, and end this process.
 
-    The order, a line of JSON, is read from standard input, and the result is written to standard output.
+    A line of JSON on standard input names the function, its arguments and its limits. The result is written to standard
+    output. The process also ends when the parent ends.
     """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     with open(0, "rb", buffering=0, closefd=False) as orders:

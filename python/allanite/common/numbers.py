@@ -57,7 +57,7 @@ def time_scale(span: float) -> tuple[float, str]:
 
 
 def count_text(value: float) -> str:
-    """Text of a count with thousands separated by narrow no-break spaces: ``180 000``; decimals are rounded off."""
+    """Text of a count, rounded to an integer, with thousands separated by narrow no-break spaces: ``180 000``."""
     return f"{value:,.0f}".replace(",", "\u202f")
 
 
@@ -108,22 +108,28 @@ def harmonics_text(
 
 
 def log10_probability_text(log10_p: float) -> str:
-    """Text of a probability with one figure from its logarithm to base 10: ``0.003``, ``2·10⁻⁵``, or ``< 10⁻⁶``."""
+    """Text of a probability with one significant digit, from its logarithm to base 10: ``0.003`` or ``2·10⁻⁵``.
+
+    Below 10⁻⁶, the text is ``< 10⁻⁶``.
+    """
     return probability_text(10.0 ** max(log10_p, -99.0), 1)
 
 
 def probability_text(p: float, figures: int = 2) -> str:
-    """Text of a probability: ``0.12``, or ``< 10⁻⁶`` below 10⁻⁶ (`MIN_PRINTED_P`)."""
+    """Text of a probability with `figures` significant digits: ``0.12``; below 10⁻⁶ it is ``< 10⁻⁶``."""
     return number(p, figures) if p >= MIN_PRINTED_P else f"< {number(MIN_PRINTED_P, 1)}"
 
 
 def p_text(p: float, figures: int = 2) -> str:
-    """Text of a p-value: ``p = 0.12`` or ``p < 10⁻⁶``."""
+    """Text of a p-value with `figures` significant digits: ``p = 0.12``; below 10⁻⁶ it is ``p < 10⁻⁶``."""
     return f"p {'= ' if p >= MIN_PRINTED_P else ''}{probability_text(p, figures)}"
 
 
 def trials_text(trials: float) -> str:
-    """Text of a number of trials: ``a single trial``, ``120 trials`` (two figures), ``more than 10¹⁵ trials``."""
+    """Text of a number of trials with two significant digits: ``120 trials``.
+
+    Below 1.5, it is ``a single trial``; from 10¹⁵ on, ``more than 10¹⁵ trials``.
+    """
     if trials >= 1e15:
         return "more than 10¹⁵ trials"
     return "a single trial" if trials < 1.5 else f"{number(trials, 2)} trials"
@@ -153,13 +159,16 @@ def figures_for_interval(interval: tuple[float, float], least: int) -> int:
 
 
 def value_and_interval_text(value: float, interval: tuple[float, float]) -> str:
-    """Text of a value and its interval, ``0.5998 (0.594 … 0.606)``, with enough figures to show the interval."""
+    """Text of a value and its interval, ``0.5998 (0.594 … 0.606)``, with enough significant digits to show the interval."""
     middle, first, last = value_and_interval_texts(value, interval)
     return f"{middle} ({first} … {last})"
 
 
 def value_and_interval_texts(value: float, interval: tuple[float, float]) -> tuple[str, str, str]:
-    """Texts of a value and of both ends of its interval, with enough figures to show the interval."""
+    """Tuple of three texts: a value and both ends of its interval.
+
+    The numbers have enough significant digits, at least 4 and 3, to show the interval.
+    """
     low, high = interval
     figures = figures_for_interval(interval, 3)
     shown = [(value, max(4, figures)), (low, figures), (high, figures)]

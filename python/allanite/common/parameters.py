@@ -84,7 +84,7 @@ class Estimate(float):
 
     @property
     def value(self) -> float:
-        """Value as a plain float."""
+        """Value of the estimate as a plain float."""
         return float(self)
 
     def to(self, unit: str) -> Estimate:
@@ -163,10 +163,10 @@ def _finite_or_none(value: float | None) -> float | None:
 
 
 def _value_and_error_text(value: float, error: float | None) -> str:
-    """Text ``0.01263 ± 0.00012``, or ``0.01263`` (six figures) without a positive finite error.
+    """Text of a value and its standard error, ``0.01263 ± 0.00012``.
 
     The error has two significant figures, or one if the second is 0. Very small and very large values have a common
-    power of ten: ``(1.26 ± 0.12)e-07``.
+    power of ten: ``(1.26 ± 0.12)e-07``. Without a positive finite error, it is the value alone, with six figures.
     """
     if error is None or not math.isfinite(error) or error <= 0 or not math.isfinite(value):
         return f"{value:.6g}"

@@ -29,7 +29,7 @@ def plain(text: object, most: int | None = None) -> str:
 def file_name(text: str) -> str:
     """Text made safe as a file name of at most 80 bytes; ``_`` if nothing is left.
 
-    Letters, digits, ``-``, ``_`` and inner ``.`` are kept, other characters become ``_``.
+    Letters and digits of all scripts, ``-``, ``_`` and inner ``.`` are kept, other characters become ``_``.
     """
     safe = "".join(c if c.isalnum() or c in "-_." else "_" for c in text)
     return safe.strip(".").encode()[:80].decode("utf-8", "ignore") or "_"

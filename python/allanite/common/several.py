@@ -44,7 +44,7 @@ class Several(Mapping[str, T], Generic[T]):
         return self._results[column]
 
     def _missing(self, name: str) -> str:
-        """Message of the error for an unknown column; it lists the columns."""
+        """Message (str) of the error for an unknown column with this name; it lists the columns that exist."""
         return f"no column {name!r}: choose one of {', '.join(self)}"
 
     def __iter__(self) -> Iterator[str]:

@@ -38,10 +38,10 @@ def heading(recording: Any) -> str:
 
 
 def _value_text(value: Any) -> str:
-    """Text of a value: ``<38 from 0.01 to 2400>`` for an array, ``<2: gx, gy>`` (keys) for a mapping, else its `repr`.
+    """Text of a value: ``<38 from 0.01 to 2400>`` for an array, ``<2: gx, gy>`` (number and keys) for a mapping.
 
-    An empty mapping is ``<none>``. A sequence of more than 8 items, or a value whose `repr` exceeds 60 characters, is
-    ``<12 × float>`` or ``<Model>``.
+    An empty mapping is ``<none>``. A sequence of more than 8 items is ``<12 × float>``: number and type of the first one.
+    Other values are their `repr`. If it exceeds 60 characters, they are ``<Model>`` (type), or like a long sequence.
     """
     if isinstance(value, np.ndarray):
         return array_text(value)

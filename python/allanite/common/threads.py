@@ -96,7 +96,10 @@ def with_deadline(
     outer, in_time, due = _wanted.get(), True, float("-inf")
 
     def is_wanted() -> bool:
-        """True before the deadline, unless an outer `while_wanted` ends the work. Reads `clock` every 0.1 s."""
+        """True before the deadline; False after it, or once an outer `while_wanted` ends the work.
+
+        Reads `clock` at most every 0.1 s.
+        """
         nonlocal in_time, due
         now = time.monotonic()
         if now >= due:

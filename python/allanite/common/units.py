@@ -430,9 +430,9 @@ def conversion(from_unit: str, to_unit: str) -> float:
 
 
 def _without_sides(text: str) -> tuple[str, float]:
-    """Tuple (unit, factor): the unit without the words one-sided or two-sided; √2 if the text says one-sided, otherwise 1.
+    """Tuple (unit, factor): the unit without the words one-sided or two-sided, and √2 for one-sided, otherwise 1.
 
-    A text of over 160 characters is unchanged.
+    A text of over 160 characters is returned unchanged, with the factor 1.
     """
     # A longer text is no unit, and a search in many brackets would take long.
     match = _SIDES.search(text) if len(text) <= 2 * MAX_UNIT_LENGTH else None

@@ -184,7 +184,7 @@ def whole(value: object, name: str, least: int, most: int, remedy: str = "") -> 
 def _number(value: object) -> float:
     """Value as a float; NaN if it is no number, infinity if it is an int beyond the range of floats.
 
-    A text with a number is converted.
+    A str that contains a number is converted as well: 2.5 for ``"2.5"``.
     """
     try:
         return float(value)  # type: ignore[arg-type]

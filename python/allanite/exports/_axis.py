@@ -187,9 +187,9 @@ class Axis:
 
     @property
     def slow_model(self) -> Model:
-        """`Model` of white and slow noise: no narrow bands, no noise that averages out faster than white noise.
+        """`Model` of white and slow noise: no narrow bands, and no noise that averages out faster than white noise.
 
-        The effects that modify white noise, such as filters, remain. The model is empty if no process remains.
+        The effects that modify white noise, such as filters, remain. The model is empty if no random process remains.
         """
         broad = self.broad_model
         kept = [
@@ -266,7 +266,7 @@ def axes_of(
     rate: float | None = None,
     record_length: float | None = None,
 ) -> list[Axis]:
-    """List of `Axis` of a model, a result, a file or a model string, or of a sequence of them.
+    """List of `Axis`, one for each axis of a model, a result, a file or a model string, or of a sequence of them.
 
     Parameters
     ----------
@@ -300,10 +300,11 @@ def axes_of(
 
 
 def _axis_of_document(document: dict[str, Any], unit: str | None, source: str) -> Axis:
-    """`Axis` of one document of a model; `unit` is used if the document states none, and `source` names it in messages.
+    """`Axis` from a document (dict) of a fit or a model.
 
-    If the document also has a model with motors running (`working`), this model replaces the fitted one. Raises
-    `InputError` without effects, a unit, or a coefficient's value.
+    `unit` is used if the document states none; `source` names it in messages. If the document also has a model that holds
+    while motors run (key ``working``), that model replaces the fitted one. Raises `InputError` if effects, the unit or
+    the value of a coefficient are missing.
     """
     recording = document.get("recording") or {}
     own = recording.get("unit") or unit
@@ -374,11 +375,11 @@ def _plain_sentences(lines: Iterable[object]) -> tuple[str, ...]:
 
 
 def _expected_and_upper(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:
-    """Pair of copies of an effect: with its expected coefficient, and with its coefficient at the upper limit.
+    """Pair of copies of an effect: with its expected coefficient, and with the upper limit of its coefficient.
 
-    The expected coefficient is the fitted one, or 0.64 times the upper end of its interval if it was not detected. The
-    upper limit is that end, or that of an alternative model if larger. `entry` is the effect in the document of the
-    fit. If the effect is not random, or has no upper end, both are the given effect.
+    The expected coefficient is the fitted one. If it was not detected, it is 0.64 times the upper end of its interval.
+    The upper limit is the upper end, or that of an alternative model if larger. `entry` is the effect in the document of
+    the fit. If the effect is not random, or has no upper end, both are the given effect.
     """
     if not isinstance(effect, Stochastic):
         return effect, effect
@@ -430,9 +431,9 @@ def _effects_at_interval_ends(effect: Effect, given: Mapping[str, Any]) -> list[
 
 
 def _correlations_of(document: Mapping[str, Any]) -> dict[tuple[str, str], float]:
-    """Dict from each pair of parameter names, in both orders, to their correlation.
+    """Dict from each pair of parameter names, in both orders, to the correlation of their estimates.
 
-    Empty without a valid correlation matrix.
+    Empty if the document has no valid correlation matrix.
     """
     found = document.get("correlations")
     if not isinstance(found, dict):
@@ -466,10 +467,10 @@ def _effects_on_joint_border(
     intervals would allow too much noise. The largest curves within the region lie above the true curve at all frequencies
     at once, with a probability of 95 % (linear approximation). Values are clipped to the range of the parameter.
 
-    The list is empty if the effect is not random, has no free shape, or has more than `MAX_JOINT_PARAMETERS`
-    parameters. It is also empty without all correlations, or if a parameter has no usable interval (`_half_widths`).
-    Last, it is empty if the upper end of the coefficient is 0, or if `upper` has a larger coefficient. For an empty list,
-    the caller combines the ends of all intervals.
+    The list is empty in these cases: the effect is not random, has no free shape, or has more than
+    `MAX_JOINT_PARAMETERS` parameters; a correlation is unknown; a parameter has no usable interval (`_half_widths`); the
+    upper end of the coefficient is 0; `upper` has a larger coefficient. The caller then combines the ends of all
+    intervals.
     """
     if not isinstance(effect, Stochastic) or not effect.free_shapes:
         return []
@@ -521,10 +522,10 @@ class _HalfWidths:
 
 
 def _half_widths(effect: Effect, name: str, given: Mapping[str, Any]) -> _HalfWidths | None:
-    """`_HalfWidths` of a fitted value: distances to both ends of its 95 % interval, in logarithms for a positive parameter.
+    """`_HalfWidths` of a fitted parameter: distances from its value to both ends of its 95 % interval.
 
-    None if the parameter has no value or was not detected, or if its interval is open or does not contain the value.
-    None also for a positive parameter whose interval reaches 0.
+    For a positive parameter, the distances are in logarithms. None if the parameter has no value or was not detected, or
+    if its interval is open or does not contain the value. None also for a positive parameter whose interval reaches 0.
     """
     value, ends = effect.values[name], given.get("interval") or (None, None)
     if not isinstance(value, float) or None in ends or given.get("detected") is False:
@@ -620,7 +621,11 @@ def _estimate_in_unit(given: Mapping[str, Any], one: Parameter, own: str, target
 
 
 def value_or_limit(estimate: Estimate) -> tuple[float, str]:
-    """Pair (value, remark): the fitted coefficient and ``""``; if it was not detected, its upper limit and a remark."""
+    """Pair (value, remark) of an estimated coefficient.
+
+    It is the fitted value with the remark ``""``. If the coefficient was not detected and has an interval, it is the
+    upper end of this interval with a remark that says so.
+    """
     if estimate.detected or estimate.interval is None:
         return float(estimate), ""
     return estimate.interval[1], "not detected, this is the 95 % upper limit"

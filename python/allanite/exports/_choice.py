@@ -70,10 +70,10 @@ def choose_gauss_markov(
 
 
 def _fitted_choice(axis: Axis) -> NoiseParameters:
-    """`NoiseParameters` with the fitted N and K; for a coefficient that was not detected, its upper limit.
+    """`NoiseParameters` with the fitted N and K; for a coefficient that was not detected, its 95 % upper limit.
 
-    Without white noise in the model, N comes from the Allan deviation at one sample. Without a random walk, K is
-    negligibly small. A changing white-noise level is averaged over the record.
+    Without white noise in the model, N is that with the model's Allan deviation at one sample. Without a random walk, K
+    adds 1 % to the Allan variance at the horizon. If the level of white noise changes, N is its rms over the record.
     """
     numbers = {"N": 0.0, "K": 0.0}
     remarks, holds = [], []

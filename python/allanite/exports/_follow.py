@@ -96,9 +96,10 @@ class FollowedModel:
 
     @cached_property
     def tau(self) -> Array:
-        """Averaging times at which the Allan deviations are compared, s, ascending, up to the horizon, whole samples.
+        """Averaging times at which the Allan deviations are compared, s, ascending, each a whole number of samples.
 
-        They begin at one sample for a simulator, and at one interval between fixes for a filter.
+        They end at the horizon, the longest time without aiding. They begin at one sample for a simulator, and at one
+        interval between fixes for a filter.
         """
         low = 1.0 / self.rate if self.simulator else mission_of(self.horizon, self.rate).step
         high = max(self.horizon, 2.0 * low)
@@ -122,7 +123,7 @@ class FollowedModel:
 
     @property
     def gauss_markov_values(self) -> list[tuple[float, float]]:
-        """List of pairs (q_c in SI, correlation time in s), one per Gauss-Markov process of the model with q_c > 0."""
+        """List of pairs (q_c in SI, correlation time in s), one per Gauss-Markov process of the model."""
         return [
             (self.scale * e.gauss_markov[0], e.gauss_markov[1])
             for e in self.model.stochastic
@@ -131,7 +132,10 @@ class FollowedModel:
 
     @property
     def times(self) -> list[float]:
-        """Sorted list of correlation times to try, s: 11 from 0.1 to 30 horizons, and those of the model."""
+        """Sorted list of correlation times to try, s: 11 from 0.1 to 30 times the horizon, and those of the model.
+
+        The horizon is the longest time without aiding.
+        """
         grid = self.horizon * np.geomspace(MIN_LAG, MAX_LAG, LAG_COUNT)
         return sorted({*map(float, grid), *(T for _, T in self.gauss_markov_values)})
 
@@ -210,7 +214,7 @@ class Candidates:
 
     @property
     def best(self) -> int:
-        """Index of the candidate with the smallest cost."""
+        """Index of the candidate (filter with a ratio K/N and a correlation time) with the smallest cost."""
         return int(np.argmin(self.cost))
 
 
@@ -252,9 +256,10 @@ def quality(axis: Axis, choice: NoiseParameters) -> Quality:
 
 
 def followed_model(axis: Axis, *, simulator: bool = False) -> FollowedModel:
-    """`FollowedModel` of an axis: its model of expected size, the white and slow part, sampling rate and horizon.
+    """`FollowedModel` of an axis: whole model, its white and slow part, sampling rate, and horizon (time without aiding).
 
-    `simulator` is True if a file for a simulator follows the model, False for a filter.
+    A coefficient that was not detected is 0.64 times its upper limit in these models. `simulator` is True if a file for a
+    simulator follows the model, False for a filter.
     """
     return FollowedModel(
         axis.expected_model,
@@ -268,7 +273,7 @@ def followed_model(axis: Axis, *, simulator: bool = False) -> FollowedModel:
 
 
 def _coefficient_of(model: Model, name: str) -> float:
-    """Coefficient of the standard noise `name` (Q, N, B, K or R), in the unit of the model; 0 if the model has none."""
+    """Coefficient of the noise with the standard letter `name` (Q, N, B, K or R), in the unit of the model; else 0."""
     for effect in model.stochastic:
         if effect.standard is not None and effect.standard.name == name:
             return float(getattr(effect, effect.coefficient))
@@ -435,6 +440,9 @@ def _quality(target: FollowedModel, choice: NoiseParameters) -> Quality:
 
 
 def _count_short_times(target: FollowedModel) -> int:
-    """Number of the compared coasting times of `target` that are shorter than a tenth of its horizon."""
+    """Number of the compared coasting times that are shorter than a tenth of the horizon.
+
+    A coasting time is a time without aiding; the horizon is the longest one.
+    """
     times = mission_of(target.horizon, target.rate).times
     return int(np.count_nonzero(times < target.horizon / IGNORABLE_FRACTION))

@@ -35,8 +35,9 @@ def head_comments(
 ) -> list[str]:
     """List of comment lines for the head of a file.
 
-    The first three lines say what the file holds, where its numbers come from, and whether to use it. The details below
-    are the effects of each axis, the NEES of a filter, and the conventions of the format.
+    The first three lines say what the file holds, where its numbers come from, and whether to use it. Then follow the
+    effects of each axis and the conventions of the format, after the line ``Details:``. A file for a filter, without
+    `simulator` and `samples` (numbers per sample), also states the NEES.
     """
     no_filter = simulator or samples
     return [
@@ -52,7 +53,10 @@ def head_comments(
 
 
 def _source_text(axis: Axis) -> str:
-    """Text of the origin of an axis: the log of its fit, a source without a log, or ``a given model``."""
+    """Text of the origin of an axis: ``fit to``, its log or file, or ``a given model``.
+
+    For numbers that are assumptions, such as those of a data sheet, it is the source and ``without a log``.
+    """
     if axis.assumptions:
         return f"{axis.source}, without a log"
     return f"fit to {axis.source}" if axis.source != axis.name else "a given model"
@@ -95,9 +99,10 @@ def verdict_comment(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
 
 
 def _nees_sentences(pairs: Sequence[Pair]) -> list[str]:
-    """List of one sentence on the NEES (true over predicted error variance) of bias filters with the written numbers.
+    """List with one sentence on the NEES (true over predicted error variance) of bias filters that use the written numbers.
 
-    Axes whose parameters include B are left out, because the filter has no such state; empty if no axis remains.
+    Axes whose parameters include a bias instability B are left out, because such a filter has no state for B. The list is
+    empty if no axis remains.
     """
     filters = [quality(axis, choice) for axis, choice in pairs if not choice.B]
     if not filters:
@@ -146,7 +151,10 @@ def _short_log_sentences(axes: Sequence[Axis]) -> list[str]:
 
 
 def _overconfidence_text(axis: Axis, choice: NoiseParameters, found: Quality) -> str:
-    """Text that a filter with the written numbers of an axis is overconfident, with its NEES and the omitted effects."""
+    """Text that a filter with the written numbers of an axis is overconfident, with its NEES.
+
+    It also names the effects that the numbers omit, or says ``a part of the model`` if no effect is omitted.
+    """
     left = [label for label, _ in _omitted_effects(axis, choice, simulator=False)]
     what = ", ".join(left) or "a part of the model"
     return (
@@ -187,7 +195,11 @@ def _names_with_counts(names: Iterable[str]) -> list[str]:
 
 
 def _listed_or_counted(kinds: Mapping[str, str]) -> list[str]:
-    """List of the keys (labels of effects); for more than 8, list of the values (kinds), each with its count."""
+    """List of the labels of effects, which are the keys of `kinds`.
+
+    For more than 8 effects, it is the list of their different kinds (the values), each with its count if above 1:
+    ``12 SIN``.
+    """
     return list(kinds) if len(kinds) <= MAX_LISTED_EFFECTS else _names_with_counts(kinds.values())
 
 
@@ -248,10 +260,11 @@ def _labeled_effects(axis: Axis) -> Iterator[tuple[str, Effect]]:
 def _omitted_effects(
     axis: Axis, choice: NoiseParameters | None, *, simulator: bool
 ) -> list[tuple[str, Effect]]:
-    """List of pairs (label, effect) of the effects that the numbers of a file omit.
+    """List of pairs (label, effect) of the effects of an axis that the numbers of a file omit.
 
-    For fitted coefficients, these are all effects whose coefficients are not written. Otherwise they are those that
-    `_is_covered` refuses.
+    If the file has fitted coefficients (`NoiseParameters.holds`), these are all effects whose coefficients are not
+    written. Otherwise they are those that `_is_covered` refuses: mainly known functions such as steps. With `simulator`,
+    also lines and narrow bands.
     """
     if choice is not None and choice.holds is not None:
         return [(label, e) for label, e in _labeled_effects(axis) if label not in choice.holds]

@@ -25,7 +25,11 @@ def check_both_sensors(axes: Iterable[Axis], target: str) -> None:
 def choose_all(
     axes: Iterable[Axis], *, overbound: bool, simulator: bool = False
 ) -> list[tuple[Axis, NoiseParameters]]:
-    """List of pairs (axis, `NoiseParameters`) with the N and K that a file states for each axis."""
+    """List of pairs (axis, `NoiseParameters`) with the N and K that a file states for each axis.
+
+    They follow the model of the axis, cover its upper limits (`overbound`), or are the fitted ones (`Axis.as_fitted`).
+    `simulator` says whether the file is for a simulator or for a filter.
+    """
     return [(axis, choose(axis, overbound=overbound, simulator=simulator)) for axis in axes]
 
 

@@ -33,9 +33,9 @@ MEMORY_HORIZONS = 2.0
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of a MATLAB script: N as NoiseDensity (double-sided), B as BiasInstability, K as RandomWalk, in SI units.
 
-    K covers other slow processes. If no axis needs B or K, the parameter is not written and keeps MATLAB's default 0.
-    An axis without an effect that other axes have gets 0. With `overbound`, N and K also cover B. Each of x, y and z
-    has its own numbers. Raises `InputError` if `rate` is None and the axes have no common rate.
+    K also covers other slow processes. With `overbound`, N and K cover B as well. Each of x, y and z has its own numbers,
+    and 0 for an effect that only other axes have. If no axis of a sensor needs B or K, it is not written, and MATLAB's
+    default 0 holds. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "matlab")
     convention = [*NOTE]
@@ -75,9 +75,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
 
 def _fitted_numbers(axis: Axis) -> NoiseParameters:
-    """`NoiseParameters` with the fitted N, B and K, or their upper limits if not detected; K also covers other slow noise.
+    """`NoiseParameters` with the fitted N, B and K; for a coefficient that was not detected, its 95 % upper limit.
 
-    If the axis is exported as fitted (`as_fitted`), K is the fitted one alone.
+    If the model has other slow noise, K is enlarged until N, B and K cover it, unless `Axis.as_fitted` is true.
     """
     first = choose(replace(axis, as_fitted=True))
     values = {"B": 0.0, "K": 0.0}
@@ -112,7 +112,10 @@ def _smallest_covering_walk(axis: Axis, written: NoiseParameters) -> float:
 
 
 def _has_other_slow_noise(axis: Axis) -> bool:
-    """True if the model of an axis has a slow random process other than B and K."""
+    """True if the model of an axis has a slow random process other than bias instability B and random walk K.
+
+    Slow processes are those besides white noise that average out no faster than white noise, without narrow bands.
+    """
     return any(
         isinstance(e, Stochastic)
         and not e.white

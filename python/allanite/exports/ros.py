@@ -26,11 +26,12 @@ if TYPE_CHECKING:
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text with the covariance of one sample, row-major 3 × 3: N²·rate plus the variance of lines, bands and slow noise.
+    """Text with the 3 × 3 covariance of one sample of each sensor, row by row, diagonal.
 
-    Filters that read the message treat samples as independent. White noise behind a low-pass filter counts with its
-    unfiltered variance, because it averages out as slowly as unfiltered white noise. A comment states the variance
-    within the band of the filter. Raises `InputError` if `rate` is None and the axes have no common rate.
+    Filters that read the message treat samples as independent. Therefore the variance is N²·rate plus the variance of
+    spectral lines, noise bands and slow noise. White noise behind a low-pass filter counts without this filter, because
+    it averages out as slowly. A comment states the variance within the band of the filter, if it is over 1 % smaller. A
+    sensor without axes has no line. Raises `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "ros")
     sensors = gyro_and_accel_axes(axes)

@@ -114,7 +114,10 @@ def command(
 
 
 def _csv_text(found: Sequence[Acceptance], log: str, serial: str, date: str) -> str:
-    """CSV text with a header and one row per axis and figure; numbers have six digits, missing ones are empty."""
+    """CSV text with a header and one row per axis and figure of the data sheet.
+
+    Numbers have up to six significant digits, the needed record length four; a missing number is an empty cell.
+    """
     import csv
     import io
 

@@ -116,7 +116,7 @@ def command(
 
 
 def _points_per_decade(taus: str) -> int | None:
-    """Number of points per decade that the text of --taus states; None for another text, or over 9 digits."""
+    """Number of points per decade, if the text of --taus is a whole number of at most 9 digits; otherwise None."""
     # "²".isdigit() is true, and int() refuses thousands of digits. No log has 10⁹ averaging times.
     return int(taus) if taus.isascii() and taus.isdigit() and len(taus) <= 9 else None
 
@@ -149,9 +149,10 @@ def _plot_kinds(results: list[_Measured], kinds: int, path: str) -> None:
 def _measured_columns(
     log: str, file: Path, kinds: tuple[str, ...], taus: str, options: LogOptions
 ) -> list[_Measured]:
-    """List of `_Measured` with the deviation of each column and kind of a log; `file` holds its content.
+    """List of `_Measured` with a deviation for each column of a log and each of the `kinds`, such as ``oadev``.
 
-    A large file is read in chunks if no option needs all samples.
+    `file` holds the content of the log. A text log or NPY file larger than half of the free memory is read in chunks, if
+    oadev is the only kind, without --trim and --decimate.
     """
     from allanite.readers import long_log
 
@@ -211,7 +212,7 @@ class _Measured:
     deviation: Deviation
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON with the schema ``allanite/adev/1``."""
+        """Dict for JSON with the schema ``allanite/adev/1``: version, description of the recording, and the deviation."""
         from allanite._kernels import version
 
         head = {"schema": "allanite/adev/1", "version": version()}

@@ -82,7 +82,10 @@ def command(output: str, seed: int, as_json: bool) -> None:
 
 
 def _verdict_sentence(study: Study) -> str:
-    """Sentence that says which kinds of the effects in `HIDDEN` the search found, missed, and added in excess."""
+    """Sentence that says whether the search found the kinds of effects that the demo has hidden in the samples.
+
+    It names the missed ones, and the kinds that were added in excess.
+    """
     from allanite.effects.files import parse_model
 
     hidden = {effect.kind: effect for effect in parse_model(HIDDEN)}

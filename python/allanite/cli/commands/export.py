@@ -103,9 +103,9 @@ def command(
 
 
 def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:
-    """List with one unit or None per model; --unit holds one unit for all models, or one per model.
+    """List with one unit or None per model: the unit of --unit for all models, or its units in order, one per model.
 
-    Raises `InputError` for another number of units.
+    None without --unit. Raises `InputError` for another number of units.
     """
     from allanite.common.errors import InputError
 

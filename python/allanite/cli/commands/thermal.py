@@ -73,7 +73,7 @@ def command(
         done: dict[str, float] = {}
 
         def on_progress(name: str, step: int, steps: int) -> None:
-            """Note the share of steps done for one axis, and draw the progress over all axes, if there is a bar."""
+            """Note that an axis has done `step` of `steps`; if there is a progress bar, draw the progress of all axes."""
             done[name] = step / steps
             if report is not None:
                 report(round(100 * sum(done.values())), 100 * count)

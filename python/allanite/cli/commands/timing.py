@@ -112,9 +112,9 @@ def _phase_and_corrections(
 
 
 def _print_three_cornered_hat(logs: tuple[str, ...], options: LogOptions) -> None:
-    """Print the Allan deviation of each clock of one log, as a table or with --json as JSON.
+    """Print the Allan deviation of each clock of one log, from a three-cornered hat, as a table or with --json as JSON.
 
-    Raises `InputError` for several logs.
+    The columns of the log are the clocks. Raises `InputError` for several logs.
     """
     from allanite.cli import output
     from allanite.cli.options import read_recording

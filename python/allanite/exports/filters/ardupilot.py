@@ -27,10 +27,11 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of lines ``key,value`` with N/√dt and K/√dt, with the step dt of the filter, 1/`rate` or by default 0.012 s.
+    """Text of lines ``key,value`` with N/√dt and K/√dt.
 
-    EK3 uses the variances (dt·σ)², and (dt²·σ)² for delta biases. Comments are on their own lines, because ground
-    stations only accept lines with two words. Each number is the largest of the axes of its sensor.
+    The step dt of the filter is 1/`rate`, by default 0.012 s. EK3 uses the variances (dt·σ)², and (dt²·σ)² for delta
+    biases. Comments are on their own lines, because ground stations only accept lines with two words. Each number is the
+    largest of the axes of its sensor.
     """
     fs = rate or FILTER_RATE
     convention = (

@@ -17,8 +17,9 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of the YAML node ``imu`` with N²·rate, and comments with K²·rate for constants of the source code.
+    """Text of the YAML node ``imu`` with N²·rate, and comments with K²·rate.
 
+    FAST-LIVO2 has constants in its source code instead of K²·rate; the comments say what to write there.
     IMU_Processing.cpp (107acae) multiplies both by dt² at each sample. Each number is the largest of the axes of its
     sensor. Raises `InputError` if `rate` is None and the axes have no common rate.
     """

@@ -17,11 +17,11 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Text of imu.yaml: noise density is N and random walk is K, as in "IMU Noise Model" of Kalibr's wiki.
+    """Text of imu.yaml: noise density is N and random walk is K in SI, as in "IMU Noise Model" of Kalibr's wiki.
 
     There, the standard deviation of a sample is N/√dt, and of a bias step K·√dt. Kalibr refuses values of 0. Each
-    number is the largest of the axes of its sensor. The update rate is `rate` or that of the faster sensor. Raises
-    `InputError` without any rate.
+    number is the largest of the axes of its sensor. The update rate is `rate`; if it is None, it is the highest rate of
+    the axes. Raises `InputError` without any rate.
     """
     logged = sorted({axis.rate for axis in axes if axis.rate is not None})
     # N and K hold at any rate. A driver that merges two topics publishes at the rate of the faster one.

@@ -17,8 +17,9 @@ from allanite.exports._triad import sensors_in_xyz
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Text of an ``<imu>`` element of SDF with white noise and a Gauss-Markov bias for each axis.
 
-    ``stddev`` is N·√rate. ``dynamic_bias_stddev`` is the density q_c of the noise that drives the bias, not σ of the
-    bias. Each of x, y and z has its own numbers. Raises `InputError` if `rate` is None and the axes have no common rate.
+    ``stddev`` is N·√rate. ``dynamic_bias_stddev`` is the density q_c of the noise that drives the bias, and
+    ``bias_stddev`` is σ of the bias. Each of x, y and z has its own numbers. A sensor without axes is left out. Raises
+    `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "gazebo")
     pairs = []
