@@ -140,9 +140,10 @@ def watched_column(
 def _factor_to_model_unit(
     table: Table, roles: Roles, at: int, model: NamedModel, unit: str | None, quantity: str
 ) -> float:
-    """Factor that converts the numbers of the column at index `at` to the unit of the model.
+    """Factor that converts the numbers of the column with index `at` to the unit of the model.
 
-    A model without a known unit takes the numbers as they are. Raises `InputError` for a unit of another kind.
+    If the unit of the model is unknown, it is the factor to the unit of the samples of this column. Raises `InputError`
+    if the unit of the column belongs to another kind of sensor than that of the model.
     """
     from allanite.common.units import conversion, is_frequency, rate_unit
     from allanite.readers.columns import Request, layout_from_roles
@@ -186,7 +187,7 @@ def _column_index(
 
 
 def _may_be_sensor(table: Table, at: int) -> bool:
-    """True if a column has numbers; in a table without names, the numbers must also change."""
+    """True if the column with index `at` has numbers that are not NaN. In a table without names, they must also change."""
     numbers = table[at][~np.isnan(table[at])]
     return numbers.size > 0 and (table.named or bool(numbers.min() < numbers.max()))
 

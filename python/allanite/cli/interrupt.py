@@ -73,7 +73,7 @@ class _Listener:
         self.lock = _thread.allocate_lock()
 
     def handle(self, _signal: int, frame: FrameType | None) -> None:
-        """Raise `KeyboardInterrupt`, and at the first signal start a thread that raises the signal again.
+        """Signal handler: raise `KeyboardInterrupt`; at the first signal, also start a thread that repeats the signal.
 
         Nothing is raised after the block has ended, during an import, or while an earlier interrupt is handled.
         """
@@ -96,7 +96,7 @@ class _Listener:
 
 
 def _is_interrupt(error: BaseException | None) -> bool:
-    """True if an error, or an error in whose handling it was raised, is a `KeyboardInterrupt`."""
+    """True if an error is a `KeyboardInterrupt`, or was raised while one was handled; False for None."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__context__
     return error is not None

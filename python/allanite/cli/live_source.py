@@ -140,18 +140,18 @@ def samples_of_source(
     position: dict[str, Any] | None = None,
     follow: bool = False,
 ) -> Iterator[Rows]:
-    """Yield the samples of a source as they arrive, until its end or a signal.
+    """Iterator over `Rows` with the samples of a source as they arrive, until its end or a signal.
 
     Parameters
     ----------
     source : str
-        Path, ``-``, or ``udp://127.0.0.1:PORT``.
+        Path, ``-`` (standard input), or ``udp://127.0.0.1:PORT``.
     column_of : callable
         Returns the column to watch from the first lines.
     stop : Stop
         Event that ends the reading. Rows that have already arrived are still yielded.
     position : dict or None
-        Position at which to continue a file: a value of `Rows.position`.
+        Position at which to continue a file: a value of `Rows.position`. None reads from its beginning.
     follow : bool
         Whether to wait for more rows at the end of a file.
 
@@ -228,9 +228,10 @@ class _Lines:
         yield from self._flush()
 
     def _restart(self, block: _Block) -> None:
-        """Prepare for reading from a new position: forget the unfinished line (with a note) and choose the column anew.
+        """Prepare for reading from a new position: forget the unfinished line (with a note) and the watched column.
 
-        If the block holds the first lines of the file (`head`), the column is chosen from them at once.
+        If the block holds the first lines of the file (`head`), the column is chosen from them at once. Otherwise it is
+        chosen later from the lines that follow.
         """
         if self.rest:
             _print_note(f"{self.name}: the last row is incomplete and is skipped")
@@ -242,9 +243,9 @@ class _Lines:
         self.follows = self.follows and block.follows
 
     def _flush(self) -> Iterator[Rows]:
-        """Yield the collected samples as one `Rows`, if there are any, and empty the collection.
+        """Yield the collected samples as one `Rows`, and empty the collection; yields nothing without samples.
 
-        The position is None if the source is no file.
+        The `Rows` has the position in the file after these samples, or None if the source is no file.
         """
         if not self.samples:
             return
@@ -278,9 +279,9 @@ class _Lines:
         self.tail = (self.tail + taken)[-COMPARED_BYTES:]
 
     def _add_line(self, line: str) -> None:
-        """Collect the sample of a line; while the column to watch is unknown, keep the line instead.
+        """Collect the sample of a line. If the column to watch is not yet known, keep the line instead.
 
-        The column is chosen after 100 rows of numbers. Raises `InputError` if the first 16 MB have fewer.
+        The column is chosen after 100 rows of numbers. Raises `InputError` if over 16 MB hold fewer rows of numbers.
         """
         if self.column is not None:
             self._add_sample(line)
@@ -307,9 +308,9 @@ class _Lines:
                 self._add_sample(line)
 
     def _add_sample(self, line: str) -> None:
-        """Append the sample of a line, times the factor of the column; nothing if the line has no number there.
+        """Append the sample of a line, times the factor of the column; does nothing if the line has no number there.
 
-        Raises `InputError` as `sample_of` does.
+        Raises `InputError` if the row has no such column, or if the number is infinite.
         """
         assert self.column is not None
         with about(self.name):
@@ -348,10 +349,11 @@ def sample_of(line: str, place: int, delimiter: str | None = None) -> float | No
 def _blocks_of_file(
     path: Path, position: dict[str, Any] | None, stop: Stop, *, follow: bool
 ) -> Iterator[_Block]:
-    """Yield blocks of bytes of a file, from `position` or its beginning; begins anew if it is truncated or replaced.
+    """Yield blocks of bytes of a file, from `position`, or from its beginning if `position` is None.
 
-    Without `follow`, ends at the end of the file. With `follow`, yields empty blocks while the file does not grow,
-    until a signal.
+    Reading begins anew, with a note, if the file is truncated or replaced, or is not the file of `position`. Without
+    `follow`, it ends at the end of the file. With `follow`, empty blocks are yielded while the file does not grow, until
+    a signal.
     """
     file = _open_file(path)
     try:

@@ -45,7 +45,10 @@ class NamedModel:
 
 
 def _scaled_effect(effect: Effect, factor: float) -> Effect:
-    """Copy of an effect for another unit of the samples: values and limits that depend on this unit times `factor`."""
+    """Copy of an effect for another unit of the samples, which is 1/`factor` of the old unit.
+
+    Values and limits that depend on the unit of the samples are multiplied by `factor`; the others are unchanged.
+    """
     names = {p.name for p in effect.parameters if not isinstance(p.unit, str)}
     values = {k: v for k, v in effect.values.items() if k in names and v is not None}
     scaled = {

@@ -364,7 +364,10 @@ class LogOptions:
         return units_by_kind(",".join(map(sample_unit, self.output_unit.split(","))))
 
     def read_arguments(self) -> dict[str, Any]:
-        """Dict of the keyword arguments for `allanite.read`; options that were not given are None."""
+        """Dict of the keyword arguments for `allanite.read` that the options state, such as rate, unit and column.
+
+        Options that were not given are None.
+        """
         from allanite.readers.scaling import parse_scales
 
         return {
@@ -458,7 +461,7 @@ def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
 
 
 def _constant_column_error(path: str, column: Recording) -> InputError:
-    """`InputError` (not raised) for a column without any variation."""
+    """`InputError` (not raised) for a column whose samples are all equal or all NaN."""
     return InputError(
         f"{shown_path(path)}: column {column.columns[0]} is constant or all NaN: the sensor is stuck, or --column names the"
         " wrong column"

@@ -64,7 +64,10 @@ def document_of(results: Sequence[Any]) -> dict[str, Any]:
 
 
 def terminal_width() -> int:
-    """Characters per line: COLUMNS if set, otherwise the width of the terminal, otherwise 100; at least 60."""
+    """Characters per line: environment variable COLUMNS if set, otherwise the width of the terminal, otherwise 100.
+
+    It is at least 60.
+    """
     return max(get_terminal_size((100, 24)).columns, 60)
 
 

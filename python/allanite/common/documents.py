@@ -134,9 +134,9 @@ def plain_value(value: Any) -> Any:
 
 
 def jsonable(value: Any, figures: int | None = None) -> Any:
-    """Copy of a value with only types that JSON knows; floats get `figures` significant digits, if given.
+    """Copy of a value for JSON, in which floats get `figures` significant digits; None keeps all digits.
 
-    NaN and infinities become None, keys of dicts texts, arrays and tuples lists.
+    NaN and infinities become None. Keys of dicts become texts; arrays and tuples become lists.
     """
     if isinstance(value, dict):
         return {str(key): jsonable(item, figures) for key, item in value.items()}

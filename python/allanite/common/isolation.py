@@ -150,7 +150,8 @@ def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], Non
     """Exit code of a new process that calls the function named in `order` and writes the result to `results`.
 
     The process is killed if it exceeds its wall time by 5 s; then the code is −SIGALRM (1 on Windows). `watch` is
-    called every 20 ms; its exception kills the process. Raises `InputError` if no process can be started.
+    called every 20 ms; an exception that it raises kills the process and passes. Raises `InputError` if no process can
+    be started.
     """
     end = math.inf if order["wall"] is None else time.monotonic() + order["wall"] + GRACE
     root = str(Path(__file__).resolve().parents[2])
@@ -335,7 +336,10 @@ def _end_with_parent() -> None:
 
 
 def _set_limits(order: dict[str, Any]) -> None:
-    """Limit wall time, processor time, memory and the size of the result file of this process to the numbers in `order`."""
+    """Set the limits of this process that `order` states: wall time, processor time, and memory beyond the present one.
+
+    The result file may be about as large as this memory. A limit that is None is not set; on Windows none is set.
+    """
     if order["wall"] is not None and hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_REAL, order["wall"])
@@ -382,9 +386,10 @@ def _lower_limit(which: int, most: int) -> None:
 
 @contextmanager
 def _cpu_limit(seconds: float) -> Iterator[None]:
-    """Context in which a child process is ended by a signal after `seconds` more of processor time.
+    """Context in which this child process is ended by a signal after `seconds` more of processor time.
 
-    Without effect outside of a child, on Windows, and for infinite `seconds`. Afterwards the previous limit applies.
+    Does nothing in a process that is no such child, on Windows, and for infinite `seconds`. Afterwards the previous limit
+    applies.
     """
     if not _is_child or not math.isfinite(seconds):
         yield

@@ -39,9 +39,9 @@ def address_space() -> float:
 
 
 def cleared_by_free_buffers(kept: Kept) -> Kept:
-    """Decorator above `lru_cache`: registers the cached function for `clear_caches`, and returns it unchanged.
+    """Decorator above `lru_cache`: registers the cached function, and returns it unchanged.
 
-    `allanite.free_buffers` then empties its cache.
+    `allanite.free_buffers` and `clear_caches` then empty the cache of this function.
     """
     _CACHES.append(kept)
     return kept

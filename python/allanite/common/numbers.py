@@ -75,7 +75,7 @@ def duration_text(seconds: float) -> str:
 def numbers_text(values: Iterable[float], *, times: bool) -> str:
     """Text of the values of one parameter, separated by spaces.
 
-    For more than 12 values (3 values if `times`), it is their count, minimum and maximum: ``20: 0.1 … 3``.
+    For more than 12 values (with `times`, more than 3), the text is their count, minimum and maximum: ``20: 0.1 … 3``.
     """
     found = list(values)
     if len(found) <= (MAX_LISTED_TIMES if times else MAX_LISTED):
@@ -147,9 +147,9 @@ def with_readable_numbers(sentence: str) -> str:
 
 
 def figures_for_interval(interval: tuple[float, float], least: int) -> int:
-    """Number of significant digits, from `least` to 12, with which the two ends of an interval differ in print.
+    """Number of significant digits, from `least` to 12, that shows how the two ends of an interval differ.
 
-    `least` if both ends are equal.
+    It is `least` if both ends are equal.
     """
     low, high = interval
     size, width = max(abs(low), abs(high)), high - low

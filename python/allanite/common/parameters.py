@@ -115,7 +115,7 @@ class Estimate(float):
         return scaled_estimate(self, factor, unit)
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: value, std_error, interval, unit, detected.
+        """Dict for JSON with the keys value, std_error, interval, unit and detected.
 
         Numbers that are unknown or not finite are None.
         """

@@ -84,11 +84,11 @@ class Several(Mapping[str, T], Generic[T]):
 def results_with_warning(
     columns: Sized, instead: str, compute: Callable[[], Several[T]], stacklevel: int = 3
 ) -> T:
-    """The mapping `compute()` of results by column, after a `DeprecationWarning` that tells to call `instead`.
+    """The mapping ``compute()`` of results by column, after a `DeprecationWarning` that tells to call `instead`.
 
-    For a function of one column that was called with several `columns`. Type checkers see the type of one result,
-    because the signature of that function promises one. `stacklevel` is that of `warnings.warn`: 3 if that function
-    calls this one directly.
+    This is for a function of one column that was called with several `columns`. The annotated type is that of one
+    result, because the signature of that function promises one. `stacklevel` is that of `warnings.warn`: 3 if that
+    function calls this one directly.
     """
     warnings.warn(
         f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",
@@ -99,5 +99,5 @@ def results_with_warning(
 
 
 def results_by_column(recording: Any, compute: Callable[[Any], T]) -> dict[str, T]:
-    """Dict from the name of each column of a recording to `compute(column)`."""
+    """Dict from the name of each column of a recording to ``compute(column)``, where `column` is its `Recording`."""
     return {column.columns[0]: compute(column) for column in recording}

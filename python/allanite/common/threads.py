@@ -143,10 +143,10 @@ class Pool(ThreadPoolExecutor):
         return super().submit(run, self._run_task, fn, *args, **kwargs)
 
     def _run_task(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> T:
-        """Result of `fn(*args, **kwargs)`.
+        """Result of ``fn(*args, **kwargs)``.
 
-        Inside, `stop_if_unwanted` raises `Ended` once an error closed the pool, or once the caller's computation is
-        unwanted.
+        While `fn` runs, `stop_if_unwanted` raises `Ended` if an error has closed the pool, or if the computation of the
+        caller is unwanted.
         """
         caller = _wanted.get()
         with while_wanted(lambda: not self._over and (caller is None or caller())):

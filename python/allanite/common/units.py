@@ -175,9 +175,9 @@ class _Parser:
         return token
 
     def parse_all(self) -> _Quantity:
-        """`_Quantity` of the whole text.
+        """`_Quantity` (scale and powers of the dimensions) of the whole text.
 
-        Raises `ValueError` with the first token that does not fit, or with a scale of 0 or ∞.
+        Raises `ValueError` with the first token that does not fit, or if the scale is 0 or ∞.
         """
         result = self.parse_product()
         if self.at < len(self.tokens):
@@ -260,10 +260,10 @@ class _Parser:
 
 
 def _quantity_of_symbol(name: str) -> _Quantity:
-    """`_Quantity` of a unit symbol or one of its aliases. Raises `ValueError` for an unknown symbol.
+    """`_Quantity` (scale and powers of the dimensions) of a unit symbol or one of its aliases.
 
-    Capital letters do not matter in aliases and in symbols of three or more letters, and ``G`` is ``g``. In other
-    symbols they do: ``Mg`` is no milli-g, and ``S`` no second.
+    Capital letters do not matter in aliases, in symbols of three or more letters, and in ``G``, which is ``g``. In other
+    symbols they do: ``Mg`` is no milli-g, and ``S`` no second. Raises `ValueError` for an unknown symbol.
     """
     field = _ALIASES.get(name.lower(), name)
     field = field.lower() if field.lower().endswith("gauss") else field
@@ -351,8 +351,8 @@ def is_frequency(text: str | None) -> bool:
 def rate_unit(text: str, quantity: str) -> Unit:
     """`Unit` of the rate for samples in the unit `text`: ``deg/s`` for an angle or increment in ``deg``.
 
-    The unit of the rate itself is accepted as well (``quantity="angle", unit="1"`` for a clock phase in seconds).
-    Raises `InputError` for a text that is no unit.
+    For the quantity ``rate``, it is the unit itself. For the others, `text` may also be a unit of a rate, and the result
+    is then this unit: ``1`` for a clock phase. Raises `InputError` for a text that is no unit.
     """
     if quantity == "rate":
         return parse_unit(text)

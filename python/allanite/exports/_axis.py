@@ -155,9 +155,9 @@ class Axis:
 
     @property
     def loudest_segment(self) -> tuple[float, float] | None:
-        """Pair (start, end), s, of the segment of at least 10 s with the loudest white noise.
+        """Pair (start, end), s, of the segment of the record with the loudest white noise; None if the level is constant.
 
-        None if the level is constant.
+        Segments are at least 10 s long; a record below 20 s is one segment.
         """
         return _loudest_segment(self.limits, self.span) if self.limits.levels else None
 
@@ -646,7 +646,10 @@ def gyro_and_accel_axes(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
 
 
 def rate_of(axes: Iterable[Axis], rate: float | None, target: str) -> float:
-    """Sampling rate in Hz: `rate`, or by default the one rate of all axes. Raises `InputError` for no or several rates."""
+    """Sampling rate in Hz: `rate`, or by default the one rate of all axes that have one.
+
+    Raises `InputError` if there is no rate, if the axes have several rates, or if the rate is not positive.
+    """
     rates = {axis.rate for axis in axes if axis.rate is not None} if rate is None else {rate}
     if len(rates) != 1:
         found = ", ".join(f"{r:g}" for r in sorted(rates)) or "none"

@@ -219,10 +219,11 @@ class Candidates:
 
 
 def _costs_of(shares: Array, squares: Array, last_weight: float) -> Array:
-    """Costs, shape (candidates,): mean of ln²(share/N²) over time, plus `last_weight` times its last value.
+    """Costs of candidates (filters), shape (candidates,); small if the candidate predicts the noise of the model well.
 
-    A share is a variance of the model divided by that of a candidate with N = 1. `shares` has the shape (candidates,
-    times), and `squares`, of shape (candidates,), holds N².
+    A share is a variance of the model divided by that of a candidate with N = 1. The cost is the mean of ln²(share/N²)
+    over time, plus `last_weight` times ln²(share/N²) at the last time. `shares` has the shape (candidates, times);
+    `squares`, of shape (candidates,), holds N².
     """
     logs = np.log(np.maximum(shares / np.maximum(squares, 1e-300)[:, None], 1e-12))
     return np.asarray((logs**2).mean(axis=1) + last_weight * logs[:, -1] ** 2)

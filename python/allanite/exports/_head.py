@@ -227,11 +227,11 @@ def _alternative_intervals(axis: Axis) -> Iterator[str]:
 
 
 def _covered_text(axis: Axis, choice: NoiseParameters | None, *, simulator: bool) -> str:
-    """Text that names the effects in the numbers of a file, and the axes from which the largest numbers come.
+    """Text that names the effects that the numbers of a file cover.
 
-    All effects are named if `choice` is None. For an overbound, it is "the upper limits of all its effects". For fitted
-    coefficients, they are named "as fitted". Otherwise the covered effects are named, or counted by kind if more than
-    8.
+    If `choice` is None, these are all effects. For an overbound, it is "the upper limits of all its effects". For fitted
+    coefficients, their letters "as fitted". Otherwise the covered effects are named, or counted by kind if more than 8.
+    If numbers are the largest of several axes, the text also names these axes.
     """
     if choice is None:
         covered = ", ".join(label for label, _ in _labeled_effects(axis))

@@ -48,7 +48,7 @@ class NoiseParameters:
         return float(self.q_c * np.sqrt(self.correlation_time / 2.0))
 
     def remark(self, name: str) -> str:
-        """Remark on the number with this name, or an empty text."""
+        """Remark on the number with this name, such as ``N``; an empty text if there is none."""
         return dict(self.remarks).get(name, "")
 
     @property

@@ -30,7 +30,10 @@ def initial_bias(axis: Axis, *, overbound: bool = False) -> float | None:
 
 
 def largest_initial_bias(axes: Iterable[Axis], *, overbound: bool) -> tuple[float, Axis] | None:
-    """Pair (`initial_bias` in SI, axis) of the axis with the largest one; None if no axis has several logs."""
+    """Pair (standard deviation of the bias at switch-on in SI, axis) of the axis with the largest one.
+
+    None if no axis has several logs, or without axes. With `overbound`, upper ends of the intervals are compared.
+    """
     known = [
         (value, axis)
         for axis in axes

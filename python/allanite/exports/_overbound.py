@@ -42,8 +42,8 @@ def overbound_walk(axis: Axis) -> NoiseParameters:
 def overbound_gauss_markov(axis: Axis, time: float | None = None) -> NoiseParameters:
     """`NoiseParameters` with the smallest N and Gauss-Markov process that cover the upper limits of an axis.
 
-    `time` (s) fixes the correlation time. Otherwise it is the tried time whose curves exceed the limits least on
-    average.
+    `time` (s) fixes the correlation time. Otherwise several times are tried. The time is taken for which the Allan variance
+    and the density exceed the limits least on average.
     """
     limits, tau = _Limits(axis), axis.taus
     low, high = 4.0 * tau[0], 10.0 * tau[-1]
@@ -78,7 +78,10 @@ class _Limits:
             )
 
     def _curves(self, effect: Effect) -> Array:
-        """Array: Allan variance of an effect at all `self.tau`, then its density at `self.f` and `self.in_bands` (Hz)."""
+        """Array with the Allan variance of an effect at all `self.tau`, followed by its power spectral density.
+
+        The density is taken at the frequencies `self.f`, then at `self.in_bands` (Hz).
+        """
         fs = self.axis.sampling
         f = np.concatenate([self.f, self.in_bands])
         return np.concatenate([effect.allan_variance(self.tau, fs), effect.psd(f, fs)])
@@ -109,8 +112,8 @@ class _Limits:
 def _band_frequencies(axis: Axis) -> Iterator[Array]:
     """Yield arrays of at most 65 frequencies (Hz), evenly spaced over the band of each band-limited random process.
 
-    One array is yielded for each model of the process in `axis.corners` (parameters at the ends of their intervals).
-    Frequencies at 0, or at half the sampling rate or above, are left out.
+    `axis.corners` holds several models of each process, with different parameters within their intervals. One array is
+    yielded for each of these models. Frequencies at 0, or at half the sampling rate or above, are left out.
     """
     for forms in axis.corners:
         for form in forms:

@@ -50,7 +50,9 @@ def sensors_in_xyz(
     choose: Callable[[Axis], NoiseParameters],
     names: Sequence[str],
 ) -> Iterator[tuple[str, list[tuple[Axis, NoiseParameters]], list[tuple[float, ...]], list[str]]]:
-    """Yield tuples (label, pairs, numbers, remarks) of the gyroscope and the accelerometer, unless a sensor has no axes.
+    """Yield a tuple (label, pairs, numbers, remarks) for the gyroscope, then one for the accelerometer.
+
+    A sensor without axes is left out.
 
     Parameters
     ----------
@@ -61,7 +63,7 @@ def sensors_in_xyz(
     choose : callable
         Returns the `NoiseParameters` of an axis.
     names : sequence of str
-        Attributes of `NoiseParameters`. `numbers` holds their values for x, y and z, as `numbers_in_xyz` returns them.
+        Attributes of `NoiseParameters`. `numbers` holds their values for x, y and z: a list of three tuples.
     """
     for own, label in zip(gyro_and_accel_axes(axes), labels, strict=True):
         if own:

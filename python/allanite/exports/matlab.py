@@ -99,10 +99,10 @@ def _fitted_numbers(axis: Axis) -> NoiseParameters:
 
 
 def _smallest_covering_walk(axis: Axis, written: NoiseParameters) -> float:
-    """Smallest coefficient K (SI) of a random walk that, added to the `written` noise, covers the noise of an axis.
+    """Smallest coefficient K (SI) of a random walk that, together with the `written` noise, covers the noise of an axis.
 
-    Covered means at least 98 % of the Allan deviation of the white and slow noise of the axis at every τ up to the
-    horizon. The result is 0 if the `written` noise alone is sufficient.
+    Both together must reach 98 % of the Allan deviation of the axis' white and slow noise, at every τ up to the horizon.
+    The result is 0 if the `written` noise alone is sufficient.
     """
     tau, rate = axis.taus, axis.sampling
     slow = axis.scale**2 * axis.slow_model.allan_variance(tau, rate)

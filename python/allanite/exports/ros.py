@@ -77,11 +77,14 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 def sample_variance(
     axis: Axis, rate: float, *, upper: bool = False, in_band: bool = False
 ) -> float:
-    """Variance of a sample in SI, without noise that is slower than the horizon; amplitudes of lines are included.
+    """Variance of a sample in SI: all random processes and spectral lines, without noise slower than the horizon.
+
+    A line with the amplitude A counts with A²/2.
 
     Parameters
     ----------
     axis : Axis
+        Its model counts. Its horizon is the longest time without aiding.
     rate : float
         Sampling rate, Hz.
     upper : bool

@@ -132,9 +132,10 @@ def _plot_all_columns(results: list[_Measured], path: str) -> None:
 
 
 def _plot_kinds(results: list[_Measured], kinds: int, path: str) -> None:
-    """Write one figure per column with all its deviations: each `kinds` consecutive results are of one column.
+    """Write one figure per column, each with all deviations of this column.
 
-    With several columns, the file name `path` gets the column's name.
+    `results` holds `kinds` results for the first column, then `kinds` for the second, and so on. With several columns,
+    the name of the column is appended to the file name `path`.
     """
     from allanite.cli import output
     from allanite.plots import plot_stability

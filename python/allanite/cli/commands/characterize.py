@@ -221,7 +221,10 @@ def _check_output_options(
     *,
     in_folder: bool,
 ) -> None:
-    """Raise `InputError` if an output file cannot be written, or --export and --output do not fit together."""
+    """Raise `InputError` if an output file cannot be written, or if --export and --output do not fit together.
+
+    --export needs --output. An --output that is no folder needs --export.
+    """
     from allanite.cli import output as out
     from allanite.report.document import format_of
 

@@ -133,9 +133,9 @@ def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
 
 
 def _is_log(item: str) -> bool:
-    """True if the item is a log: a file that exists, or a name that ends like a log, such as .csv.
+    """True if the item is a log: a file or folder that exists, or a name that ends like a log, such as .csv.
 
-    False for a name that ends like a model file or data sheet, such as .json.
+    False for a name that ends like a model file or data sheet, such as .json, even if it exists.
     """
     if Path(item).suffix.lower() in MODEL_SUFFIXES:
         return False

@@ -127,9 +127,10 @@ def command(
 
 
 def _effect_to_find(text: str, unit: str | None) -> Effect | str:
-    """Effect of --find, with coefficients for samples in the unit of the model; a file name is returned unchanged.
+    """Effect that the text of --find names, with coefficients for samples in the unit of the model.
 
-    Raises `InputError` unless the text is one effect, or if only the effect has a unit.
+    A file name is returned unchanged, as a str. Raises `InputError` if the text is not exactly one effect, or if the effect
+    has a unit and the model has none.
     """
     from allanite.common.errors import InputError
     from allanite.effects.strings import parse_with_units

@@ -169,7 +169,10 @@ def _models_to_predict(
 
 
 def _prediction_times(last: float, rate: float) -> list[float]:
-    """List of times in s at 1, 2 and 5 of each decade, ascending, from `last`/1000 (or one sample) to exactly `last`."""
+    """List of times in s at 1, 2 and 5 of each decade, ascending; the last one is exactly `last`.
+
+    They begin at `last`/1000, or at one sample if that is longer.
+    """
     import math
 
     first = max(last / 1000.0, 1.0 / rate)

@@ -93,10 +93,10 @@ def command(
 def _phase_and_corrections(
     log: str, options: LogOptions, *, as_logged: bool
 ) -> tuple[Recording, tuple[str, float] | None]:
-    """Tuple (phase, corrections): `Recording` of a log, and the frequency corrections of its servo.
+    """Tuple (phase, corrections): `Recording` of the phase in a log, and the frequency corrections of its servo.
 
-    The corrections are (column name, phase in s added per second by one unit). They are None if the log is not that of
-    a servo, or with `as_logged`.
+    `corrections` is the pair (column name, phase in s that one unit adds per second). It is None if the log is not that
+    of a servo, or with `as_logged`.
     """
     from dataclasses import replace
 

@@ -22,8 +22,8 @@ MOTION = 0.1
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """Text of a YAML file with ``process_noise_diagonal`` of two motion models; `rate` is not used.
 
-    The diagonal holds variances per second (`process_noise`), and 0.1 for states of no sensor. The covariance of a step
-    of length dt is dt times the diagonal.
+    The diagonal holds variances per second, and 0.1 for the states that the sensors do not determine. The covariance of
+    a step of length dt is dt times the diagonal.
     """
     noise = process_noise(axes, overbound=overbound)
     convention = (

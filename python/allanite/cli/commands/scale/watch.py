@@ -161,7 +161,10 @@ class _MotionWarning:
         self.samples: list[Any] = []
 
     def add(self, samples: Any) -> None:
-        """Add samples; once the first minute is complete, test it for motion. Later samples are ignored."""
+        """Add samples to those that will be tested for motion; samples after the first minute are ignored.
+
+        Once the first minute is complete, they are tested, and a warning is printed if there is motion.
+        """
         if self.left:
             self.samples.append(samples[: self.left])
             self.left -= len(self.samples[-1])
