@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Deterministic, Modifier
+from allanite.effects import Deterministic, Model, Modifier
 from allanite.fit import excludes_samples
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.whitened import whiten
+from allanite.fit.likelihood.whitened import expected_level, whiten
 from allanite.suggestion.constants import (
     LEVEL_CELLS,
     MAIN_SHARE,
@@ -190,8 +190,7 @@ def explained_by_process(level: Suggestion, found: list[Suggestion], fit: Fit) -
         series = level_series(one.solution, one.data, whiten(one.solution, one.data))
         if series is None:
             return 0.0
-        white = effect.gain(series.times, one.data.covariates)
-        return series.delta_logl(white**2)
+        return series.delta_logl(expected_level(Model((effect,)), one.data, series.power.size))
 
     return delta_logl(best.found) < MAIN_SHARE * delta_logl(fit)
 

@@ -258,3 +258,15 @@ def test_three_shakings_are_three_disturbances():
     assert [e.kind for e in study.fit.model].count("disturbance") == 3
     # The random walk stands for the steps as long as samples are excluded, so that no step drops it.
     assert not any(rung.removed for rung in study.ladder)
+
+
+def test_noise_that_follows_a_column_is_judged_beside_a_missing_band():
+    """The column has more samples than the power over time has values."""
+    rng = np.random.default_rng(16)
+    n = 6000
+    column = g.temperature(n, RATE, 300.0)
+    x = np.exp(0.08 * (column - column.mean())) * g.white(rng, n, RATE, 0.01)
+    x += g.resonance(rng, n, RATE, 1.1, 0.02, 0.02)
+    record = al.Recording(x, rate=RATE, unit="rad/s", covariates={"temperature": column})
+    check = al.fit_model(record, "N").check()
+    assert {"resonance", "noise_of_column"} <= {s.kind for s in check.significant}
