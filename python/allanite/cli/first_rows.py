@@ -161,9 +161,9 @@ def _column_index(
 ) -> int:
     """Index of the column to watch: `column` (name or number) if given, else `model_column` if it exists, else a sensor.
 
-    This sensor is the first column that a reader of logs would take. In a table without names, columns with constant
-    numbers are passed over, if possible. A note, which names the `source`, is printed if there are several sensors.
-    Raises `InputError` if `column` is unknown, or if the column to watch holds time stamps.
+    The sensor is the first column that is read as a sensor of a log. In a table without names, columns with constant
+    numbers are passed over, if possible. If there are several sensors, a note is printed, which names the `source`.
+    Raises `InputError` if `column` is unknown, or if the given column holds time stamps.
     """
     from allanite.readers.columns import Request, layout_from_roles
     from allanite.recording import find_column

@@ -137,9 +137,9 @@ def axes_named(axes: Sequence[Axis], column: str | Sequence[str] | None) -> list
 def imus_of(axes: Sequence[Axis]) -> list[list[Axis]]:
     """List with one list of axes per IMU: the first gyroscope with the first accelerometer, and so on.
 
-    Columns whose names differ only in the letter of the axis (x, y, z) belong to one sensor. All axes form one IMU in
-    three cases. No kind of sensor has more than three axes; the numbers of gyroscopes and accelerometers differ; or an
-    axis is neither of a gyroscope nor of an accelerometer.
+    Columns whose names differ only in the letter of the axis (x, y, z) belong to one sensor. All axes form one IMU if no
+    kind of sensor has more than three axes. The same holds if the numbers of gyroscopes and accelerometers differ, or
+    if an axis belongs to another kind of sensor.
     """
     groups: dict[str, dict[str, list[Axis]]] = {ANGULAR_RATE: {}, ACCELERATION: {}}
     for axis in axes:

@@ -467,9 +467,9 @@ def _effects_on_joint_border(
     intervals would allow too much noise. The largest curves within the region lie above the true curve at all frequencies
     at once, with a probability of 95 % (linear approximation). Values are clipped to the range of the parameter.
 
-    The list is empty in these cases: the effect is not random, has no free shape, or has more than
-    `MAX_JOINT_PARAMETERS` parameters; a correlation is unknown; a parameter has no usable interval (`_half_widths`); the
-    upper end of the coefficient is 0; `upper` has a larger coefficient. The caller then combines the ends of all
+    The list is empty if the effect is not random, has no free shape, or has more than `MAX_JOINT_PARAMETERS` parameters.
+    It is also empty if a correlation is unknown, or a parameter has no usable interval (`_half_widths`). Last, it is empty
+    if the upper end of the coefficient is 0, or `upper` has a larger coefficient. The caller then combines the ends of all
     intervals.
     """
     if not isinstance(effect, Stochastic) or not effect.free_shapes:

@@ -48,9 +48,9 @@ def choose_gauss_markov(
 ) -> NoiseParameters:
     """`NoiseParameters` with the N and the Gauss-Markov process that a file states for an axis.
 
-    `time` (s) fixes the correlation time. With `overbound`, both cover the upper limits of the model. With
-    `Axis.as_fitted`, they are the fitted ones, if the model has a Gauss-Markov process (with this `time`). Otherwise
-    they follow the whole model. `simulator` says whether the file is for a simulator or for a filter.
+    With `overbound`, both cover the upper limits of the model. With `Axis.as_fitted`, they are the fitted ones, if the
+    model has a Gauss-Markov process. Otherwise they follow the whole model. `time` (s) fixes the correlation time; a
+    fitted process with another time is not used. `simulator` says whether the file is for a simulator or for a filter.
     """
     if overbound:
         return overbound_gauss_markov(axis, time)

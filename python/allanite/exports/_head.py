@@ -276,9 +276,9 @@ def _omitted_effects(
 def _is_covered(effect: Effect, axis: Axis, simulator: bool) -> bool:
     """True if exported numbers, such as N and K, can represent this effect.
 
-    True for random processes, spectral lines, all modifiers (such as filters of the white noise), and known functions
-    with an Allan variance of their own, such as a ramp. False for other known functions. With `simulator`, also false
-    for lines and for random processes in narrow bands.
+    True for random processes, spectral lines and all modifiers (such as filters of the white noise). Also true for known
+    functions with an Allan variance of their own, such as a ramp, and false for other known functions. With `simulator`,
+    false for lines and for random processes in narrow bands.
     """
     if isinstance(effect, Stochastic):
         return not simulator or effect.occupies is None

@@ -145,8 +145,8 @@ def _is_log(item: str) -> bool:
 def _datasheet_comparisons(columns: list[Any], datasheet: str, model: str) -> list[Any]:
     """List of `Comparison` objects, one per column: each figure of the data sheet beside the coefficient of a fit.
 
-    `model` is fitted to each column, with the effects of the sheet's figures added. Columns whose kind of sensor the
-    sheet does not cover are skipped. Raises `InputError` if none is left.
+    `model`, with the effects that the figures need, is fitted to each column. Columns whose kind of sensor the sheet does
+    not cover are skipped. Raises `InputError` if no column is left.
     """
     from allanite.comparison.datasheet import compare_datasheet, with_figures
     from allanite.effects.files import parse_model
