@@ -183,7 +183,7 @@ def _px4(found: ThermalCalibration) -> str:
 def _ardupilot(found: ThermalCalibration) -> str:
     """Text of an ArduPilot parameter file with lines ``INS_TCAL…,value``, with comments.
 
-    Raises `InputError` for more than 3 gyroscopes or 3 accelerometers, or if there is none of either.
+    Raises `InputError` if there are more than 3 gyroscopes, more than 3 accelerometers, or no sensor of these two kinds.
     """
     gyros, accels = _gyroscopes_and_accelerometers(found, ARDUPILOT_SENSORS, "ardupilot")
     lines = _comment_lines(

@@ -159,11 +159,12 @@ def _factor_to_model_unit(
 def _column_index(
     table: Table, roles: Roles, column: str | None, model_column: str, source: str
 ) -> int:
-    """Index of the column to watch: `column` (name or number) if given, else `model_column` if it exists, else a sensor.
+    """Index of the column to watch.
 
-    The sensor is the first column that is read as a sensor of a log. In a table without names, columns with constant
-    numbers are passed over, if possible. If there are several sensors, a note is printed, which names the `source`.
-    Raises `InputError` if `column` is unknown, or if the given column holds time stamps.
+    It is that of `column` (a name or number) if given, or else that of the name `model_column` if the table has it.
+    Otherwise it is that of a sensor: the first column that is read as a sensor of a log. In a table without names,
+    columns with constant numbers are passed over, if possible. If there are several sensors, a note is printed, which
+    names the `source`. Raises `InputError` if there is no such column, or if it holds time stamps.
     """
     from allanite.readers.columns import Request, layout_from_roles
     from allanite.recording import find_column

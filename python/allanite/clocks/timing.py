@@ -489,7 +489,10 @@ class _PhaseFit:
 
     @property
     def fits(self) -> Sequence[FittedNoise]:
-        """Sequence of `FittedNoise`, highest evidence first: the fits with a drift if a drift is detected, else without."""
+        """Sequence of the fitted noise models (`FittedNoise`), highest evidence first.
+
+        All of them include a frequency drift if a drift is detected, and none otherwise.
+        """
         return self.models[self.drifts].fits
 
     @property

@@ -406,7 +406,7 @@ def model_of_expected_size(document: Mapping[str, Any], model: Model, *, overbou
     model : Model
         Model of the document.
     overbound : bool
-        Whether every coefficient of a random process gets its upper limit.
+        True to replace each coefficient of a random process by its upper limit.
     """
     with invalid_as_input_error("the intervals do not have the format of a fit"):
         entries = document.get("effects") or [{}] * len(model)
@@ -682,9 +682,9 @@ def axis_for_export(
     horizon : float, optional
         Longest time without aiding, s. Default: 100 s or a tenth of the recording, whichever is shorter.
     whole_record : bool
-        Whether the default horizon is a tenth of the recording, also if that is longer than 100 s.
+        True if the default horizon is always a tenth of the recording. If False, it is at most 100 s.
     as_fitted : bool
-        Whether the file gets the fitted coefficients alone, without the other effects.
+        True to write only the fitted coefficients. If False, they are raised to cover the other effects.
     inflate : float
         Factor on all deviations, that is on the coefficients, not on their squares.
     """

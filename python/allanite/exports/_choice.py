@@ -32,7 +32,7 @@ def choose(axis: Axis, *, overbound: bool = False, simulator: bool = False) -> N
     overbound : bool
         True if N and K must cover the upper limits of the model. `Axis.as_fitted` is then ignored.
     simulator : bool
-        Whether the file is for a simulator. Otherwise it is for a filter.
+        True for the file of a simulator, False for the file of a filter.
     """
     if overbound:
         return overbound_walk(axis)

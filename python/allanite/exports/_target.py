@@ -42,11 +42,11 @@ class Target:
     any_sensor : bool
         Whether the format accepts any sensor. Otherwise it accepts gyroscopes and accelerometers of one IMU.
     own_rate : bool
-        Whether the numbers depend on the rate of the filter instead of the rate of the sensor.
+        True if the numbers depend on the rate of the filter. If False, they depend on the rate of the sensor.
     whole_record : bool
-        Whether the default horizon is a tenth of the recording. This suits simulators, which do not coast.
+        True if the default horizon is a tenth of the recording. This suits simulators, which do not coast.
     alternatives : bool
-        Whether the format states alternative explanations. Their search takes longer than everything else.
+        True if the format states alternative explanations. Their search takes longer than everything else.
     """
 
     name: str

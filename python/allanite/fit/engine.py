@@ -261,8 +261,8 @@ class _ResidualOrdinates:
     def with_removed(self, functions: _Functions, data: Data, is_tried: bool) -> _ResidualOrdinates:
         """`_ResidualOrdinates` with the current `functions` subtracted instead of those that were subtracted before.
 
-        A function keeps its old amplitudes if none of them changed by more than 0.01 standard errors. `is_tried` is True
-        while a search tries an additional effect; the limit is then 0.1 standard errors. In a trial, changes below 12
+        The old amplitudes of a function remain if none of the new ones differs by more than 0.01 standard errors. A search
+        that tries an additional effect sets `is_tried`; the limit is then 0.1 standard errors. In a trial, changes below 12
         standard errors are subtracted only at the ordinates of the regression, except for those of short events.
         """
         scatter = np.sqrt(np.diag(functions.regression.covariance))

@@ -72,6 +72,16 @@ def test_two_effects_in_the_place_of_one_are_named_with_their_weight(seed):
     assert study.adequate == bool(ahead <= 3.0)
 
 
+def test_a_fit_that_needs_a_discrepancy_says_so():
+    """The p-value of white noise with a weak line, fitted by white noise, allows for the error of the model."""
+    rng, n = np.random.default_rng([3, 9]), 6000
+    x = g.white(rng, n, 10.0, 0.005) + g.sinusoid(n, 10.0, 2.5, 2e-3, 1.0)
+    fit = al.fit_model(al.Recording(x, rate=10.0, unit="deg/s"), "N")
+    assert fit.discrepancy.percent > 0.0
+    assert fit.misfit.p_value > 0.01
+    assert "not adequate (only with a model discrepancy)" in str(fit)
+
+
 def test_a_p_value_below_one_percent_is_shown_with_its_limit():
     """An adequate fit with p = 0.002 would look like a contradiction."""
     x = 0.01 * np.random.default_rng([72, 9]).standard_normal(4000)

@@ -214,3 +214,21 @@ def test_a_plan_prints_the_unit_of_each_value(model, rows, remark):
         row = next(line.split() for line in out.splitlines() if line.startswith(f"{name} "))
         assert (row[1], row[-1]) == (value, unit)
     assert ("U is the unit of the samples" in out) == remark
+
+
+@pytest.mark.parametrize("name", ["N", "K"])
+def test_a_plan_beside_a_line(name):
+    """The line of 2.5 Hz is above the Nyquist frequency of the record that gives the value of the parameter."""
+    plain = al.parse_model("N(N=0.005)+K(K=1e-4)")
+    line = al.parse_model("SIN(frequency=2.5,amplitude=0.003)").effects[0]
+    expected = al.plan(plain, know=name, rate=100.0)
+    found = al.plan(plain + line, know=name, rate=100.0)
+    assert found.duration == pytest.approx(expected.duration, rel=0.1)
+
+
+def test_a_parameter_without_a_value_is_one_line():
+    model = al.parse_model("N(N=0.005)+B(B=0)+K(K=1e-4)")
+    with pytest.raises(
+        al.InputError, match=r"B has no value.*give one in the model, such as B\(B=…\)"
+    ):
+        al.plan(model, know="B", rate=100.0)

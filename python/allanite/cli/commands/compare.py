@@ -143,7 +143,7 @@ def _is_log(item: str) -> bool:
 
 
 def _datasheet_comparisons(columns: list[Any], datasheet: str, model: str) -> list[Any]:
-    """List of `Comparison` objects, one per column: each figure of the data sheet beside the coefficient of a fit.
+    """List of `Comparison` objects, one for each column: fitted coefficients against a data sheet.
 
     `model`, with the effects that the figures need, is fitted to each column. Columns whose kind of sensor the sheet does
     not cover are skipped. Raises `InputError` if no column is left.

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.data import Data
 
-#: Maximum number of successive ordinates whose evaluator is cached: those of a regression of slow functions.
+#: Maximum number of successive ordinates whose evaluator is cached: those of a regression of slow functions. It changes
+#: only the speed.
 MAX_CACHED_RUN = 1 << 13
 
 
