@@ -11,7 +11,7 @@ from allanite.recording.axis_names import AXIS
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from allanite.recording import Recording
+    from allanite.recording.record import Record
 
 #: Kind of sensor → name of the sensor.
 NAMES = {
@@ -22,7 +22,7 @@ NAMES = {
 }
 
 
-def columns_by_sensor(columns: Iterable[Recording]) -> list[tuple[str, ...]]:
+def columns_by_sensor(columns: Iterable[Record]) -> list[tuple[str, ...]]:
     """List of tuples: names of the columns of each sensor, in the order of the columns.
 
     Columns of one kind of unit whose names differ only in the letter of the axis are one sensor. If no two names of a kind

@@ -13,12 +13,12 @@ from allanite.common.printing import printed
 from allanite.common.showing import aligned_lines
 from allanite.common.units import parse_unit
 from allanite.effects import Model, Stochastic, find
+from allanite.recording import Recording
 from allanite.sources.datasheet import MINIMUM, DataSheet, Quoted
 from allanite.sources.slips import mistake_text
 
 if TYPE_CHECKING:
     from allanite.fit import Fit
-    from allanite.recording import Recording
 
 #: Points of the Allan curve with fewer degrees of freedom are not used as its minimum. At 40 degrees of freedom, the
 #: upper end of the 95 % interval is 1.23 times the deviation (chi-squared).
@@ -152,7 +152,7 @@ def compare_datasheet(fit: Fit, sheet: DataSheet) -> Comparison:
             continue
         ratio = scaled_estimate(measured, 1 / expected, "1")
         remark = _remark_on_unit(figure, ratio) or _remark_on_skipped_samples(
-            figure, ratio, sheet, fit.recording
+            figure, ratio, sheet, fit.recording.rate
         )
         rows.append(Row(figure, expected, measured, ratio, remark))
     remarks = sheet.remarks()
@@ -196,10 +196,8 @@ def allan_minimum(fit: Fit) -> Estimate:
     Estimate
         Value and interval; `detected` is True if the record is long enough to show the minimum.
     """
-    from allanite.deviation import oadev
-
     recording = fit.recording
-    curve = oadev(recording, taus=12)
+    curve = recording.oadev(taus=12) if isinstance(recording, Recording) else recording.oadev()
     solid = curve.edf >= min(EDF_OF_MINIMUM, float(curve.edf.max()))
     tau = curve.tau[solid]
     model = fit.model.allan_variance(tau, rate=recording.rate)
@@ -253,7 +251,7 @@ def _log_ratio_tolerance(ratio: Estimate) -> float:
 
 
 def _remark_on_skipped_samples(
-    figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Recording
+    figure: Quoted, ratio: Estimate, sheet: DataSheet, rate: float
 ) -> str:
     """Text of a remark that samples seem to have been skipped, if aliasing explains the ratio of N; else empty.
 
@@ -266,12 +264,12 @@ def _remark_on_skipped_samples(
         or not (sheet.bandwidth or sheet.sample_rate)
     ):
         return ""
-    folded = sheet.folded(recording.rate)
+    folded = sheet.folded(rate)
     slack = math.exp(min(_log_ratio_tolerance(ratio), 0.1))
     if folded is None or not folded[0] / slack <= ratio.value <= folded[1] * slack:
         return ""
     return (
-        f"looks as if samples were skipped to reach {recording.rate:g} Hz: noise at higher frequencies is then folded"
+        f"looks as if samples were skipped to reach {rate:g} Hz: noise at higher frequencies is then folded"
         f" down (aliasing), and N is too large by a factor of {folded[0]:.3g}"
         + (f" to {folded[1]:.3g}" if folded[1] > 1.001 * folded[0] else "")
         + "; log at a higher rate and average"

@@ -63,6 +63,11 @@ def samples_of(x: object, rate: float, quantity: str) -> Samples:
         from allanite.recording import Recording
 
         x = Recording(x, None if rate == 1.0 else rate, quantity=quantity)  # type: ignore[arg-type]
+    if hasattr(x, "stretches"):
+        raise InputError(
+            "a summary keeps only the overlapping Allan deviation: call summary.column(0).oadev(), or read the log for"
+            " other deviations"
+        )
     if hasattr(x, "samples") and hasattr(x, "quantity"):  # a recording
         log: Any = x
         rate, quantity, unit = log.rate, log.quantity, log.unit

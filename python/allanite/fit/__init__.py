@@ -6,7 +6,7 @@ Input: a recording (or a summary, or several recordings) and a model. Output: a 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.common.several import results_by_column, results_with_warning
@@ -122,9 +122,7 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
     inside = without_ends(data, solution)
     if inside is not None:
         data, solution = complete_and_fit(inside, model)
-    # A summary has the attributes of a recording that a fit needs.
-    source = cast("Recording", recording)
-    fit = Fit(source, solution.model, "whittle", data, solution)
+    fit = Fit(recording, solution.model, "whittle", data, solution)
     if method == "whittle":
         return fit
     from allanite.fit.classical.refit import refit

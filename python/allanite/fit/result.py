@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from allanite.simulate import SimulationOptions
     from allanite.statespace import StateSpace
     from allanite.suggestion import Check, Suggestion
+    from allanite.summary import Summary
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +95,7 @@ class Fit:
     >>> figure = better.plot("fit.svg")
     """
 
-    recording: Recording
+    recording: Recording | Summary
     model: Model
     method: str
     data: Data
@@ -221,8 +222,9 @@ class Fit:
     @property
     def limited_by_quantization(self) -> bool:
         """True if the recording's audit warns of so few codes that the coefficients of any model are biased."""
-        audit = getattr(self.recording, "audit", ())
-        return any(f.kind == "quantisation" and f.severity == "warning" for f in audit)
+        return any(
+            f.kind == "quantisation" and f.severity == "warning" for f in self.recording.audit
+        )
 
     def __getitem__(self, name: str) -> Estimate:
         """Estimate by parameter name (``N``), or by effect and parameter (``GM.q_c``, ``SIN2.frequency``).

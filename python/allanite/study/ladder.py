@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.study.state import State
     from allanite.suggestion import Check
+    from allanite.summary import Summary
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +187,7 @@ class Study:
     >>> figure = study.plot("ladder.svg")
     """
 
-    recording: Recording
+    recording: Recording | Summary
     ladder: tuple[Rung, ...]
     check: Check
     stopped_because: str

@@ -39,6 +39,7 @@ from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, R
 from allanite.plots.themes import COMPONENTS, LOGS
 from allanite.plots.time import failing_range_panel, plot_time
 from allanite.plots.words import effect_text, unit_text, values_text
+from allanite.recording import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -459,6 +460,7 @@ def _filter_innovations(fit: Fit) -> Innovations:
     from allanite.statespace import innovations
 
     log = fit.recording
+    assert isinstance(log, Recording)  # the page reads all samples
     part = log if log.n <= MAX_FILTERED else log.trim(0.0, MAX_FILTERED / log.rate)
     return innovations(part, fit)
 
