@@ -10,7 +10,7 @@ EXTRAS := $(shell sed -n 's/^all = \["allanite\[\(.*\)\]"\]$$/\1/p' pyproject.to
 NIGHTLY ?= nightly
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo screenshots test test-all test-nightly test-rust test-python test-slow test-claims test-long floors lint bench bars miri sanitize clean gallery notebooks docs fuzz fuzz-core release
+.PHONY: help demo screenshots coverage test test-all test-nightly test-rust test-python test-slow test-claims test-long floors lint bench bars miri sanitize clean gallery notebooks docs fuzz fuzz-core release
 help: ## list the commands
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -50,6 +50,9 @@ test-rust: ## the core's own tests, no interpreter needed (PROPTEST_RNG_SEED= lo
 
 test-python: $(VENV)/.developed ## the package's quick tests; warnings are errors
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'not slow and not long and not statistical'
+
+coverage: $(VENV)/.developed ## the lines of the package that the quick tests run
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'not slow and not long and not statistical' --cov=allanite --cov-report=term:skip-covered
 
 test-slow: $(VENV)/.developed ## tests of about a second or more: whole commands, the page in a browser
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'slow and not long and not statistical'

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.sources.datasheet import DataSheet, Quoted
     from allanite.study import Study
+    from allanite.summary import Summary
 
 #: Verdicts on a figure, an axis or a part.
 MEETS, DOES_NOT_MEET, UNDECIDED = "meets", "does not meet", "undecided"
@@ -143,8 +144,8 @@ class Acceptance:
     __repr__ = brief
 
     @property
-    def recording(self) -> Recording:
-        """`Recording`: record that was tested."""
+    def recording(self) -> Recording | Summary:
+        """`Recording` or `Summary` of the sensor that was tested."""
         return self.study.recording
 
     @property

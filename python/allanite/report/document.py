@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.study import Study
     from allanite.suggestion import Check
+    from allanite.summary import Summary
 
 #: Suffix of a file → format of the report.
 SUFFIXES = {".html": "html", ".htm": "html", ".md": "markdown", ".markdown": "markdown"}
@@ -45,8 +46,8 @@ class Entry:
     deviation: Deviation
 
     @property
-    def recording(self) -> Recording:
-        """`Recording` of the column."""
+    def recording(self) -> Recording | Summary:
+        """`Recording` or `Summary` of the column."""
         return self.study.recording
 
     def to_dict(self) -> dict[str, Any]:
@@ -259,8 +260,6 @@ def report_of(found: Characterization, options: Mapping[str, str] | None = None)
 
 def _entry(study: Study) -> Entry:
     """`Entry` of one column; computes its deviation and, unless the study has it, the check of its first model."""
-    from allanite.deviation import oadev
-
     # With a single step, the last check is also that of the first model.
     known = study.check if len(study.ladder) == 1 else study.first_check
-    return Entry(study, known or study.ladder[0].fit.check(), oadev(study.recording))
+    return Entry(study, known or study.ladder[0].fit.check(), study.recording.oadev())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import doctest
 import importlib
 import inspect
@@ -48,12 +47,6 @@ def methods(cls):
     }
 
 
-def attributes(names):
-    """Names of all attributes that the examples of these docstrings use."""
-    code = "".join(example.source for name in names for example in EXAMPLES.get(name, ()))
-    return {n.attr for n in ast.walk(ast.parse(code)) if isinstance(n, ast.Attribute)}
-
-
 @pytest.mark.parametrize("name", sorted(set(PUBLIC) - VALUES))
 def test_every_public_name_has_an_example(name):
     assert EXAMPLES[PUBLIC[name].__qualname__], f"al.{name}: add Examples to its docstring"
@@ -64,14 +57,9 @@ def test_the_catalogue_has_an_example():
 
 
 @pytest.mark.parametrize("name", CLASSES)
-def test_every_method_is_described_and_in_an_example(name):
-    """An example of the class or of the defining base class must use the method."""
-    cls = PUBLIC[name]
-    found = methods(cls)
-    mute = [m for m, member in found.items() if not inspect.getdoc(member)]
+def test_every_method_is_described(name):
+    mute = [m for m, member in methods(PUBLIC[name]).items() if not inspect.getdoc(member)]
     assert not mute, f"al.{name}: describe {mute}"
-    used = attributes([one.__qualname__ for one in ours(cls)])
-    assert not set(found) - used, f"al.{name}: show {sorted(set(found) - used)} in an example"
 
 
 @pytest.mark.parametrize("name", CLASSES)
@@ -80,17 +68,6 @@ def test_every_property_is_described(name):
     found = inspect.getmembers(cls, lambda v: isinstance(v, property))
     mute = [m for m, p in found if not m.startswith("_") and not p.__doc__]
     assert not mute
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_result_and_errors_of_a_function_are_described(name):
-    function = PUBLIC[name]
-    text = DESCRIBED[function.__qualname__]
-    if inspect.signature(function).return_annotation not in {None, "None"}:
-        assert "Returns\n-------" in text, f"al.{name}: say what it returns"
-    assert "Raises\n------" in text or "Raises nothing." in text, (
-        f"al.{name}: say which errors it raises"
-    )
 
 
 def callables():
@@ -154,35 +131,6 @@ def test_what_help_says_of_a_parameter():
     assert inspect.getdoc(al.effects.BiasStep.grid).endswith(
         "For the parameters see `Effect.grid`."
     )
-
-
-#: Pattern of the cited source, by the name of the object that must cite it.
-SOURCES = {
-    "Accumulator": "SP 1065",
-    "AngleRandomWalk": r"952-1997, C\.1\.1",
-    "BiasInstability": r"952-1997, C\.1\.3",
-    "BurstNoise": r"Machlup.*1954",
-    "GaussMarkov": r"952-1997, C\.1\.6",
-    "PowerLaw": r"Hosking.*1981",
-    "Quantization": r"952-1997, C\.1\.2",
-    "RateRamp": r"952-1997, C\.1\.5",
-    "RateRandomWalk": r"952-1997, C\.1\.4",
-    "Resonance": r"Uhlenbeck.*1945",
-    "Sinusoid": r"952-1997, C\.1\.7",
-    "Watch": r"Ville.*1939",
-    "fit_many": r"Hartung.*2001(.|\n)*Mandel.*1982",
-    "fit_model": r"Whittle.*1953",
-    "fleet": r"Benjamini.*1995",
-    "innovations": r"Koopman.*2012",
-    "plan": r"Cowan.*2011",
-    "detection_power": r"Cowan.*2011",
-    "psd": r"Makhoul.*1980",
-}
-
-
-@pytest.mark.parametrize("name", sorted(SOURCES))
-def test_the_source_is_named(name):
-    assert re.search(SOURCES[name], inspect.getdoc(PUBLIC[name]))
 
 
 @pytest.mark.slow
