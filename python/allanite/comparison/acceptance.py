@@ -17,6 +17,7 @@ from allanite.common.units import parse_unit
 from allanite.comparison.curves import Curves, Drawn, compare
 from allanite.comparison.datasheet import allan_minimum, measured_text, with_figures
 from allanite.effects import as_model, find
+from allanite.recording import Recording
 from allanite.sources.datasheet import MINIMUM, known_figures
 
 if TYPE_CHECKING:
@@ -25,10 +26,8 @@ if TYPE_CHECKING:
 
     from allanite.fit import Fit
     from allanite.plots.spec import Figure
-    from allanite.recording import Recording
     from allanite.sources.datasheet import DataSheet, Quoted
     from allanite.study import Study
-    from allanite.summary import Summary
 
 #: Verdicts on a figure, an axis or a part.
 MEETS, DOES_NOT_MEET, UNDECIDED = "meets", "does not meet", "undecided"
@@ -144,9 +143,11 @@ class Acceptance:
     __repr__ = brief
 
     @property
-    def recording(self) -> Recording | Summary:
-        """`Recording` or `Summary` of the sensor that was tested."""
-        return self.study.recording
+    def recording(self) -> Recording:
+        """`Recording`: record that was tested."""
+        log = self.study.recording
+        assert isinstance(log, Recording)
+        return log
 
     @property
     def verdict(self) -> str:

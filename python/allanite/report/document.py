@@ -13,15 +13,14 @@ from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.files import check_target, whole_file
 from allanite.common.validation import require_recording
+from allanite.recording import Recording
 
 if TYPE_CHECKING:
     from allanite.axes import Characterization
     from allanite.deviation.result import Deviation
     from allanite.effects import Effect, Model
-    from allanite.recording import Recording
     from allanite.study import Study
     from allanite.suggestion import Check
-    from allanite.summary import Summary
 
 #: Suffix of a file → format of the report.
 SUFFIXES = {".html": "html", ".htm": "html", ".md": "markdown", ".markdown": "markdown"}
@@ -46,9 +45,11 @@ class Entry:
     deviation: Deviation
 
     @property
-    def recording(self) -> Recording | Summary:
-        """`Recording` or `Summary` of the column."""
-        return self.study.recording
+    def recording(self) -> Recording:
+        """`Recording` of the column."""
+        log = self.study.recording
+        assert isinstance(log, Recording)
+        return log
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/report/1``, which combines the documents of adev, check, improve and fit.
