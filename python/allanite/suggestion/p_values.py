@@ -11,6 +11,7 @@ their trials, so that long intervals do not pay for the number of short ones (`i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,12 +35,16 @@ class Family:
         1 for coefficients that cannot be negative, 2 for amplitudes of either sign.
     width : float
         W of a search over all frequencies; 0 for the others.
+    scatter : str
+        What raises a ΔlogL by chance if a change of the noise level is missing: the overdispersion of the ``"spectrum"``,
+        the largest noise power at any ``"time"``, or ``"none"`` if the screen has considered the level.
     """
 
     name: str
     arcs: tuple[float, ...] = ()
     sides: int = 1
     width: float = 0.0
+    scatter: Literal["spectrum", "time", "none"] = "spectrum"
 
 
 def log_p_value(family: Family, x: float) -> float:

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import count
@@ -15,48 +16,32 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.extensions import values_of_modules
 from allanite.common.former import warn_of_former_name
 from allanite.common.numbers import number
 from allanite.common.threads import Pool
-from allanite.effects import Modifier, Stochastic
-from allanite.fit.likelihood.remembered import MIN_TRIM_SAMPLES, trim_memory
+from allanite.effects import Modifier
+from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.result import Fit, parameter_dict
 from allanite.fit.rivals.evidence import discrepancy_gain, parameters_cost
-from allanite.fit.rivals.line_trials import line_trials
 from allanite.fit.rivals.score import prior
-from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAIN_SHARE
-from allanite.suggestion.exclusions_first import excludes_or_changes_level
+from allanite.suggestion.exclusions_first import changes_level, excludes_or_changes_level
 from allanite.suggestion.explanation import explain
 from allanite.suggestion.p_values import Family, log_p_value
 from allanite.suggestion.ranking import in_order, min_score
-from allanite.suggestion.screens._screen import OwnScreen, View
-from allanite.suggestion.screens.band_levels import best_levels, screen_band_level
-from allanite.suggestion.screens.drifting_bands import bands_that_may_move, screen_drifting_bands
-from allanite.suggestion.screens.drifting_lines import bands_with_excess, screen_drifting_lines
-from allanite.suggestion.screens.level_changes import (
-    overdispersion_without,
-    screen_outliers_and_levels,
-)
-from allanite.suggestion.screens.lines import screen_lines
-from allanite.suggestion.screens.slow_functions import screen_slow, with_gains_next_to_best
-from allanite.suggestion.screens.spectral import (
+from allanite.suggestion.screens._screen import (
     Candidate,
+    Context,
     Screen,
-    candidates_elsewhere,
-    screen_spectral,
+    Screens,
+    parallel_searches,
 )
-from allanite.suggestion.screens.tone_bursts import screen_tone_bursts
+from allanite.suggestion.screens.level_changes import overdispersion_without
+from allanite.suggestion.screens.spectral import candidates_elsewhere
 
-#: Number of searches that run at a time, in addition to that of the spectrum. Large records use one, since each search
-#: holds copies of the record.
-WORKERS = 2
-#: Screens that need no other screen than that of the spectrum.
-OWN_SCREENS: tuple[OwnScreen, ...] = tuple(
-    values_of_modules("SCREEN", "allanite.suggestion.screens")
-)
+#: All screens by name.
+SCREENS = Screens("allanite.suggestion.screens")
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -277,111 +262,55 @@ def suggest(
 ) -> tuple[Suggestion, ...]:
     """Tuple of suggestions for a fit, best first, from all searches.
 
-    `whitened` is the whitened record of the fit. `on_progress` is called with (stages done, 5).
+    `whitened` is the whitened record of the fit. `on_progress` is called with (stages done, number of stages).
     """
-    done = count(1)
+    done, stages = count(1), len(SCREENS) + 1
 
     def progress() -> None:
         """Call `on_progress`, if given, with one more stage done."""
         if on_progress is not None:
-            on_progress(next(done), 5)
+            on_progress(next(done), stages)
 
-    surplus = discrepancy_gain(fit.solution, fit.data)
-    found = _look_with_all_screens(fit, whitened, progress)
-    with Pool(WORKERS) as pool:
-        judged = pool.map(
-            lambda c: _suggestion(
-                fit, c, found.families, found.searches, surplus, found.scatter_of(c)
-            ),
-            found.candidates,
-        )
-        suggestions = in_order(_with_shares(fit, list(judged)), fit, found.overdispersion)
+    base, data = fit.solution, fit.data
+    surplus = discrepancy_gain(base, data)
+    # Whitened by the model alone: a discrepancy would absorb narrow lines and bands.
+    white = whitened_ordinates(base, data, np.ones(base.count.size))
+    context = Context(base, data, whitened, white)
+    candidates = _look_with_all_screens(context, progress)
+    searches = sum(screen.searches(context) for screen in SCREENS.values())
+    levels = [c for c in candidates if changes_level(c.effect)]
+    overdispersion, loudness = overdispersion_without(base, data, levels, searches)
+    scatter = {"spectrum": overdispersion, "time": loudness, "none": 1.0}
+    judged = [
+        _suggestion(fit, c, searches=searches, surplus=surplus, scatter=scatter[c.family.scatter])
+        for c in candidates
+    ]
+    suggestions = in_order(_with_shares(fit, judged), fit, overdispersion)
     progress()
     return suggestions
 
 
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """What all screens of a check found.
+def _look_with_all_screens(context: Context, on_end: Callable[[], None]) -> tuple[Candidate, ...]:
+    """Tuple of the candidates of all screens, which run in parallel, each after those that it needs.
 
-    Attributes
-    ----------
-    candidates : tuple of Candidate
-    families : dict of str to Family
-        Families that share their false alarms, by name.
-    searches : int
-        Number of searches that share the false alarms of the check.
-    slow : frozenset of str
-        Names of the families of slow functions.
-    overdispersion, loudness : float
-        Overdispersion of the spectrum and largest relative power over time, due to a missing change of level.
+    `on_end` is called without arguments whenever a screen ends.
     """
-
-    candidates: tuple[Candidate, ...]
-    families: dict[str, Family]
-    searches: int
-    slow: frozenset[str]
-    overdispersion: float
-    loudness: float
-
-    def scatter_of(self, candidate: Candidate) -> float:
-        """Factor, at least 1, by which missing changes of the noise level raise the ΔlogL of a candidate by chance.
-
-        For a slow function of time, it is the largest relative power at any time; otherwise the overdispersion of the
-        spectrum.
-        """
-        return self.loudness if candidate.family in self.slow else self.overdispersion
+    waiting, running = list(SCREENS.values()), dict[Future[tuple[Candidate, ...]], Screen]()
+    with Pool(1 + parallel_searches(context.data)) as pool:
+        while waiting or running:
+            for screen in [s for s in waiting if context.found.keys() >= {*s.after}]:
+                waiting.remove(screen)
+                running[pool.submit(_candidates_of, screen, context)] = screen
+            for done in wait(running, return_when=FIRST_COMPLETED).done:
+                context.found[running.pop(done).name] = done.result()
+                trim_memory(context.data.samples.size)
+                on_end()
+    return tuple(c for name in SCREENS for c in context.found[name])
 
 
-def _look_with_all_screens(fit: Fit, whitened: Whitened, progress: Callable[[], None]) -> _Found:
-    """`_Found`: candidates of all searches for missing effects of a fit, with what is needed for their p-values.
-
-    `progress` is called without arguments after each of four stages.
-    """
-    base, data = fit.solution, fit.data
-    # Whitened by the model alone: a discrepancy would absorb narrow lines and bands.
-    white = whitened_ordinates(base, data, np.ones(base.count.size))
-    with Pool(WORKERS if data.samples.size < MIN_TRIM_SAMPLES else 1) as pool:
-        lines_found = pool.submit(screen_lines, base, data, whitened.samples, white)
-        spectral = screen_spectral(base, data, white)
-        progress()
-        trim_memory(data.samples.size)
-        rival = _best_drifting_process(spectral.candidates)
-        slow = slow_families(base.model, data.covariates)
-        found = {
-            name: pool.submit(screen_slow, blanks, base, data, rival, lambda: whitened)
-            for name, blanks in sorted(slow.items())
-        }
-        moments = pool.submit(screen_outliers_and_levels, base, data, whitened)
-        view = View(base, data, whitened, spectral.candidates)
-        alone = [pool.submit(screen.look, view) for screen in OWN_SCREENS]
-        swelling = pool.submit(screen_band_level, base, data, whitened)
-        steady = lines_found.result()
-        bands = bands_with_excess(spectral.candidates, base, data, white)
-        lines = (*steady, *screen_drifting_lines(bands, steady, base, data))
-        lines = (*lines, *screen_tone_bursts(bands, (*lines, *spectral.candidates), base, data))
-        followed = bands_that_may_move(base, data)
-        moving = screen_drifting_bands(followed, base, data)
-        progress()
-        outliers, levels = moments.result()
-        levels = best_levels((*levels, swelling.result()), data.n)
-        own = [candidate for one in alone for candidate in one.result()]
-        progress()
-        screens = with_gains_next_to_best({name: f.result() for name, f in found.items()}, data)
-        progress()
-    families = _families(spectral, screens, data.n, bool(followed))
-    # Forms of a change of level beyond one interval: several levels, a period, one band, and each logged column.
-    searches = len(families) + 3 + len(data.covariates)
-    candidates: tuple[Candidate, ...] = (
-        *spectral.candidates,
-        *lines,
-        *moving,
-        *(c for screen in screens.values() for c in screen.candidates),
-        *(c for c in (outliers, *levels) if c is not None),
-        *own,
-    )
-    overdispersion, loudness = overdispersion_without(base, data, levels, searches)
-    return _Found(candidates, families, searches, frozenset(slow), overdispersion, loudness)
+def _candidates_of(screen: Screen, context: Context) -> tuple[Candidate, ...]:
+    """Tuple of the candidates that a screen finds; empty if the screen needs samples, and the data are a summary."""
+    return () if screen.needs_samples and not context.data.whole else tuple(screen.look(context))
 
 
 def suggestions_elsewhere(refused: Suggestion) -> Iterator[Suggestion]:
@@ -396,58 +325,20 @@ def suggestions_elsewhere(refused: Suggestion) -> Iterator[Suggestion]:
         return
     surplus = discrepancy_gain(fit.solution, fit.data)
     for candidate in candidates_elsewhere(effect, fit.solution, fit.data):
-        alone = {candidate.family: Family(candidate.family, (0.0,))}
-        one = _suggestion(fit, candidate, alone, refused.trials, surplus, 1.0)
+        candidate = replace(candidate, family=Family(candidate.family.name, (0.0,)))
+        one = _suggestion(fit, candidate, searches=refused.trials, surplus=surplus, scatter=1.0)
         if one.significant:
             yield _with_shares(fit, [one])[0]
 
 
-def _best_drifting_process(candidates: Iterable[Candidate]) -> Solution | None:
-    """`Solution` of the model with the candidate of the best slowly drifting random process; None without one.
-
-    A slow function of time must explain something beyond this process.
-    """
-    red = [c for c in candidates if isinstance(c.effect, Stochastic) and c.effect.wanders]
-    return max(red, key=lambda c: c.gain).solution if red else None
-
-
-def _families(
-    spectral: Screen, screens: dict[str, Screen], n: int, followed: bool
-) -> dict[str, Family]:
-    """Dict from name to `Family`: the groups of searches, each of which has one false-alarm probability.
-
-    `spectral` is the search of the spectrum; `screens` are those for slow functions of time; `n` is the number of
-    samples. With `followed`, the dict also has the group ``course`` of bands with a moving frequency.
-    """
-    names = sorted({"spectral", *spectral.families})
-    families = {name: Family(name) for name in ("level", "outlier")}
-    families |= {screen.family: Family(screen.family) for screen in OWN_SCREENS}
-    families["line"] = Family("line", width=line_trials(n))
-    for name in names:
-        arcs = [a for a, f in zip(spectral.arcs, spectral.families, strict=True) if f == name]
-        families[name] = Family(name, tuple(arcs))
-    for name, screen in screens.items():
-        if screen.arcs:
-            families[name] = Family(name, screen.arcs, sides=2)
-    if followed:
-        families["course"] = Family("course")
-    return families
-
-
 def _suggestion(
-    fit: Fit,
-    candidate: Candidate,
-    families: dict[str, Family],
-    searches: float,
-    surplus: float,
-    scatter: float,
+    fit: Fit, candidate: Candidate, *, searches: float, surplus: float, scatter: float
 ) -> Suggestion:
     """`Suggestion` made from a candidate, with its ΔlogL and its p-value, corrected for the number of `searches`.
 
-    `families` maps the name of a family to the trials of its search. `surplus` is the ΔlogL that the discrepancy of the
-    model without the effect explains. It is added to the ΔlogL if the model with the effect needs no discrepancy. The
-    ΔlogL is divided by `scatter` for the p-value, except for levels, outliers and excluded segments. `removes_percent`
-    is NaN and `rivals` is empty; callers fill them in.
+    `surplus` is the ΔlogL that the discrepancy of the model without the effect explains. It is added to the ΔlogL if the
+    model with the effect needs no discrepancy. The ΔlogL is divided by `scatter` for the p-value. `removes_percent` is
+    NaN and `rivals` is empty; callers fill them in.
     """
     from scipy.special import log_ndtr
 
@@ -458,33 +349,31 @@ def _suggestion(
     if solution.best.scale is not None:
         surplus = 0.0
     # If the model needs no discrepancy with the effect, the null hypothesis is a true model without it.
-    judged += surplus
-    if candidate.family not in {"level", "outlier", "stretch"}:
-        judged /= scatter
-    family = families[candidate.family]
+    judged = (judged + surplus) / scatter
     uncorrected = candidate.log_p_value
-    if candidate.family in {"line", "band"} and uncorrected is not None:
-        uncorrected += judged * (scatter - 1.0)
     if uncorrected is None:
-        uncorrected = log_p_value(family, judged)
+        uncorrected = log_p_value(candidate.family, judged)
+    else:
+        uncorrected += judged * (scatter - 1.0)
     log_p = min(0.0, uncorrected + np.log(searches))
-    single = -judged if candidate.family == "line" else float(log_ndtr(-np.sqrt(2.0 * judged)))
+    is_line = candidate.family.width > 0.0
+    single = -judged if is_line else float(log_ndtr(-np.sqrt(2.0 * judged)))
     penalty = candidate.parameters * np.log(max(float(fit.solution.weight.sum()), 2.0))
     data = candidate.data or fit.data
     found = Fit(fit.recording, solution.model, fit.method, data, solution)
     made = Suggestion(
-        solution.model.effects[-1],
-        bool(log_p < np.log(FALSE_ALARM_PROBABILITY)),
-        float(x + surplus),
-        float(2.0 * (x + surplus) - penalty),
-        float(log_p / np.log(10.0)),
-        float(np.exp(min(max(log_p - single, 0.0), 700.0))),
-        math.nan,
-        (),
-        found,
-        fit,
-        candidate.note,
-        float(surplus),
+        effect=solution.model.effects[-1],
+        significant=bool(log_p < np.log(FALSE_ALARM_PROBABILITY)),
+        delta_log_likelihood=float(x + surplus),
+        delta_bic=float(2.0 * (x + surplus) - penalty),
+        log10_p=float(log_p / np.log(10.0)),
+        trials=float(np.exp(min(max(log_p - single, 0.0), 700.0))),
+        removes_percent=math.nan,
+        rivals=(),
+        found=found,
+        before=fit,
+        note=candidate.note,
+        surplus=float(surplus),
     )
     # A discrepancy names no effect, so that the effect need not explain more than the discrepancy did.
     pays = made.score + made.surplus > min_score(made.effect)

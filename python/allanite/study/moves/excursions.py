@@ -14,9 +14,9 @@ from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.shapes.matched import slow_families
 from allanite.study.judgement import is_as_good
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAX_EVENTS
-from allanite.suggestion.p_values import Family, log_p_value
+from allanite.suggestion.p_values import log_p_value
 from allanite.suggestion.screens.several_excursions import excursions_overlap, merged_excursions
-from allanite.suggestion.screens.slow_functions import score, screen_slow, with_gains_next_to_best
+from allanite.suggestion.screens.slow_functions import score, screen_slow
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -74,18 +74,13 @@ def _missing_excursion(
     None if another slow function explains more, or if it has a p-value above 1 %. `rival` is the solution with the best
     slowly drifting random process, `whitened` returns the whitened record of the search.
     """
-    slow = slow_families(solution.model, data.covariates)
-    screens = {
-        name: screen_slow(blanks, solution, data, rival, whitened)
-        for name, blanks in sorted(slow.items())
-    }
-    screens = with_gains_next_to_best(screens, data)
-    found = [c for screen in screens.values() for c in screen.candidates]
+    found = screen_slow(solution, data, rival, whitened)
     if not found:
         return None
     best = max(found, key=score)
     if not (isinstance(best.effect, Deterministic) and best.effect.returns):
         return None
     judged = best.gain if best.judged_gain is None else best.judged_gain
-    log_p = log_p_value(Family(best.family, screens[best.family].arcs, sides=2), judged)
-    return best.effect if log_p + np.log(len(slow)) < np.log(FALSE_ALARM_PROBABILITY) else None
+    searches = len(slow_families(solution.model, data.covariates))
+    log_p = log_p_value(best.family, judged) + np.log(searches)
+    return best.effect if log_p < np.log(FALSE_ALARM_PROBABILITY) else None

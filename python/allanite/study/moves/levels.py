@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from allanite.study.state import State
-    from allanite.suggestion.screens.spectral import Candidate
+    from allanite.suggestion.screens import Candidate
 
 
 def with_merged_levels(before: State) -> State | None:

@@ -1,5 +1,10 @@
-"""Searches for missing effects in the residual of a fit, one module for each kind.
+"""Searches for missing effects in the residual of a fit, one module for each.
 
-Input: a fit and its whitened residual. Output: candidates with the expected rise of the log-likelihood. Add a search
-as a module here that declares `SCREEN` (`_screen.py`); `suggest.py` runs it.
+Input: a `Context`, i.e. a fit and its residual. Output: `Candidate`. Add a search as a module here that declares its
+`Screen` as `SCREEN`; `suggest.py` runs all screens.
 """
+
+from allanite.suggestion.p_values import Family
+from allanite.suggestion.screens._screen import Candidate, Context, Screen
+
+__all__ = ["Candidate", "Context", "Family", "Screen"]

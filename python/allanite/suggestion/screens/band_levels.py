@@ -33,9 +33,10 @@ from allanite.suggestion.p_values import (
     delta_logl_of_two_levels,
     refined_interval,
 )
+from allanite.suggestion.screens._screen import Candidate
 from allanite.suggestion.screens.exclusions import octaves_of
-from allanite.suggestion.screens.level_changes import is_deformed_by_rounding
-from allanite.suggestion.screens.spectral import Candidate, bands_overlap
+from allanite.suggestion.screens.level_forms import LEVELS, is_deformed_by_rounding
+from allanite.suggestion.screens.spectral import bands_overlap
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -127,7 +128,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     model = solution.model
     refitted = solve(data, model + effect, like=solution, settled=len(model), rounds=3)
     last = refitted.model.effects[-1]
-    return Candidate(last, gain, "level", refitted, last.numbers, min(0.0, log_p + searches))
+    return Candidate(last, gain, LEVELS, refitted, last.numbers, min(0.0, log_p + searches))
 
 
 def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:

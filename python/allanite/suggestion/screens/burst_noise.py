@@ -21,8 +21,7 @@ from allanite.suggestion.constants import (
     MIN_BURST_NOISE_ORDINATES,
     MIN_DELTA_LOGL_OVER_SIMPLER,
 )
-from allanite.suggestion.screens._screen import OwnScreen, View
-from allanite.suggestion.screens.spectral import Candidate
+from allanite.suggestion.screens._screen import Candidate, Context, Screen
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -41,7 +40,7 @@ CHAIN_BLOCKS = 512
 PART_BLOCKS = 32
 
 
-def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
+def look(context: Context) -> tuple[Candidate, ...]:
     """Tuple with one refitted `Candidate` of burst noise, if the samples may switch between two levels; otherwise empty.
 
     A Gauss–Markov process has the same spectrum, so the search starts from its candidate. The ΔlogL of burst noise is
@@ -49,7 +48,7 @@ def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
     process if the odds are below 1000 : 1. Empty if one of the two ΔlogL is below 8, or if another candidate has a ΔlogL
     more than ln 1000 above that of the Gauss–Markov process.
     """
-    candidates, data = view.spectral, view.data
+    candidates, data = context.found["spectral"], context.data
     twins = [
         cls for cls in CATALOGUE if issubclass(cls, Stochastic) and cls.screened == "two levels"
     ]
@@ -79,7 +78,14 @@ def screen_burst_noise(view: View) -> tuple[Candidate, ...]:
     )
 
 
-SCREEN = OwnScreen("spectral", screen_burst_noise)
+SCREEN = Screen(
+    "burst noise",
+    "two levels: the distribution of the samples, if a process with the same spectrum was found",
+    "time",
+    look,
+    after=("spectral",),
+    searches=lambda _: 0,
+)
 
 
 def _log_odds(solution: Solution, data: Data) -> float:

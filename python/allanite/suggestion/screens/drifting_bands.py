@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Effect, Model, Stochastic
 from allanite.fit.engine import solve
 from allanite.suggestion.constants import MAX_BAND_SECTIONS, MIN_BAND_SECTIONS, MIN_ORDINATES
-from allanite.suggestion.screens.spectral import Candidate, bands_overlap
+from allanite.suggestion.p_values import Family
+from allanite.suggestion.screens._screen import Candidate, Context, Screen
+from allanite.suggestion.screens.spectral import bands_overlap
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -76,6 +78,21 @@ def screen_drifting_bands(
     return tuple(c for c in found if c is not None)
 
 
+def look(context: Context) -> tuple[Candidate, ...]:
+    """Tuple of a refitted `Candidate` for each band of the model that moves."""
+    solution, data = context.solution, context.data
+    return screen_drifting_bands(bands_that_may_move(solution, data), solution, data)
+
+
+SCREEN = Screen(
+    "drifting bands",
+    "bands of the model whose frequency changes: their most likely course over sections of the record",
+    "both",
+    look,
+    searches=lambda context: int(bool(bands_that_may_move(context.solution, context.data))),
+)
+
+
 def _is_movable(effect: Stochastic) -> bool:
     """True if `effect` is a band, the catalog has one like it with a moving frequency, and no parameter is held."""
     if effect.occupies is None or effect.held:
@@ -123,8 +140,9 @@ def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Cand
         return None
     log_p = min(0.0, float(np.log(SEARCHES)) - course.risen)
     effect = moving.effect
+    family = Family(effect.family, scatter="none")
     note = f"It stands in the place of {_replaced_text(course.replaced)}"
-    return Candidate(effect, course.risen, effect.family, refitted, log_p_value=log_p, note=note)
+    return Candidate(effect, course.risen, family, refitted, log_p_value=log_p, note=note)
 
 
 def _replaced_text(replaced: tuple[Effect, ...]) -> str:

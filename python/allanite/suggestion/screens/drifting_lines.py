@@ -36,7 +36,7 @@ from allanite.suggestion.p_values import (
     may_become_significant,
     min_significant_score,
 )
-from allanite.suggestion.screens.spectral import Candidate
+from allanite.suggestion.screens._screen import Candidate, Context, Screen
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -50,36 +50,42 @@ if TYPE_CHECKING:
 WIDTHS = (64, 256, 1024, 4096, 16384, 32768, 65536)
 
 
-def bands_with_excess(
-    spectral: tuple[Candidate, ...],
-    solution: Solution,
-    data: Data,
-    white: NDArray[np.float64],
-) -> tuple[Band, ...]:
+def bands_with_excess(context: Context) -> tuple[Band, ...]:
     """Tuple of `Band` (complex series of a frequency band), one for each band that may hold a drifting or switched line.
 
-    Empty for a summary, which keeps only the lowest ordinates, or if more than 10 % of the samples are missing. `white`
-    are the whitened ordinates, `spectral` the candidates found in the spectrum.
+    Empty for a summary, which keeps only the lowest ordinates, or if more than 10 % of the samples are missing.
     """
+    solution, data = context.solution, context.data
     if not has_all_ordinates(data):
         return ()
     noise = solution.noise(data)
     return tuple(
         band_about(low, high, solution.ordinates, noise, data)
-        for low, high in _bands_to_search(spectral, data, white)
+        for low, high in _bands_to_search(context.found["spectral"], data, context.white)
     )
 
 
-def screen_drifting_lines(
-    bands: tuple[Band, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
-) -> tuple[Candidate, ...]:
-    """Tuple with the best drifting line of each kind, as a refitted `Candidate`; empty without `bands`.
+def look(context: Context) -> tuple[Candidate, ...]:
+    """Tuple with the best drifting line of each kind, as a refitted `Candidate`, if it explains more than steady lines.
 
-    A drifting line is returned only if it explains more than the steady `lines`.
+    Empty without bands with excess power.
     """
+    solution, data, lines = context.solution, context.data, context.found["lines"]
+    bands = context.shared(bands_with_excess)
     blanks = blanks_of_screen("drifting line", solution, data)
     found = (_best_candidate(blank, bands, lines, solution, data) for blank in blanks if bands)
     return tuple(c for c in found if c is not None)
+
+
+SCREEN = Screen(
+    "drifting lines",
+    "lines whose frequency changes: all rates of change in bands with excess power",
+    "frequency",
+    look,
+    after=("spectral", "lines"),
+    needs_samples=True,
+    searches=lambda _: 0,
+)
 
 
 def blanks_of_screen(screened: str, solution: Solution, data: Data) -> list[Deterministic]:
@@ -196,4 +202,4 @@ def _best_candidate(
     gain /= loud
     if gain < steady + MIN_DELTA_LOGL_OVER_SIMPLER:
         return None
-    return Candidate(last, gain, "line", refitted, 4, log_p_value=log_p_value(family, gain))
+    return Candidate(last, gain, family, refitted, 4, log_p_value=log_p_value(family, gain))

@@ -32,13 +32,13 @@ from allanite.suggestion.constants import (
     MIN_SEGMENT_SAMPLES,
 )
 from allanite.suggestion.p_values import (
+    Family,
     best_interval,
     delta_logl_of_two_levels,
     refined_interval,
 )
-from allanite.suggestion.screens._screen import OwnScreen, View
+from allanite.suggestion.screens._screen import Candidate, Context, Screen
 from allanite.suggestion.screens.disturbance_ends import without_ringing
-from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -221,7 +221,7 @@ def _exclusion_candidate(
     return Candidate(
         found,
         gain,
-        effect.screened,
+        Family(effect.family, scatter="none"),
         refitted,
         numbers,
         min(0.0, log_p),
@@ -235,10 +235,8 @@ def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -
 
     A loud segment has at least twice its usual power in one octave of frequency. Its p-value is at most 1e-6, and its
     length at most 20 % of the record. Segments with sharp ends take precedence. If other octaves are loud just before or
-    after the segment, the segment is extended. None if neither is found, or for a summary, which keeps no samples.
+    after the segment, the segment is extended. None if neither is found.
     """
-    if whitened.samples.size < data.n:
-        return None  # a summary keeps no samples to take out
     stuck = _stuck_value(solution, data)
     if stuck is not None:
         return stuck
@@ -289,13 +287,19 @@ def _disturbance_candidate(solution: Solution, data: Data, whitened: Whitened) -
     )
 
 
-def screen_disturbance(view: View) -> tuple[Candidate, ...]:
+def look(context: Context) -> tuple[Candidate, ...]:
     """Tuple with the candidate of a disturbance or a stuck value; empty if there is neither."""
-    found = _disturbance_candidate(view.solution, view.data, view.whitened)
+    found = _disturbance_candidate(context.solution, context.data, context.whitened)
     return () if found is None else (found,)
 
 
-SCREEN = OwnScreen("stretch", screen_disturbance)
+SCREEN = Screen(
+    "disturbances",
+    "time segments that are louder at some frequencies, and stuck values",
+    "time",
+    look,
+    needs_samples=True,
+)
 
 
 def _segment_effect(start: float, end: float) -> Modifier | None:

@@ -13,8 +13,6 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.changing_power import mean_squared_level, peak_level
 from allanite.fit.likelihood.whitened import end_samples, white_power, whiten
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
-from allanite.recording.audit import MAX_ROUNDING_SHARE
-from allanite.recording.tails import coarse_step
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     LEVEL_CELLS,
@@ -23,6 +21,8 @@ from allanite.suggestion.constants import (
     MIN_SCREEN_GAIN,
 )
 from allanite.suggestion.p_values import best_interval, refined_interval
+from allanite.suggestion.screens._screen import Candidate, Context, Screen
+from allanite.suggestion.screens.band_levels import best_levels, screen_band_level
 from allanite.suggestion.screens.exclusions import screen_outliers
 from allanite.suggestion.screens.level_borders import (
     borders_between_values,
@@ -30,14 +30,15 @@ from allanite.suggestion.screens.level_borders import (
     interval_powers,
 )
 from allanite.suggestion.screens.level_forms import (
+    LEVELS,
     Series,
+    is_deformed_by_rounding,
     refined_gate,
     screen_columns,
     screen_cycle,
     screen_several,
     series_of,
 )
-from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -45,7 +46,25 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
 
 
-def screen_outliers_and_levels(
+def look(context: Context) -> tuple[Candidate, ...]:
+    """Tuple of refitted `Candidate` of outliers and of the best changes of the noise level."""
+    given = context.solution, context.data, context.whitened
+    outliers, levels = _outliers_and_levels(*given)
+    levels = best_levels((*levels, screen_band_level(*given)), context.data.n)
+    return (*levels, *(() if outliers is None else (outliers,)))
+
+
+#: Searches: outliers, and levels of one interval, several intervals, a period, one band, and each logged column.
+SCREEN = Screen(
+    "levels",
+    "changes of the noise level of all frequencies or one band, and outliers, which would be taken for them",
+    "both",
+    look,
+    searches=lambda context: 5 + len(context.data.covariates),
+)
+
+
+def _outliers_and_levels(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, list[Candidate]]:
     """Pair: `Candidate` that excludes outliers or None, and list of `Candidate` of changes of the noise level.
@@ -153,12 +172,6 @@ def _repeats_waveform(candidate: Candidate, data: Data, whitened: Whitened) -> b
         for shift in (period - 1, period, period + 1)
     ]
     return max(alike) > MAIN_SHARE * excess
-
-
-def is_deformed_by_rounding(data: Data) -> bool:
-    """True if rounding makes up such a large part of the white variance that the noise level depends on the bias."""
-    seen = data.samples if data.missing is None else data.samples[~data.missing]
-    return coarse_step(seen) ** 2 / 12.0 > MAX_ROUNDING_SHARE * 0.5 * float(np.var(np.diff(seen)))
 
 
 def _makes_power_steadier(candidate: Candidate, data: Data, series: Series) -> bool:
@@ -319,4 +332,4 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     least = max(discrepancy, float(1.0 / np.sqrt(2.0 * series.freedom * (end - start))))
     if effect is None or gain < MIN_SCREEN_GAIN or abs(factor - 1.0) < least:
         return None
-    return Candidate(effect, gain, "level", None, 3, min(0.0, log_p))
+    return Candidate(effect, gain, LEVELS, None, 3, min(0.0, log_p))

@@ -13,21 +13,26 @@ from allanite.common.showing import brief
 from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Modifier
 from allanite.fit.likelihood.whitened import cell_means
+from allanite.recording.audit import MAX_ROUNDING_SHARE
+from allanite.recording.tails import coarse_step
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
     LEVEL_CELLS,
     MIN_PERIODS,
     MIN_SCREEN_GAIN,
 )
-from allanite.suggestion.p_values import delta_logl_of_two_levels
+from allanite.suggestion.p_values import Family, delta_logl_of_two_levels
+from allanite.suggestion.screens._screen import Candidate
 from allanite.suggestion.screens.level_borders import most_likely_borders
-from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from allanite.effects import Model
+    from allanite.fit.likelihood.data import Data
 
 Array = NDArray[np.float64]
 
+#: Family of all changes of the noise level.
+LEVELS = Family("level", scatter="none")
 #: Maximum number of cells of the record in which a period or a column is compared with the power.
 PERIOD_CELLS = 65_536
 #: Maximum number of harmonics of a gate whose powers are summed.
@@ -97,6 +102,12 @@ class Series:
         return float(-0.5 * self.freedom * self.judged.size * (logs - np.log(self.judged.mean())))
 
 
+def is_deformed_by_rounding(data: Data) -> bool:
+    """True if rounding makes up such a large part of the white variance that the noise level depends on the bias."""
+    seen = data.samples if data.missing is None else data.samples[~data.missing]
+    return coarse_step(seen) ** 2 / 12.0 > MAX_ROUNDING_SHARE * 0.5 * float(np.var(np.diff(seen)))
+
+
 def series_of(
     power: Array, judged: Array, freedom: float, share: float, span: tuple[float, float]
 ) -> Series:
@@ -148,7 +159,7 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
     best, gain, chosen = max(found, key=lambda f: f[0])
     if chosen is None:
         return []  # one interval
-    return [Candidate(chosen, gain, "level", None, chosen.numbers, min(0.0, -best))]
+    return [Candidate(chosen, gain, LEVELS, None, chosen.numbers, min(0.0, -best))]
 
 
 def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Modifier]:
@@ -358,7 +369,7 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
     gates = np.log(2.0 * places.size * PHASES * np.log2(PHASES)) + float(
         log_ndtr(-np.sqrt(2.0 * gain))
     )
-    return Candidate(effect, gain, "level", None, 4, min(0.0, max(log_p, gates)))
+    return Candidate(effect, gain, LEVELS, None, 4, min(0.0, max(log_p, gates)))
 
 
 def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, float, int, int]:
@@ -469,7 +480,7 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
         coefficient = 0.5 * slope / spread / series.share
         effect = blank.following(np.asarray(columns[blank.follows], dtype=np.float64), coefficient)
         if effect is not None:
-            found.append(Candidate(effect, gain, "level", None, 1, min(0.0, log_p)))
+            found.append(Candidate(effect, gain, LEVELS, None, 1, min(0.0, log_p)))
     return found
 
 

@@ -31,7 +31,7 @@ from allanite.suggestion.constants import (
     MIN_SPACED_LINES,
 )
 from allanite.suggestion.p_values import Family, log_p_value
-from allanite.suggestion.screens.spectral import Candidate
+from allanite.suggestion.screens._screen import Candidate, Context, Screen
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -75,18 +75,16 @@ def _divide_by_level(
     return levels
 
 
-def screen_lines(
-    solution: Solution, data: Data, whitened: NDArray[np.float64], white: NDArray[np.float64]
-) -> tuple[Candidate, ...]:
+def look(context: Context) -> tuple[Candidate, ...]:
     """Tuple of refitted `Candidate` of up to 12 lines of the residual, the clearest first, each with its harmonics.
 
-    `whitened` is the whitened residual in time; `white` are the ordinates whitened without a discrepancy. Evenly spaced
-    lines become one candidate. The search ends at a peak of at most 6 nats, or less than 3 above ln of the number of
-    trials. A candidate that does not raise logL is omitted.
+    Evenly spaced lines become one candidate. The search ends at a peak of at most 6 nats, or less than 3 above ln of the
+    number of trials. A candidate that does not raise logL is omitted.
     """
+    solution, data, whitened = context.solution, context.data, context.whitened.samples
     if solution.best.scale is not None or data.gain is not None:
         # A discrepancy would absorb a line of a few cycles; a random draw for missing samples would dilute it.
-        whitened = _kernels.inverse_cosine_transform(white)
+        whitened = _kernels.inverse_cosine_transform(context.white)
     ratio = _kernels.padded_periodogram(whitened)
     levels = _divide_by_level(ratio, 1.0 if solution.best.scale is None else 0.01, data.bins)
     ratio[: 2 * MIN_PERIODS] = 0.0
@@ -122,6 +120,14 @@ def screen_lines(
     return tuple(found)
 
 
+SCREEN = Screen(
+    "lines",
+    "lines of constant frequency, with their harmonics, at all frequencies",
+    "frequency",
+    look,
+)
+
+
 def _refitted(
     effect: Deterministic, start: float, solution: Solution, data: Data, band: tuple[int, float]
 ) -> Candidate | None:
@@ -149,15 +155,15 @@ def _refitted(
     # The p-value is that of the strongest line; its frequency was searched.
     judged = min(whole, max(gains))
     cycles = multiples[int(np.argmax(gains))] * frequency * data.duration
-    trials = float(trials_at(np.array([cycles]), data.n, data.rate)[0])
+    family = Family("line", width=float(trials_at(np.array([cycles]), data.n, data.rate)[0]))
     last = refitted.model.effects[-1]
     return Candidate(
         last,
         whole,
-        "line",
+        family,
         refitted,
         last.numbers,
-        log_p_value=log_p_value(Family("line", width=trials), judged),
+        log_p_value=log_p_value(family, judged),
         judged_gain=judged,
         note=_wandering_note(frequency, band[0], band[1] - max(gains), data),
     )

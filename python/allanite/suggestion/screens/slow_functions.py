@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.parameters import NORMAL
-from allanite.effects import Deterministic
+from allanite.common.threads import Pool
+from allanite.effects import CATALOGUE, Deterministic, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.whitened import (
@@ -23,7 +24,7 @@ from allanite.fit.likelihood.whitened import (
 )
 from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, parameter_cost, parameters_cost
-from allanite.fit.shapes.matched import best_spans, grid_points, matched_gains
+from allanite.fit.shapes.matched import best_spans, grid_points, matched_gains, slow_families
 from allanite.fit.solution import Regressed, Solution
 from allanite.suggestion.constants import (
     FALSE_ALARM_PROBABILITY,
@@ -41,8 +42,13 @@ from allanite.suggestion.p_values import (
     log_p_value,
     may_become_significant,
 )
+from allanite.suggestion.screens._screen import (
+    Candidate,
+    Context,
+    Screen,
+    parallel_searches,
+)
 from allanite.suggestion.screens.several_excursions import several_excursions
-from allanite.suggestion.screens.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -59,18 +65,74 @@ TIME_CELLS = 8192
 REFINED_POINTS = 33
 
 
+def look(context: Context) -> tuple[Candidate, ...]:
+    """Tuple of refitted `Candidate` of slow functions that explain more than the best slowly drifting random process."""
+    data = context.data
+    red = [
+        c
+        for c in context.found["spectral"]
+        if isinstance(c.effect, Stochastic) and c.effect.wanders
+    ]
+    rival = max(red, key=lambda c: c.gain).solution if red else None
+    return screen_slow(context.solution, data, rival, lambda: context.whitened)
+
+
+def _number_of_families(context: Context) -> int:
+    """Number of families of the slow functions that the model may get; if one was found, also those of richer forms."""
+    names = set(slow_families(context.solution.model, context.data.covariates))
+    if context.found[SCREEN.name]:
+        names |= {cls.family for cls in CATALOGUE if cls.screened == "slow" and cls.found_with}
+    return len(names)
+
+
+SCREEN = Screen(
+    "slow functions",
+    "drifts, events and functions of logged columns: matched filters at every point of their grids",
+    "time",
+    look,
+    after=("spectral",),
+    searches=_number_of_families,
+)
+
+
 def screen_slow(
+    solution: Solution, data: Data, rival: Solution | None, whitened: Callable[[], Whitened]
+) -> tuple[Candidate, ...]:
+    """Tuple of refitted `Candidate` of each slow function that the model may get, and of its significant forms.
+
+    `rival` is the solution with the best slowly drifting random process, beyond which a function must explain something.
+    `whitened()` returns the whitened record of `solution`; it is called only if needed.
+    """
+    slow = slow_families(solution.model, data.covariates)
+    with Pool(parallel_searches(data)) as pool:
+        families = pool.map(
+            lambda name: _screen_family(slow[name], solution, data, rival, whitened), sorted(slow)
+        )
+        found: list[Candidate] = []
+        arcs: dict[str, tuple[float, ...]] = {}
+        for candidates, own in families:
+            found += candidates
+            for name, angle in own:
+                arcs[name] = (*arcs.get(name, ()), angle)
+    trials = {
+        name: Family(name, own, sides=2, scatter="time" if name in slow else "spectrum")
+        for name, own in arcs.items()
+    }
+    found = [replace(c, family=trials[c.family.name]) for c in found]
+    return _with_gains_next_to_best(found, data)
+
+
+def _screen_family(
     blanks: tuple[Deterministic, ...],
     solution: Solution,
     data: Data,
     rival: Solution | None,
     whitened: Callable[[], Whitened],
-) -> Screen:
-    """`Screen` with a refitted `Candidate` of each slow function in `blanks`, and of its significant forms.
+) -> tuple[list[Candidate], list[tuple[str, float]]]:
+    """Pair: list of refitted `Candidate` of the functions in `blanks` and of their significant forms; list of angles.
 
     The candidate is the best point of the grid of shapes, if its ΔlogL is at least 3. Forms have more parameters or
-    several excursions. `rival` is the solution with the best slowly drifting random process, beyond which a function must
-    explain something. `whitened()` returns the whitened record of `solution`; it is called only if needed.
+    several excursions. An angle is a pair (family, total angle of a grid of shapes, rad), for p-values.
     """
     found: list[Candidate] = []
     arcs: list[float] = []
@@ -108,7 +170,7 @@ def screen_slow(
         found += _several_excursions(type(blank), found, forms, solution, data, rival, whitened)
         arcs += [arc * times for arc, times, _ in forms.values()]
         families += [effect.family for effect in forms]
-    return Screen(tuple(found), tuple(arcs), tuple(families))
+    return found, list(zip(families, arcs, strict=True))
 
 
 def has_known_time(own: object, data: Data) -> bool:
@@ -376,7 +438,7 @@ def _refitted_candidate(
         if any(_rests_on_few_samples(event, base, data) for event in short):
             return None
         judged *= min((_share_with_normal_tails(e, data, whitened) for e in short), default=1.0)
-    return Candidate(found, gain, effect.family, refitted, found.numbers, judged_gain=judged)
+    return Candidate(found, gain, family, refitted, found.numbers, judged_gain=judged)
 
 
 def _rests_on_few_samples(event: Deterministic, base: Solution, data: Data) -> bool:
@@ -457,26 +519,17 @@ def score(candidate: Candidate) -> float:
     return candidate.gain - parameters_cost(candidate.solution.effects[-1], candidate.solution)
 
 
-def with_gains_next_to_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
-    """Dict from family name to `Screen`: copies of `screens` with lower `judged_gain` for all but the best functions.
+def _with_gains_next_to_best(found: list[Candidate], data: Data) -> tuple[Candidate, ...]:
+    """Tuple of copies of the candidates `found` with lower `judged_gain` for all but the best functions.
 
     The best functions are those within 3 nats of the highest score. `judged_gain` of another function becomes its
     smallest ΔlogL in a model that has one of the best functions. Functions that cannot be significant anyway are not
-    changed. `screens` itself if it has no candidates.
+    changed.
     """
     # A step at the start looks like a warm-up, and like any temperature that rises from there.
-    found = [c for screen in screens.values() for c in screen.candidates]
-    if not found:
-        return screens
-
     # Compare scores, not gains: of two forms of one event the one with more parameters gains a little more.
-    top = max(map(score, found))
+    top = max(map(score, found), default=0.0)
     best = [c for c in found if score(c) > top - MAX_RIVAL_LOG_EVIDENCE]
-
-    arcs: dict[str, list[float]] = {}
-    for screen in screens.values():
-        for family, arc in zip(screen.families, screen.arcs, strict=True):
-            arcs.setdefault(family, []).append(arc)
 
     def with_smallest_gain(candidate: Candidate) -> Candidate:
         """Copy of a candidate whose `judged_gain` is at most its ΔlogL with one of `best` in the model.
@@ -485,8 +538,7 @@ def with_gains_next_to_best(screens: dict[str, Screen], data: Data) -> dict[str,
         be significant.
         """
         left = candidate.gain if candidate.judged_gain is None else candidate.judged_gain
-        family = Family(candidate.family, tuple(arcs[candidate.family]), sides=2)
-        if candidate in best or not may_become_significant(family, left):
+        if candidate in best or not may_become_significant(candidate.family, left):
             return candidate
         for other in best:
             assert other.solution is not None
@@ -496,8 +548,4 @@ def with_gains_next_to_best(screens: dict[str, Screen], data: Data) -> dict[str,
             left = min(left, max(both.log_likelihood - best_one.log_likelihood, 0.0))
         return replace(candidate, judged_gain=left)
 
-    candidates = [with_smallest_gain(c) for c in found]
-    return {
-        family: Screen(tuple(c for c in candidates if c.family == family), tuple(angles))
-        for family, angles in arcs.items()
-    }
+    return tuple(with_smallest_gain(c) for c in found)

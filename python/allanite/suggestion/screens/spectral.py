@@ -7,14 +7,13 @@ it. The slope of the likelihood at the fitted model then does not show what is m
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.showing import brief
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.expected import column_of
@@ -44,6 +43,7 @@ from allanite.suggestion.constants import (
     MIN_SCREEN_GAIN,
 )
 from allanite.suggestion.p_values import Family, arc_length, log_p_value
+from allanite.suggestion.screens._screen import Candidate, Context, Screen
 from allanite.suggestion.screens.narrow_bands import narrow_bands, widths_tried
 
 if TYPE_CHECKING:
@@ -53,43 +53,6 @@ if TYPE_CHECKING:
 
 #: Number of Fisher scoring steps in the scan over other designs of a filter.
 DESIGN_SCAN_STEPS = 5
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
-    """Effect that a model may lack, its ΔlogL (`gain`, nats), and the refitted solution with it (None if not refitted).
-
-    `family` names the candidates that share its false alarms (`Family`).
-    """
-
-    effect: Effect
-    gain: float
-    family: str
-    solution: Solution | None = None
-    #: Number of parameters that the effect adds to the model, for BIC.
-    parameters: int = 1
-    #: ln of the p-value, if the screen computes it; None: it follows from the family.
-    log_p_value: float | None = None
-    #: Part of `gain` for which the p-value is computed; None: all of it.
-    judged_gain: float | None = None
-    #: Data without the excluded samples, to which the solution was refitted; None if the effect excludes none.
-    data: Data | None = None
-    #: Further sentence for the explanation; may be empty.
-    note: str = ""
-
-    __repr__ = brief
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Screen:
-    """Result of a search: candidates, and for each kind the total angle of its grid of shapes, rad, for p-values."""
-
-    candidates: tuple[Candidate, ...]
-    arcs: tuple[float, ...]
-    #: Family of each of the arcs, if the screen serves several.
-    families: tuple[str, ...] = ()
-
-    __repr__ = brief
 
 
 @lru_cache(maxsize=64)
@@ -161,28 +124,41 @@ def directions(
             yield cls, kept, moved
 
 
-def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) -> Screen:
-    """`Screen` with the best refitted `Candidate` of every random process and filter.
-
-    `white` are the residual ordinates whitened by the model without a discrepancy.
-    """
+def look(context: Context) -> tuple[Candidate, ...]:
+    """Tuple with the best refitted `Candidate` of every random process and filter."""
+    solution, data, white = context.solution, context.data, context.white
     part = RandomPart(data, solution.power, solution.count)
     found: list[Candidate] = []
-    arcs: list[float] = []
-    families: list[str] = []
+    arcs: dict[str, tuple[float, ...]] = {}
     for cls, points, unit in directions(solution, data):
-        arcs.append(arc_length(unit))
-        families.append(cls.family)
+        arc = arc_length(unit)
+        arcs[cls.family] = (*arcs.get(cls.family, ()), arc)
         if points[0].occupies is not None:
             points = _residual_maxima(points, unit, solution)
         if white.size == data.n:
             points = [*points, *cls.seen_in(white**2, data.rate)]
-        best = _refitted_candidate(points, solution, part, arcs[-1])
-        narrow = _narrow_band_candidate(points[0], solution, part, white, arcs[-1])
+        best = _refitted_candidate(points, solution, part, arc)
+        narrow = _narrow_band_candidate(points[0], solution, part, white, arc)
         both = [c for c in (best, narrow) if c is not None]
         if both:
             found.append(max(both, key=lambda c: c.gain))
-    return Screen(tuple(found), tuple(arcs), tuple(families))
+    return tuple(replace(c, family=replace(c.family, arcs=arcs[c.family.name])) for c in found)
+
+
+def _number_of_families(context: Context) -> int:
+    """Number of families of random processes and filters that the model may get."""
+    model, columns = context.solution.model, context.data.covariates
+    kinds = (cls for cls in CATALOGUE if cls.screened == "spectral")
+    return len({cls.family for cls in kinds if cls.candidates(model, columns)})
+
+
+SCREEN = Screen(
+    "spectral",
+    "random processes and filters: fits of the mean spectrum at every point of their grids of shapes",
+    "frequency",
+    look,
+    searches=_number_of_families,
+)
 
 
 def candidates_elsewhere(first: Effect, solution: Solution, data: Data) -> Iterator[Candidate]:
@@ -394,10 +370,10 @@ def _candidate_of_last_effect(
     narrow = is_fitted_to_ordinates(fitted, data)
     if narrow and not is_flat_near(solution.model, len(solution.model) - 1, data):
         return None
-    log_p = None
+    log_p, family = None, Family(fitted.family, (arc,))
     if narrow:
         # Two tests: in the few bins, or among all ordinates. The smaller p-value is doubled.
         in_bins = min(gain, solution.best.log_likelihood - base.best.log_likelihood)
-        by_bins = log_p_value(Family(fitted.family, (arc,)), max(in_bins, 0.0))
+        by_bins = log_p_value(family, max(in_bins, 0.0))
         log_p = min(_log_p_narrow(gain, data), by_bins) + np.log(2.0)
-    return Candidate(fitted, gain, fitted.family, solution, fitted.numbers, log_p_value=log_p)
+    return Candidate(fitted, gain, family, solution, fitted.numbers, log_p_value=log_p)

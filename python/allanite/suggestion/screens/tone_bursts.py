@@ -28,8 +28,12 @@ from allanite.suggestion.constants import (
     MIN_PERIODS,
 )
 from allanite.suggestion.p_values import Family, log_p_value, may_become_significant
-from allanite.suggestion.screens.drifting_lines import blanks_of_screen, solved_with
-from allanite.suggestion.screens.spectral import Candidate
+from allanite.suggestion.screens._screen import Candidate, Context, Screen
+from allanite.suggestion.screens.drifting_lines import (
+    bands_with_excess,
+    blanks_of_screen,
+    solved_with,
+)
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
@@ -37,19 +41,31 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
 
 
-def screen_tone_bursts(
-    bands: tuple[Band, ...], lasting: tuple[Candidate, ...], solution: Solution, data: Data
-) -> tuple[Candidate, ...]:
+def look(context: Context) -> tuple[Candidate, ...]:
     """Tuple with at most one refitted `Candidate` of each kind of tone burst: the best burst.
 
-    A burst is returned only if it explains more than the lines and bands in `lasting`. Bands of more than 4096 values
-    are not searched.
+    A burst is returned only if it explains more than the lines and bands that last. Bands of more than 4096 values are
+    not searched.
     """
+    solution, data = context.solution, context.data
+    lasting = tuple(c for name in SCREEN.after for c in context.found[name])
     # A burst does not drift, so wide bands are not needed.
+    bands = context.shared(bands_with_excess)
     bands = tuple(band for band in bands if band.series.size <= MAX_EXHAUSTIVE_FREQUENCIES)
     blanks = blanks_of_screen("passing line", solution, data)
     found = (_best_candidate(blank, bands, lasting, solution, data) for blank in blanks if bands)
     return tuple(c for c in found if c is not None)
+
+
+SCREEN = Screen(
+    "tone bursts",
+    "lines that are present for a part of the record: all intervals of time in bands with excess power",
+    "both",
+    look,
+    after=("lines", "drifting lines", "spectral"),
+    needs_samples=True,
+    searches=lambda _: 0,
+)
 
 
 def _best_candidate(
@@ -99,7 +115,7 @@ def _best_candidate(
     # A series of bursts describes anything, so a burst is accepted only if no discrepancy remains.
     if gain < least or refitted.discrepancy > 0.0:
         return None
-    return Candidate(burst, gain, "line", refitted, 5, log_p_value=log_p_value(family, gain))
+    return Candidate(burst, gain, family, refitted, 5, log_p_value=log_p_value(family, gain))
 
 
 def _is_on_course(frequency: float, solution: Solution) -> bool:
