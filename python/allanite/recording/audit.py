@@ -17,6 +17,7 @@ from allanite.common.numbers import number, percent_text
 from allanite.common.units import coefficient_unit
 from allanite.recording.at_rest import motion_findings
 from allanite.recording.coarse_column import coarse_step_of
+from allanite.recording.copies import copies_of
 from allanite.recording.findings import Finding, stamp_findings
 from allanite.recording.locked import locked_of
 from allanite.recording.repeats import longest_run
@@ -271,6 +272,24 @@ def _stuck_findings(c: _Column) -> Iterator[Finding]:
             " a stuck sensor or a lost link",
             start_s=start / c.rate,
             count=longest,
+        )
+
+
+def _copy_findings(c: _Column) -> Iterator[Finding]:
+    """Iterator over a `Finding` about blocks of samples that the log holds twice; empty without such blocks."""
+    copies = copies_of(c.x)
+    if copies:
+        count = sum(copy.count for copy in copies)
+        longest = max(copies, key=lambda copy: copy.count)
+        blocks = "a block equals" if len(copies) == 1 else f"{len(copies)} blocks equal"
+        yield c.finding(
+            "copies",
+            "warning",
+            f"{blocks} an earlier block, sample by sample ({count} samples, {percent_text(count / c.n, 2)}), the longest"
+            f" at {longest.start / c.rate:.6g} s with {longest.count} samples, {longest.lag / c.rate:.4g} s after its"
+            " original: the log holds samples twice; fits count them as measured",
+            start_s=longest.start / c.rate,
+            count=count,
         )
 
 
@@ -573,6 +592,7 @@ CHECKS: tuple[Callable[[_Column], Iterator[Finding]], ...] = (
     _missing_findings,
     _constant_findings,
     _stuck_findings,
+    _copy_findings,
     _clipping_findings,
     _step_findings,
     _outlier_findings,

@@ -1,0 +1,32 @@
+"""The audit names blocks of samples that a log holds twice, and nothing else."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+
+
+def _findings(x):
+    return [f for f in al.Recording(x, rate=100.0, unit="deg/s").audit if f.kind == "copies"]
+
+
+@pytest.mark.parametrize("step", [0.0, 0.3, 1.0, 2.0], ids="{} σ".format)
+def test_a_packet_that_was_written_twice(step):
+    x = np.random.default_rng(1).standard_normal(120_000)
+    x = np.round(x / step) * step if step else x
+    assert _findings(x) == []
+    x = np.concatenate([x[:70_200], x[70_000:70_200], x[70_200:]])
+    (found,) = _findings(x)
+    assert found.values["start_s"] == pytest.approx(702.0, abs=0.05)
+    assert found.values["count"] == pytest.approx(200, abs=5)
+    assert "sample by sample" in found.message
+
+
+def test_stuck_values_missing_samples_and_coarse_samples_are_no_copies():
+    rng = np.random.default_rng(2)
+    x = rng.standard_normal(50_000)
+    x[1000:1400] = 0.5
+    x[3000:3400] = 0.5
+    x[8000:9000] = x[20_000:21_000] = np.nan
+    assert _findings(x) == []
+    assert _findings(np.where(rng.random(50_000) < 0.01, 1.0, 0.0)) == []
