@@ -21,6 +21,21 @@ def test_an_annual_line_is_found_beside_flicker(seed):
     assert 1.0 / line.frequency == pytest.approx(365.2422 * DAY, rel=0.03)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("days", [2.6, 3.0])
+def test_a_few_days_show_the_day_and_its_half(days):
+    """Other lines need four periods, since fewer are a drift. Amplitudes are known to √(S/T), 0.02 of the first."""
+    rng, rate = np.random.default_rng(3), 0.02
+    n = round(days * DAY * rate)
+    turn = 2.0 * np.pi * np.arange(n) / rate / DAY
+    x = g.white(rng, n, rate, 0.2) + g.flicker(rng, n, rate, 0.02)
+    x += np.sin(turn) + 0.3 * np.sin(2.0 * turn + 1.0)
+    study = al.improve(al.Recording(1e-3 * x, rate=rate, unit="m/s^2"))
+    lines = sorted(e.frequency * DAY for e in study.fit.model if e.occupies is not None)
+    assert lines == pytest.approx([1.0, 2.0], rel=0.05), study
+    assert not study.fit["K"].detected
+
+
 def test_mains_are_known_where_they_are_aliased():
     bands = known_bands(100_000, 99.0)
     # 50 Hz is seen at 99 − 50, 60 Hz at 39, 120 Hz at 21 Hz.

@@ -87,7 +87,12 @@ def look(context: Context) -> tuple[Candidate, ...]:
         whitened = _kernels.inverse_cosine_transform(context.white)
     ratio = _kernels.padded_periodogram(whitened)
     levels = _divide_by_level(ratio, 1.0 if solution.best.scale is None else 0.01, data.bins)
-    ratio[: 2 * MIN_PERIODS] = 0.0
+    # A line of fewer periods is a drift, unless its period is known.
+    known = np.zeros(ratio.size, dtype=bool)
+    for low, high in 2.0 * data.duration * known_bands(data.n, data.rate):
+        if low > 2.0:
+            known[int(np.ceil(low)) : int(high) + 1] = True
+    ratio[: 2 * MIN_PERIODS][~known[: 2 * MIN_PERIODS]] = 0.0
     ratio[-2:] = 0.0
     found: list[Candidate] = []
     for k in range(MAX_LINES_REFITTED):
