@@ -138,8 +138,8 @@ class Effect(AsModel):
     (True, 1)
     >>> len(lag.variants()), lag.extended(), lag.equal_forms(), lag.shape_error("q_c", 1e-4, 1000.0)
     (1, (), (), None)
-    >>> al.GaussMarkov.seen_in(np.ones(100), 10.0)
-    ()
+    >>> al.GaussMarkov.seen_in(np.ones(100), 10.0), al.GaussMarkov.is_tried_in_spectrum()
+    ((), True)
     >>> lag.kept("q_c"), al.GaussMarkov(q_c=0.01, hold=("q_c",)).kept("q_c")
     ('', 'held')
     >>> slow = al.GaussMarkov(limits={"correlation_time": (600, 900)})
@@ -294,6 +294,11 @@ class Effect(AsModel):
         This holds if both have the same kind, or if one of them names the other in its `rivals`.
         """
         return cls.kind == other.kind or cls.kind in other.rivals or other.kind in cls.rivals
+
+    @classmethod
+    def is_tried_in_spectrum(cls) -> bool:
+        """True for a random process or filter that searches fit to the mean spectrum, at each point of its grid."""
+        return cls.screened == "spectral"
 
     @classmethod
     def parameter(cls, name: str) -> Parameter:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.effects import Deterministic, Modifier
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.rivals.line_trials import trials_at
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
@@ -16,7 +17,7 @@ from allanite.suggestion.screens.spectral import directions
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from allanite.effects import Deterministic, Effect, Model
+    from allanite.effects import Effect, Model
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
@@ -29,7 +30,7 @@ def family_of(
 ) -> tuple[Family, int]:
     """Tuple (family of searches in which `check` looks for the effect, number of families that share the false alarms).
 
-    The family follows from the effect's attribute ``screened``: slow function, line, level, or else spectral shape.
+    The family is that of a slow function, a line, a change of level, or else a shape of the spectrum.
 
     Parameters
     ----------
@@ -44,14 +45,14 @@ def family_of(
     slow = slow_families(base, grid.covariates)
     # Lines, levels, disturbances and outliers are searched in every record.
     families = len(arcs) + len(slow) + 4
-    if effect.screened == "slow":
+    if isinstance(effect, Deterministic) and effect.low:
         return Family(
             effect.family, _arc_lengths(slow.get(effect.family, ()), null, grid), 2
         ), families
-    if effect.screened == "line":
+    if effect.periodic:
         cycles = np.array([effect.values["frequency"] * data.duration])
         return Family("line", width=float(trials_at(cycles, data.n, data.rate)[0])), families
-    if effect.screened == "level":
+    if isinstance(effect, Modifier) and effect.passing:
         start, end = effect.when or data.span
         length = (end - start) / data.duration
         octave = 2 ** int(np.log2(np.clip(length * LEVEL_CELLS, 1.0, LEVEL_CELLS / 2)))

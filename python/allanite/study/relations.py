@@ -20,11 +20,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
 
-def is_line(effect: Effect | None) -> bool:
-    """True if the effect is a line of constant frequency (screened as a line); False for None."""
-    return effect is not None and effect.screened == "line"
-
-
 def is_same_feature(one: Effect, other: Effect, fit: Fit) -> bool:
     """True if two effects describe one hump or gap of the spectrum.
 

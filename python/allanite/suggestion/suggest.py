@@ -321,7 +321,7 @@ def suggestions_elsewhere(refused: Suggestion) -> Iterator[Suggestion]:
     """
     # A check suggests only the best band of a kind. Its trials are the most, since trials rise with ΔlogL.
     fit, effect = refused.before, refused.effect
-    if effect.screened != "spectral" or effect.occupies is None or refused.gives_way:
+    if not effect.is_tried_in_spectrum() or effect.occupies is None or refused.gives_way:
         return
     surplus = discrepancy_gain(fit.solution, fit.data)
     for candidate in candidates_elsewhere(effect, fit.solution, fit.data):

@@ -77,7 +77,8 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     - It follows a logged column with different signs at slow and fast time scales (`follow_columns_consistently`).
     """
     out = fit.model.effects[place]
-    if not is_removable(out) or out.screened not in {"spectral", "slow"} or len(fit.model) == 1:
+    is_slow = isinstance(out, Deterministic) and out.low
+    if not (is_slow or out.is_tried_in_spectrum()) or not is_removable(out) or len(fit.model) == 1:
         return
     # The shapes of the other effects stay; the replacement is fitted completely later, before it is accepted.
     base = fit.solution_without(place)
@@ -115,7 +116,7 @@ def fit_replacement(
     min_log_likelihood : float
         Log likelihood of the whole model that a grid point must reach: an absolute value, not a difference.
     """
-    if cls.screened == "spectral":
+    if cls.is_tried_in_spectrum():
         part = RandomPart(data, base.power, base.count)
         blanks = cls.candidates(base.model, data.covariates)
         if not blanks:
@@ -132,7 +133,7 @@ def fit_replacement(
         solution = solve(data, model, start=found, like=base, rounds=3, polish=False)
         own = solution.model
         return solution if own.effects[-1].shows(own, data.rate, data.duration) else None
-    if cls.screened == "slow":
+    if issubclass(cls, Deterministic) and cls.low:
         best = best_of_kinds(slow_scans(base, data, lambda b: isinstance(b, cls))).get(cls.kind)
         if best is None or base.log_likelihood + best[0] < min_log_likelihood:
             return None

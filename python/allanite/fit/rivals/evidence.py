@@ -49,7 +49,7 @@ def parameters_cost(own: Fitted, solution: Solution) -> float:
             return cost
         ordinates = float(solution.weight @ share) ** 2 / informative
         return cost + float(np.log(solution.weight.sum() / ordinates / PRIOR_LOG_RANGE))
-    if effect.screened == "slow" and isinstance(own, Regressed):
+    if isinstance(own, Regressed) and own.effect.low:
         inverse = np.linalg.pinv(own.covariance, hermitian=True)
         return effect.numbers * parameter_cost(float(own.amplitudes @ inverse @ own.amplitudes))
     if isinstance(own, Regressed) and (frequency := own.effect.base_frequency) is not None:

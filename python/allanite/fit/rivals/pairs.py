@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
+from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.rivals.alternatives import (
     MAX_POLISH_DELTA_LOGL,
@@ -76,7 +76,7 @@ def can_be_split(effect: Effect) -> bool:
         return False
     if isinstance(effect, Stochastic):
         return effect.wanders or effect.last_resort or is_broad(effect)
-    return effect.screened == "slow"
+    return isinstance(effect, Deterministic) and effect.low
 
 
 def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solution], ...]:
@@ -103,7 +103,7 @@ def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solut
             cls
             for cls in CATALOGUE
             if issubclass(cls, Stochastic)
-            and cls.screened == "spectral"
+            and cls.is_tried_in_spectrum()
             and cls().wanders
             and all(cls.kind != effects[place].kind for place in out)
         ]
@@ -181,7 +181,7 @@ class _PairSearch:
             filters = [
                 cls
                 for cls in CATALOGUE
-                if issubclass(cls, Modifier) and cls.screened == "spectral" and cls.may_be(self.out)
+                if issubclass(cls, Modifier) and cls.is_tried_in_spectrum() and cls.may_be(self.out)
             ]
             processes = self._fits_with_process()
             return [pair for one in processes for pair in self._with_second_effect(one, filters)]
@@ -244,7 +244,7 @@ class _PairSearch:
             cls
             for cls in CATALOGUE
             if issubclass(cls, Stochastic)
-            and cls.screened == "spectral"
+            and cls.is_tried_in_spectrum()
             and not (cls.last_resort or cls.nameless)
             and cls.kind != self.out.kind
             and cls.may_be(self.out)

@@ -25,10 +25,10 @@ def prior(effect: Effect) -> float:
     the standard coefficients (Q, N, B, K, R) and functions of a logged column. Power laws, bands too wide for a mode of
     a structure, and extended forms of slow functions name no cause. ±3 nats are odds of 20 : 1.
     """
-    slow = effect if isinstance(effect, Deterministic) and effect.screened == "slow" else None
-    if effect.last_resort or is_broad(effect) or (slow and slow.refined):
+    known = effect if isinstance(effect, Deterministic) else None
+    if effect.last_resort or is_broad(effect) or (known and known.refined):
         return -MAX_RIVAL_LOG_EVIDENCE * sum(p.role == "coefficient" for p in effect.parameters)
-    usual = effect.standard is not None or (slow and slow.follows is not None)
+    usual = effect.standard is not None or (known and known.follows is not None)
     return MAX_RIVAL_LOG_EVIDENCE if usual else 0.0
 
 

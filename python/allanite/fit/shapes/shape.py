@@ -48,8 +48,6 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.random_part import RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
-#: Functions that optimize shapes of effects that are neither slow nor periodic, by the name of their screen.
-SHAPE_OPTIMIZERS = {"drifting line": polish_drifting, "passing line": polish_burst}
 #: Number of ordinates to each side of a line that are used to optimize its frequency. Chosen by judgment; not measured.
 ORDINATES_BESIDE_LINE = 48
 #: Maximum number of lines of a comb that are used to optimize its frequency. Chosen by judgment; not measured.
@@ -208,9 +206,8 @@ def fit_deterministic_shapes(
         elif not effect.low:
             if slow or place == len(model.effects) - 1 or effect.values["frequency"] is None:
                 left = data.ordinates_without(_with_values(others))
-                model = with_effect(
-                    model, place, SHAPE_OPTIMIZERS[effect.screened](effect, left, noise, data)
-                )
+                polished = polish_burst if effect.interval else polish_drifting
+                model = with_effect(model, place, polished(effect, left, noise, data))
         elif slow or any(effect.values[n] is None for n in effect.free_shapes):
             model = _optimize_slow(model, place, others, noise, data)
     return model

@@ -14,7 +14,7 @@ from allanite.study.judgement import (
     predicts_as_well,
     score_change,
 )
-from allanite.study.relations import is_line, is_same_feature, lies_mostly_within, line_distance
+from allanite.study.relations import is_same_feature, lies_mostly_within, line_distance
 from allanite.study.state import places_lost
 from allanite.suggestion.constants import MAX_FORMS_TRIED, MAX_LINE_BAND_DISTANCE
 
@@ -76,7 +76,7 @@ def _further_resolved_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, 
     kept: list[Effect] = []
     least = MAX_LINE_BAND_DISTANCE / fit.data.duration
     for line in lines:
-        alone = is_line(line) and line.occupies is not None
+        alone = line.periodic and line.occupies is not None
         if alone and all(line_distance(line, other) > least for other in kept):
             kept.append(line)
     return tuple(kept[1:]) if kept and kept[0] is lines[0] else ()

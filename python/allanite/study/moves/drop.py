@@ -15,7 +15,6 @@ from allanite.fit.rivals.alternatives import (
 from allanite.fit.rivals.evidence import evidence_gain
 from allanite.fit.rivals.score import prior
 from allanite.study.judgement import is_as_good, no_error_rises
-from allanite.study.relations import is_line
 from allanite.suggestion.constants import MIN_SCORE_GAIN
 
 if TYPE_CHECKING:
@@ -76,7 +75,7 @@ def _is_line_needed_as_before(before: State, after: State, number: int) -> bool:
     to `after`. False for other effects and for new lines.
     """
     place = after.numbers.index(number)
-    if number not in before.numbers or not is_line(after.fit.model.effects[place]):
+    if number not in before.numbers or not after.fit.model.effects[place].periodic:
         return False
     earlier = before.numbers.index(number)
     old = gain_without(before.fit, earlier, before.fit.solution_without(earlier))
@@ -114,8 +113,13 @@ def _may_be_dropped(fit: Fit, place: int, needed: Collection[str]) -> bool:
     An effect that is not found in the mean spectrum, such as an event or an exclusion, must also be undetected.
     """
     effect = fit.model.effects[place]
-    judged = effect.screened in {"spectral", "slow", "line"} or not is_detected(fit, place)
-    return judged and is_removable(effect) and effect.kind not in needed
+    in_spectrum = effect.is_tried_in_spectrum() or effect.periodic
+    is_slow = isinstance(effect, Deterministic) and effect.low
+    return (
+        (in_spectrum or is_slow or not is_detected(fit, place))
+        and is_removable(effect)
+        and effect.kind not in needed
+    )
 
 
 def _fit_if_needless(fit: Fit, place: int, given: bool) -> Fit | None:

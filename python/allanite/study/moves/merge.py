@@ -16,7 +16,7 @@ from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, discrepancy_gain, evidence
 from allanite.fit.rivals.score import is_broad
 from allanite.study.judgement import no_error_rises, predicts_as_well, score_change
-from allanite.study.relations import is_line, line_distance
+from allanite.study.relations import line_distance
 from allanite.suggestion.constants import MAX_WANDERING_LINE_DISTANCE, MIN_DELTA_LOGL_OVER_SIMPLER
 from allanite.suggestion.unexplained_shape import unexplained_effect
 
@@ -63,7 +63,7 @@ def with_wandering_line(before: State, suggestion: Suggestion) -> State | None:
 
 def _is_single_line(effect: Effect) -> bool:
     """True if the effect is a line without harmonics."""
-    return is_line(effect) and effect.occupies is not None and len(effect.peaks) == 1
+    return effect.periodic and effect.occupies is not None and len(effect.peaks) == 1
 
 
 def _band(low: float, high: float) -> Stochastic | None:

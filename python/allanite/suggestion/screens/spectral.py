@@ -102,7 +102,7 @@ def directions(
     own = solution.columns[:, solution.theta > 0.0]
     basis, _ = np.linalg.qr((own / solution.spectrum[:, None]) * root[:, None])
     for cls in kinds:
-        if cls.screened != "spectral":
+        if not cls.is_tried_in_spectrum():
             continue
         blanks = cls.candidates(solution.model, data.covariates)
         points = [p for blank in blanks for p in _grid_of(blank, data.n, data.rate)]
@@ -148,7 +148,7 @@ def look(context: Context) -> tuple[Candidate, ...]:
 def _number_of_families(context: Context) -> int:
     """Number of families of random processes and filters that the model may get."""
     model, columns = context.solution.model, context.data.covariates
-    kinds = (cls for cls in CATALOGUE if cls.screened == "spectral")
+    kinds = (cls for cls in CATALOGUE if cls.is_tried_in_spectrum())
     return len({cls.family for cls in kinds if cls.candidates(model, columns)})
 
 
@@ -284,7 +284,7 @@ def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Mo
         return found
     for place, effect in enumerate(model.effects[:-1]):
         choices = [p.name for p in effect.parameters if p.role == "choice"]
-        if not choices or effect.held or effect.screened != "spectral":
+        if not choices or effect.held or not effect.is_tried_in_spectrum():
             continue
         # Other designs are tried in plain form with shapes of their own; they may not need what the present one needs.
         others = [
