@@ -6,11 +6,13 @@ with a function `read(path, pick)` and a `FORMAT`; modules are found by themselv
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.memory import bytes_text, require_memory
@@ -22,7 +24,7 @@ from allanite.readers._lines import head_of
 from allanite.readers._table import Picker, Table
 from allanite.readers.columns import Layout, ReadOptions, Request, layout_of
 from allanite.readers.deviation_table import refuse_deviation_table
-from allanite.readers.frame import is_frame, table_of
+from allanite.readers.frame import Log, is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
 from allanite.readers.plausibility import raw_count_findings
 from allanite.readers.sensor_names import kind_of_sensor, sensor_kind
@@ -34,11 +36,6 @@ from allanite.recording.findings import Finding
 from allanite.recording.samples import read_only
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from allanite.readers.frame import Log
     from allanite.recording.log_column import LogColumn
     from allanite.recording.timebase import Stamps
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from allanite.common.errors import InputError
 from allanite.common.extensions import EntryPoints, values_of_modules
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from allanite.readers._table import Table
+from allanite.readers._table import Table
 
 #: Group of the entry points of installed packages.
 ENTRY_POINTS = "allanite.readers"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
 from importlib import import_module
@@ -13,13 +14,9 @@ from allanite.common.errors import AllaniteError, InputError, InternalError
 from allanite.common.isolation import Limits, call_isolated
 from allanite.common.memory import out_of_memory_error
 from allanite.common.plain import plain
-from allanite.readers._table import Table
+from allanite.readers._table import Picker, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from allanite.readers._table import Picker
-
     Reader = Callable[..., Table]
 
 #: Attributes of a `Table` that a reader in a child process sets.

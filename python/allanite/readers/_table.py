@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from numpy.typing import NDArray
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.plain import plain
@@ -14,11 +16,6 @@ from allanite.readers.sensor_names import sensor_kind, words_in
 from allanite.readers.unit_kinds import time_unit
 from allanite.readers.unit_names import unit_in_name
 from allanite.recording.samples import distinct_names
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.numbers import percent_text
@@ -21,7 +23,7 @@ from allanite.common.units import (
     unit_kind,
     units_by_kind,
 )
-from allanite.readers._table import time_unit_of
+from allanite.readers._table import Table, time_unit_of
 from allanite.readers.column_numbers import (
     falls_often,
     indices_of_magnitudes,
@@ -46,13 +48,6 @@ from allanite.recording import find_column
 from allanite.recording.findings import Finding, names_text
 from allanite.recording.log_column import LogColumn
 from allanite.recording.timebase import read_stamps
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from allanite.readers._table import Table
 
 #: Minimum number of rows with which the first column of a log without names may be the time. Chosen by judgment; not
 #: measured.

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.common.arrays import Array
-    from allanite.readers._table import Table
+from allanite.readers._table import Table
 
 #: Names of columns of averaging times and of deviations.
 _TAU = re.compile(

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.documents import fields_dict
 from allanite.common.errors import CALL, AllaniteError, InputError, about, remedy_text
 from allanite.common.numbers import YEAR, number
 from allanite.common.plain import plain
 from allanite.common.showing import aligned_lines
-from allanite.readers._table import time_unit_of
+from allanite.readers._table import Table, time_unit_of
 from allanite.readers.columns import (
     USE_REMEDY,
     Layout,
@@ -33,11 +35,6 @@ from allanite.recording.log_column import LogColumn
 from allanite.recording.timebase import read_stamps
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from allanite.readers._table import Table
     from allanite.recording import Recording
     from allanite.recording.findings import Finding
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.memory import budget
 from allanite.common.plain import plain
@@ -16,8 +20,9 @@ from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate
 from allanite.readers import refuse_contradicting_rate
 from allanite.readers._lines import head_of
+from allanite.readers._table import Table
 from allanite.readers.arrays import npy
-from allanite.readers.columns import layout_of
+from allanite.readers.columns import Layout, Request, layout_of
 from allanite.readers.text import (
     core_errors_with_remedy,
     day_comes_first,
@@ -33,14 +38,6 @@ from allanite.recording.stamps_in_chunks import fill_gaps_in_chunks, read_stamps
 from allanite.summary.making import summary_of_chunks
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from allanite.common.arrays import Array
-    from allanite.readers._table import Table
-    from allanite.readers.columns import Layout, Request
     from allanite.readers.time_parts import TimeParts
     from allanite.recording.timebase import Stamps
     from allanite.summary import Summary

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.units import (
@@ -16,6 +18,7 @@ from allanite.common.units import (
     parse_unit,
     unit_kind,
 )
+from allanite.readers._table import Table
 from allanite.readers.sensor_names import sensor_kind
 from allanite.readers.unit_names import usual_units
 from allanite.recording.at_rest import motion_error
@@ -23,11 +26,6 @@ from allanite.recording.axis_names import axis_triples
 from allanite.recording.findings import Finding, names_text
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from allanite.readers._table import Table
     from allanite.recording import Recording
 
 #: Kind of sensor → smallest unit, in SI, whose whole numbers are taken for raw counts: 1 deg/s and 1 m/s². No inertial

@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.arrays import Array
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.memory import require_memory
 from allanite.common.plain import plain
 from allanite.readers._lines import head_of
-from allanite.readers._table import Table, split_header
+from allanite.readers._table import Picker, Table, split_header
 from allanite.readers.column_numbers import ROWS
 from allanite.readers.deviation_table import refuse_deviation_header
 from allanite.readers.unit_kinds import FOREIGN, kind_of_unit
 from allanite.recording.samples import default_names
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-    from pathlib import Path
-
-    from allanite.common.arrays import Array
-    from allanite.readers._table import Picker
 
 
 @contextmanager

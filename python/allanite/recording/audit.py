@@ -7,12 +7,15 @@ distribution use blocks spread over the record instead of all samples.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.numbers import number, percent_text
 from allanite.common.units import coefficient_unit
 from allanite.recording.at_rest import motion_findings
@@ -25,11 +28,6 @@ from allanite.recording.resolution import step_of, two_codes
 from allanite.recording.tails import CENSORED_SHARES, outlier_limit, tail_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from numpy.typing import NDArray
-
-    from allanite.common.arrays import Array
     from allanite.recording import Recording
 
 #: Maximum share of LSB²/12 in the white variance for which noise and rounding add: LSB = 1.9 σ of the samples. In

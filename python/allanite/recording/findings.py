@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -9,8 +10,6 @@ from allanite.common.errors import CALL, remedy_text
 from allanite.common.numbers import percent_text, with_readable_numbers
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
     from allanite.recording.timebase import Stamps
 
 #: Share of longer steps above which the sampling is irregular: about half of the samples are then next to one.

@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.numbers import percent_text
 from allanite.recording.findings import Finding, stamp_findings
-from allanite.recording.markers import markers_of
+from allanite.recording.markers import Marker, markers_of
 from allanite.recording.repeats import polling_of
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from allanite.recording.markers import Marker
     from allanite.recording.recording import Recording
 
 

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from allanite.common.arrays import runs_of
+from allanite.common.arrays import Array, runs_of
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
 from allanite.recording.axis_names import axis_letter
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from allanite.common.arrays import Array
     from allanite.recording import Recording
 
 #: SI unit of each kind of sensor whose motion is detected.

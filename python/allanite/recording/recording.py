@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.aligned import with_aligned_arrays
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError, about
 from allanite.common.former import Former
 from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate, sample_index
 from allanite.recording import samples as arrays
-from allanite.recording.findings import stamp_findings
+from allanite.recording.findings import Finding, stamp_findings
 from allanite.recording.record import Record
 from allanite.recording.samples import (
     column_names,
@@ -27,16 +31,9 @@ from allanite.recording.samples import (
 from allanite.recording.timebase import Stamps, epoch_of, fill_gaps, read_stamps, uneven_times
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
-
-    from numpy.typing import ArrayLike, NDArray
-
-    from allanite.common.arrays import Array
     from allanite.deviation import Deviation, Deviations
     from allanite.deviation.averaging import Taus
     from allanite.plots import Figure
-    from allanite.recording.findings import Finding
     from allanite.recording.log_column import LogColumn
     from allanite.recording.motion import Motion
     from allanite.spectrum import Spectrum

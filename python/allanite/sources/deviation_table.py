@@ -7,25 +7,21 @@ The fit is generalized least squares with the covariance that follows from the f
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError, about
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, parse_unit
 from allanite.effects import CATALOGUE, Stochastic
 from allanite.fit.classical.gls import fit_gls
 from allanite.readers import read_table, text
+from allanite.readers._table import Table
 from allanite.readers.sensor_names import sensor_kind
 from allanite.sources.documents import model_document
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from allanite.common.arrays import Array
-    from allanite.readers._table import Table
 
 #: Points per decade of τ that are fitted. Neighboring points of an overlapping estimate are nearly equal, so that more
 #: points add no information. Chosen by judgment; not measured.

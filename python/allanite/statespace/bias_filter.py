@@ -18,12 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
-from allanite.effects.terms import Exponential
+from allanite.effects.terms import Exponential, Term
 from allanite.statespace.growth import MAX_SAMPLES, variogram_of
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic, Model
-    from allanite.effects.terms import Term
 
 #: Minimum duration of aiding before coasting, s. Aiding also lasts at least three times the horizon.
 MIN_AIDING = 300.0

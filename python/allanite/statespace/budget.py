@@ -11,6 +11,7 @@ fix, at which attitude, velocity and position are right.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -34,8 +35,6 @@ from allanite.statespace.growth import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from allanite.effects import Model
 
 #: Mean radius of the Earth, m (IUGG).

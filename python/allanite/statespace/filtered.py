@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,8 +10,6 @@ import numpy as np
 from allanite.statespace.sections import Section, stationary_covariance
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from allanite.effects._filter import Filter
 
 

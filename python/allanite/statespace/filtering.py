@@ -13,11 +13,10 @@ from allanite.common.arrays import Array
 from allanite.common.documents import rows_of
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.validation import require_recording
-from allanite.effects import as_model
+from allanite.effects import Effect, Model, as_model
 from allanite.statespace.model import StateSpace, state_space
 
 if TYPE_CHECKING:
-    from allanite.effects import Effect, Model
     from allanite.fit.result import Fit
     from allanite.recording import Recording
 

@@ -8,6 +8,7 @@ sum 0. Its variance is −Σ c(h) g(h), with the correlation c of the weights an
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -28,8 +29,6 @@ from allanite.effects._modifier import Modifier
 from allanite.statespace.coasting import Coasting, Sums, integration_weights
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from allanite.effects.terms import Term
     from allanite.fit.result import Fit
     from allanite.recording import Recording

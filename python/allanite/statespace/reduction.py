@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -13,13 +14,10 @@ import numpy as np
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
-from allanite.effects.terms import Exponential
+from allanite.effects.terms import Exponential, Term
 from allanite.statespace.sections import Section, allan_variance_of, ar1, density_of, resized
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from allanite.effects.terms import Term
     from allanite.statespace.model import StateSpace
 
 #: Averaging times, and frequencies, per decade at which the reduced model is fitted.

@@ -17,8 +17,8 @@ An AR(1) process is white noise behind a first-order low-pass filter (Gauss-Mark
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,13 +32,9 @@ from allanite.effects.terms import (
     Lags,
     PowerLaw,
     RandomWalk,
+    Term,
     White,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from allanite.summary.ends import Reading, depth_of, read_segment
-from allanite.summary.level import MAX_KEPT_SAMPLES, Octave
+from allanite.summary.level import MAX_KEPT_SAMPLES, Level, Octave
 from allanite.summary.sums import Sum
-
-if TYPE_CHECKING:
-    from allanite.summary.level import Level
 
 
 def read_column(levels: list[Level], depth: int | None = None) -> Reading:

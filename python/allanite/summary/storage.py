@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.documents import invalid_as_input_error
 from allanite.common.errors import InputError, about
@@ -21,8 +22,6 @@ from allanite.recording.findings import Finding
 from allanite.summary.stream_segment import StreamSegment
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from allanite.summary.summary import Summary
 
 #: Schema of the header.

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.former import Former
 from allanite.common.numbers import number
@@ -21,10 +24,6 @@ from allanite.summary.lines import Line, without_lines
 from allanite.summary.reading import read_column
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from allanite.common.arrays import Array
     from allanite.deviation import Deviation
     from allanite.deviation.accumulator import Accumulator
     from allanite.summary.ends import Reading

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require_memory
 from allanite.common.plain import plain
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Processor time per megabyte of a file with chunks of one sample, the slowest kind, s (measured with h5py 3.16).
 SECONDS_PER_MEGABYTE = 0.2

@@ -6,10 +6,13 @@ import math
 import re
 import warnings
 from collections import Counter
+from collections.abc import Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require_memory
@@ -17,16 +20,8 @@ from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._lines import head_of
-from allanite.readers._table import Table, columns_of
+from allanite.readers._table import Picker, Table, columns_of
 from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from allanite.readers._table import Picker
 
 #: Names of scalars that are the sampling rate, in lower case.
 RATES = (

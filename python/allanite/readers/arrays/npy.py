@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import IO, TYPE_CHECKING, Any
+from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.errors import AllaniteError, InputError
 from allanite.readers._format import LogFormat
-from allanite.readers._table import Table, check_shape, columns_of
+from allanite.readers._table import Picker, Table, check_shape, columns_of
 from allanite.recording.samples import default_names
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from allanite.readers._table import Picker
 
 #: Size above which a file is memory-mapped instead of read, bytes.
 MAX_READ_BYTES = 1 << 26

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.memory import require_memory
 from allanite.readers._format import LogFormat
-from allanite.readers._table import Table, check_shape, columns_of
+from allanite.readers._table import Picker, Table, check_shape, columns_of
 from allanite.recording.samples import default_names
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from allanite.readers._table import Picker
 
 #: Keys of the archive that are read; other keys are ignored.
 KEYS = ("data", "rate_hz", "channels", "unit", "t")

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require_memory
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated
 from allanite.readers._lines import head_of
-from allanite.readers._table import split_unit
+from allanite.readers._table import Picker, Table, split_unit
 from allanite.readers.frame import table_of
 from allanite.readers.sensor_names import role_of
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from allanite.readers._table import Picker, Table
 
 
 @isolated("pyarrow", 0.02, ["pyarrow.parquet", "pyarrow.feather"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
@@ -12,12 +12,7 @@ from allanite.common.errors import InputError
 from allanite.common.memory import require_memory
 from allanite.readers._format import LogFormat
 from allanite.readers._lines import lines_of
-from allanite.readers._table import Table, check_shape
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from allanite.readers._table import Picker
+from allanite.readers._table import Picker, Table, check_shape
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand

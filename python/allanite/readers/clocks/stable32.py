@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from allanite.readers import text
 from allanite.readers._format import LogFormat
+from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import rewritten
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from allanite.readers._table import Picker, Table
 
 # Source: Stable32 user manual, "Data File Format": lines "File:", "Date:", "Type: Phase", "Tau: 1.0e+00", each with or
 # without #, end with "# Header End"; then one value a row, or a time tag in days (MJD) before it.

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import re
-from typing import IO, TYPE_CHECKING
+from pathlib import Path
+from typing import IO
 
 import numpy as np
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.memory import require_memory
 from allanite.readers._format import LogFormat
-from allanite.readers._table import Table, check_shape
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from allanite.common.arrays import Array
-    from allanite.readers._table import Picker
+from allanite.readers._table import Picker, Table, check_shape
 
 #: Number of first bytes in which the block of time errors must begin. TimeLab writes about a hundred lines before it.
 HEAD = 1 << 20

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -11,14 +12,8 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._lines import head_of
-from allanite.readers._table import Table
+from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import chosen_source, numbered_lines, spacing_notes
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from allanite.readers._table import Picker
 
 # Source: chrony.conf(5), "log"; reference.c, sourcestats.c, ntp_core.c and refclock.c print a banner of three lines every
 # 32 rows.

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, NoReturn
+from pathlib import Path
+from typing import NoReturn
 
 from allanite.common.errors import InputError
 from allanite.readers._format import LogFormat
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from allanite.readers._table import Picker
+from allanite.readers._table import Picker
 
 _MESSAGE = re.compile(rb"^(?:\xef\xbb\xbf)?(?:---\s*)?header:\s*\n\s+(?:seq|stamp):", re.MULTILINE)
 

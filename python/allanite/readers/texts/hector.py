@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
@@ -13,12 +13,8 @@ from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers._lines import head_of
+from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import MJD_OF_1970, date_times
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from allanite.readers._table import Picker, Table
 
 # Source: Hector user manual, "mom format": "# sampling period 1.0" (days), lines of "# offset" and other events, then MJD,
 # the observation and, if one was estimated, the model.

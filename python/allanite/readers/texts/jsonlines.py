@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import json
 import re
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
-from allanite.readers._table import Table, split_unit
+from allanite.readers._table import Picker, Table, split_unit
 from allanite.readers.sensor_names import role_of
 from allanite.readers.texts._lines import first_lines, numbered_lines
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from allanite.readers._table import Picker
 
 # Source: jsonlines.org: UTF-8, one JSON value a line; a line that is not an object is no row of a log.
 #: Maximum fraction of lines that may lack a key. Above, the lines are of different kinds. Chosen by judgment; not measured.

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import LogFormat
+from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import rewritten, text_lines
 from allanite.readers.unit_kinds import FOREIGN, kind_of_unit
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from allanite.readers._table import Picker, Table
 
 # Source: ni.com, "Specification for the LabVIEW Measurement File (.lvm)": a head for the file and one for each segment,
 # both ended by ***End_of_Header***; then a line of names, and the rows.

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
-from allanite.readers._table import Table
+from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import (
     chosen_source,
     date_times,
@@ -18,12 +19,6 @@ from allanite.readers.texts._lines import (
     numbered_lines,
     spacing_notes,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from allanite.readers._table import Picker
 
 # Source: linuxptp 4, clock.c, phc2sys.c and ts2phc.c print
 #   "%s offset %10lld s%d freq %+7.0f path delay %10lld"   (ptp4l; "master offset" before 4.0)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
-from allanite.readers._table import Table
+from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import (
     MJD_OF_1970,
     chosen_source,
@@ -19,12 +20,6 @@ from allanite.readers.texts._lines import (
     numbered_lines,
     spacing_notes,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from allanite.readers._table import Picker
 
 # Source: ntp.org, "Monitoring Commands and Options". Both begin with the MJD and the seconds past UTC midnight.
 #   loopstats: 50935 75440.031 0.000006019 13.778190 0.000351733 0.0133806 6

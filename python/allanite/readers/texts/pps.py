@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._lines import head_of
-from allanite.readers._table import Table
+from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import first_lines, numbered_lines
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from allanite.common.arrays import Array
-    from allanite.readers._table import Picker
 
 # Sources:
 #   pps-tools, ppstest.c: "source 0 - assert 1516102326.992172280, sequence: 8108815 - clear  0.000000000, sequence: 0"

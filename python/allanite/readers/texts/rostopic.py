@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from allanite.readers import text
 from allanite.readers._format import LogFormat
+from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import text_lines
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from allanite.readers._table import Picker, Table
 
 # Source: wiki.ros.org/rostopic, "echo -p": the first line names the fields ("%time,field.header.seq,…"); %time is when
 # the message was received, field.header.stamp when the sensor was read, both in ns.

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from allanite.readers import text
 from allanite.readers._format import LogFormat
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from allanite.readers._table import Picker, Table
+from allanite.readers._table import Picker, Table
 
 # Source: the channel names of MicroStrain's MSCL (MipTypes.cpp, "scaledAccelX", "deltaThetaX", …) and the manuals of the
 # 3DM series, which fix their units: scaled acceleration in g, rates in rad/s, ambient pressure in mbar.

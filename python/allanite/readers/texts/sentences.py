@@ -5,25 +5,21 @@ from __future__ import annotations
 import math
 import re
 import zlib
+from collections.abc import Callable
 from functools import reduce
 from operator import xor
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.memory import bytes_text, require_memory
 from allanite.readers._format import LogFormat
 from allanite.readers._lines import head_of, lines_of
-from allanite.readers._table import Table
+from allanite.readers._table import Picker, Table
 from allanite.recording.timebase import read_stamps
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from allanite.common.arrays import Array
-    from allanite.readers._table import Picker
 
 #: Beginning of a sentence of an IMU.
 _FIRST = re.compile(

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import LogFormat
-from allanite.readers._table import Table, split_unit
+from allanite.readers._table import Picker, Table, split_unit
 from allanite.readers.sensor_names import role_of
 from allanite.readers.texts import sketch
 from allanite.readers.texts._lines import (
@@ -21,12 +22,6 @@ from allanite.readers.texts._lines import (
     terminal_times,
     text_lines,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
-    from allanite.readers._table import Picker
 
 # Source: docs.arduino.cc, "Serial Monitor" (IDE 1.8 and 2: "Show timestamp" puts "12:00:00.000 -> " before each line)
 # and arduino-serial-plotter-webapp, protocol.md ("label:value" pairs, separated by comma, blank or tab).

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
-from allanite.readers._table import Table
+from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import (
     STAMP,
     TERMINAL_NOTE,
@@ -19,11 +19,6 @@ from allanite.readers.texts._lines import (
     terminal_times,
     text_lines,
 )
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from allanite.readers._table import Picker
 
 # Source: examples of Adafruit's libraries (Adafruit_MPU6050, basic_readings.ino; Adafruit_LSM6DS, …): three lines and
 # an empty one for each sample, the unit at the end of each line.

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
-from allanite.readers._table import Table
+from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import MJD_OF_1970, date_times, first_lines, numbered_lines
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from allanite.readers._table import Picker
 
 # Source: geodesy.unr.edu, README_tenv.txt and README_tenv3.txt. Fields are separated by blanks.
 #   both: station, date (YYMMMDD), decimal year, MJD, GPS week, day of the week

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers import text
 from allanite.readers._format import LogFormat
+from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import first_lines, rewritten, text_lines
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
-    from allanite.readers._table import Picker, Table
 
 #: A row that begins with a word, followed by numbers. Comments begin with %, # or /.
 _ROW = re.compile(r"^\"?(?P<tag>[A-Za-z][A-Za-z_]{1,23}\d?)\"?[;,\t]\s*-?[\d.]")

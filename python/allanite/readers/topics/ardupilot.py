@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,14 +13,8 @@ from allanite.common.errors import InputError
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._lines import head_of
-from allanite.readers._table import Table
+from allanite.readers._table import Picker, Table
 from allanite.readers.topics._quiet import quiet
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from allanite.readers._table import Picker
 
 #: Messages with inertial samples, best first.
 TOPICS = ("IMU", "GYR", "ACC", "IMU2", "IMU3")

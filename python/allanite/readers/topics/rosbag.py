@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
-from allanite.readers._table import Table
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from allanite.readers._table import Picker
+from allanite.readers._table import Picker, Table
 
 #: Types of messages.
 IMU, TEMPERATURE = "sensor_msgs/msg/Imu", "sensor_msgs/msg/Temperature"
