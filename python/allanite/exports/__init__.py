@@ -1,7 +1,8 @@
-"""Parameters of models for filters and simulators, one target per file.
+"""Parameters of models for filters and simulators.
 
-Input: the models of the axes, a rate and a horizon. Output: the text of a parameter file. Add a target as a module
-with `render` and `TARGETS` in this folder, in `filters/` or in `simulators/`; modules are found by themselves.
+Input: the models of the axes, a rate and a horizon. Output: the text of a parameter file. A module holds the targets
+with one convention: a function for each, and `TARGETS`. Add a target to the module of its convention, or as a new module
+in this folder, in `filters/` or in `simulators/`; modules are found by themselves.
 """
 
 from __future__ import annotations
@@ -12,7 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE
-from allanite.exports._axis import Axis, axes_of, axis_for_export, model_of_expected_size, rate_of
+from allanite.exports._axis import (
+    Axis,
+    axes_of,
+    axis_for_export,
+    gyro_and_accel_axes,
+    model_of_expected_size,
+    rate_of,
+)
 from allanite.exports._lines import value_lines
 from allanite.exports._target import Target, Targets
 from allanite.recording.axis_names import AXIS
@@ -101,27 +109,23 @@ def export(
     axes = axes_named(axes_of(model, unit, rate=rate, record_length=record_length), column)
     if target not in TARGETS:
         raise InputError(f"unknown export format {target!r}: choose one of {', '.join(TARGETS)}")
+    chosen = TARGETS[target]
     if overbound and as_fitted:
         raise InputError("give overbound or as_fitted, not both")
     own = [
         axis_for_export(
             axis,
-            None if TARGETS[target].own_rate else rate,
+            None if chosen.own_rate else rate,
             horizon,
-            whole_record=TARGETS[target].whole_record,
+            whole_record=chosen.whole_record,
             as_fitted=as_fitted,
             inflate=inflate,
         )
         for axis in axes
     ]
-    if not TARGETS[target].any_sensor:
-        _check_one_imu(own, target)
-    for axis in own:
-        if not TARGETS[target].any_sensor and not axis.has_noise:
-            raise InputError(
-                f"{axis.name}: the model {axis.model.name} has no noise: fit a model with noise, such as N+K"
-            )
-    return TARGETS[target].render(own, rate, overbound=overbound)
+    if not chosen.any_sensor:
+        _check_imu(own, chosen)
+    return chosen.render(own, rate, overbound=overbound)
 
 
 def axes_named(axes: Sequence[Axis], column: str | Sequence[str] | None) -> list[Axis]:
@@ -170,13 +174,25 @@ def export_files(
     }
 
 
-def _check_one_imu(axes: Sequence[Axis], target: str) -> None:
-    """Raise `InputError` for more than three gyroscope or more than three accelerometer axes: a file holds one IMU."""
+def _check_imu(axes: Sequence[Axis], target: Target) -> None:
+    """Raise `InputError` unless the axes are those of one IMU that the target can hold, each with noise in its model.
+
+    A file holds one IMU: at most three gyroscope and three accelerometer axes. Some targets need both sensors.
+    """
     for kind in (ANGULAR_RATE, ACCELERATION):
         names = [axis.name for axis in axes if axis.kind == kind]
         if len(names) > 3:
             raise InputError(
-                f"{target} holds one IMU, found {len(names)} axes of {kind} ({', '.join(names)})",
+                f"{target.name} holds one IMU, found {len(names)} axes of {kind} ({', '.join(names)})",
                 missing="column",
                 remedy=": choose three of them with {column}",
+            )
+    if target.both_sensors and not all(gyro_and_accel_axes(axes)):
+        raise InputError(
+            f"{target.name} needs models of both a gyroscope and an accelerometer: add the missing one"
+        )
+    for axis in axes:
+        if not axis.has_noise:
+            raise InputError(
+                f"{axis.name}: the model {axis.model.name} has no noise: fit a model with noise, such as N+K"
             )

@@ -203,29 +203,22 @@ class Axis:
         level = tau * effect.allan_variance(tau, self.sampling)
         return bool((np.diff(level) <= 1e-6 * level[0]).all() and level[-1] < 0.99 * level[0])
 
-    def allan(self, taus: Array, *, upper: bool = False) -> Array:
-        """Allan variance of the model at the averaging times `taus` (s), SI, shape of `taus`; includes known functions.
+    def upper_allan_variance(self, taus: Array) -> Array:
+        """Largest Allan variance within the intervals of the model at the averaging times `taus` (s), SI, shape of `taus`.
 
-        With `upper`, the largest variance within the intervals of the model at each τ. White noise is at its mean
-        level, with `upper` at that of the loudest segment.
-        """
-        rate, whole = self.sampling, self.steady_model()
-        if not upper:
-            return self.scale**2 * whole.allan_variance(taus, rate)
-        known = Model(self.limits.deterministic).allan_variance(taus, rate)
-        return self.scale**2 * self._sum_largest_curves(
-            lambda m: m.allan_variance(taus, rate), known
-        )
-
-    def psd(self, f: Array, *, upper: bool = False) -> Array:
-        """Two-sided density of the model's random processes at the frequencies `f` (Hz), SI, shape of `f`.
-
-        With `upper`, the largest density within the intervals of the model at each frequency. White noise is at its
-        mean level, with `upper` at that of the loudest segment.
+        It includes known functions. White noise is at the level of the loudest segment.
         """
         rate = self.sampling
-        if not upper:
-            return self.scale**2 * self.steady_model().psd(f, rate)
+        known = Model(self.limits.deterministic).allan_variance(taus, rate)
+        largest = self._sum_largest_curves(lambda m: m.allan_variance(taus, rate), known)
+        return self.scale**2 * largest
+
+    def upper_psd(self, f: Array) -> Array:
+        """Largest two-sided density of the model's random processes within its intervals at `f` (Hz), SI, shape of `f`.
+
+        White noise is at the level of the loudest segment.
+        """
+        rate = self.sampling
         return self.scale**2 * self._sum_largest_curves(lambda m: m.psd(f, rate), np.zeros(f.shape))
 
     def _sum_largest_curves(self, curve: Callable[[Model], Array], total: Array) -> Array:
@@ -468,22 +461,21 @@ def _effects_on_joint_border(
     at once, with a probability of 95 % (linear approximation). Values are clipped to the range of the parameter.
 
     The list is empty if the effect is not random, has no free shape, or has more than `MAX_JOINT_PARAMETERS` parameters.
-    It is also empty if a correlation is unknown, or a parameter has no usable interval (`_half_widths`). Last, it is empty
-    if the upper end of the coefficient is 0, or `upper` has a larger coefficient. The caller then combines the ends of all
-    intervals.
+    It is also empty if a correlation is unknown, or a parameter has no usable interval (`_usable_interval`). Last, it is
+    empty if `upper` has a larger coefficient than the interval. The caller then combines the ends of all intervals.
     """
     if not isinstance(effect, Stochastic) or not effect.free_shapes:
         return []
     names = (effect.coefficient, *effect.free_shapes)
-    if len(names) > MAX_JOINT_PARAMETERS:
-        return []
     keys = [name if name == label else f"{label}.{name}" for name in names]
-    if any((a, b) not in correlations for a in keys for b in keys):
+    unknown = any((a, b) not in correlations for a in keys for b in keys)
+    if len(names) > MAX_JOINT_PARAMETERS or unknown:
         return []
-    sides = [_half_widths(effect, name, given.get(name) or {}) for name in names]
-    known = [side for side in sides if side is not None]
-    own_upper = known[0].upper if len(known) == len(names) else 0.0
-    if not own_upper or getattr(upper, effect.coefficient) > (1.0 + 1e-9) * own_upper:
+    found = [_usable_interval(effect, name, given.get(name) or {}) for name in names]
+    intervals = [one for one in found if one is not None]
+    if len(intervals) < len(names):
+        return []
+    if getattr(upper, effect.coefficient) > (1.0 + 1e-9) * intervals[0][2]:
         return []
     from scipy.stats import chi2
 
@@ -494,50 +486,31 @@ def _effects_on_joint_border(
     forms: list[Effect] = []
     for direction in _unit_directions(len(names)):
         moved = {}
-        for name, shift, side in zip(names, root @ direction, known, strict=True):
+        for name, shift, interval in zip(names, root @ direction, intervals, strict=True):
             declared = effect.parameter(name)
-            moved[name] = min(max(side.at(float(shift)), declared.low), declared.high)
+            # The half widths of a positive parameter are those of its logarithm.
+            low, middle, high = np.log(interval) if declared.low >= 0.0 else interval
+            place = middle + shift * (high - middle if shift > 0.0 else middle - low)
+            value = float(np.exp(place) if declared.low >= 0.0 else place)
+            moved[name] = min(max(value, declared.low), declared.high)
         forms.append(effect.with_values(**moved))
     return forms
 
 
-@dataclass(frozen=True, slots=True)
-class _HalfWidths:
-    """A fitted value and the distances to the ends of its interval; of logarithms if the parameter is positive."""
+def _usable_interval(
+    effect: Effect, name: str, given: Mapping[str, Any]
+) -> tuple[float, float, float] | None:
+    """Tuple (lower end, fitted value, upper end) of the 95 % interval of a parameter.
 
-    middle: float
-    below: float
-    above: float
-    upper: float
-    positive: bool
-
-    def at(self, shift: float) -> float:
-        """Value of the parameter that lies `shift` half widths of its interval above the fitted value.
-
-        A negative `shift` goes below it, with the lower half width. The half widths of a positive parameter are in
-        logarithms.
-        """
-        place = self.middle + shift * (self.above if shift > 0.0 else self.below)
-        return float(np.exp(place)) if self.positive else place
-
-
-def _half_widths(effect: Effect, name: str, given: Mapping[str, Any]) -> _HalfWidths | None:
-    """`_HalfWidths` of a fitted parameter: distances from its value to both ends of its 95 % interval.
-
-    For a positive parameter, the distances are in logarithms. None if the parameter has no value or was not detected, or
-    if its interval is open or does not contain the value. None also for a positive parameter whose interval reaches 0.
+    None if the parameter has no value or was not detected, or if its interval is open or does not contain the value. None
+    also for a positive parameter whose interval reaches 0.
     """
     value, ends = effect.values[name], given.get("interval") or (None, None)
     if not isinstance(value, float) or None in ends or given.get("detected") is False:
         return None
     low, high = (float(end) for end in ends if end is not None)
-    positive = effect.parameter(name).low >= 0.0
-    if not low <= value <= high or (positive and not low > 0.0):
-        return None
-    if not positive:
-        return _HalfWidths(value, value - low, high - value, high, positive)
-    middle = float(np.log(value))
-    return _HalfWidths(middle, middle - np.log(low), np.log(high) - middle, high, positive)
+    reaches_zero = effect.parameter(name).low >= 0.0 and not low > 0.0
+    return None if reaches_zero or not low <= value <= high else (low, value, high)
 
 
 def _unit_directions(size: int) -> Array:

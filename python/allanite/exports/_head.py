@@ -43,9 +43,9 @@ def head_comments(
     return [
         f"Noise parameters of {', '.join(axis.name for axis, _ in pairs)}, written by allanite.",
         f"Source: {', '.join(dict.fromkeys(_source_text(axis) for axis, _ in pairs))}.",
-        verdict_comment(pairs, simulator=no_filter),
+        _verdict_comment(pairs, simulator=no_filter),
         "Details:",
-        *(line for a, c in pairs for line in axis_comments(a, c, simulator=simulator)),
+        *(line for a, c in pairs for line in _axis_comments(a, c, simulator=simulator)),
         *([] if no_filter else _nees_sentences(pairs)),
         GENERAL,
         *convention,
@@ -62,7 +62,7 @@ def _source_text(axis: Axis) -> str:
     return f"fit to {axis.source}" if axis.source != axis.name else "a given model"
 
 
-def verdict_comment(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
+def _verdict_comment(pairs: Sequence[Pair], *, simulator: bool) -> str:
     """Text of a comment that says whether to use the file, gives reasons against it, and states its largest error.
 
     "Use: no" if a fit is not adequate, or the NEES of a filter exceeds 1.2. Further sentences say what the logs are too
@@ -163,13 +163,11 @@ def _overconfidence_text(axis: Axis, choice: NoiseParameters, found: Quality) ->
     )
 
 
-def axis_comments(
-    axis: Axis, choice: NoiseParameters | None, *, simulator: bool = False
-) -> list[str]:
+def _axis_comments(axis: Axis, choice: NoiseParameters, *, simulator: bool) -> list[str]:
     """List of comment lines on one axis: its model, notes, assumptions, and the effects that the numbers cover or omit.
 
-    More than 8 effects are counted by kind. With `choice` None, the file covers all effects. If an overbound covers a
-    changing white-noise level, a line names the loudest segment.
+    More than 8 effects are counted by kind. If an overbound covers a changing white-noise level, a line names the
+    loudest segment.
     """
     covered = _covered_text(axis, choice, simulator=simulator)
     name = "+".join(_names_with_counts(e.short for e in axis.model))
@@ -178,7 +176,7 @@ def axis_comments(
     lines = [f"{axis.name}: model {name}; in this file: {covered}"]
     lines += [f"  {note}" for note in axis.notes]
     lines += [f"  assumed: {assumption}" for assumption in axis.assumptions]
-    if choice is not None and choice.overbound and axis.loudest_segment is not None:
+    if choice.overbound and axis.loudest_segment is not None:
         begin, end = axis.loudest_segment
         lines.append(
             f"  N covers the loudest segment of the log, from about {begin:.4g} s to {end:.4g} s"
@@ -226,16 +224,14 @@ def _alternative_intervals(axis: Axis) -> Iterator[str]:
             )
 
 
-def _covered_text(axis: Axis, choice: NoiseParameters | None, *, simulator: bool) -> str:
+def _covered_text(axis: Axis, choice: NoiseParameters, *, simulator: bool) -> str:
     """Text that names the effects that the numbers of a file cover.
 
-    If `choice` is None, these are all effects. For an overbound, it is "the upper limits of all its effects". For fitted
-    coefficients, their letters "as fitted". Otherwise the covered effects are named, or counted by kind if more than 8.
-    If numbers are the largest of several axes, the text also names these axes.
+    For an overbound, it is "the upper limits of all its effects". For fitted coefficients, it is their letters "as
+    fitted". Otherwise the covered effects are named, or counted by kind if more than 8. If numbers are the largest of
+    several axes, the text also names these axes.
     """
-    if choice is None:
-        covered = ", ".join(label for label, _ in _labeled_effects(axis))
-    elif choice.overbound:
+    if choice.overbound:
         covered = "the upper limits of all its effects"
     elif choice.holds is not None:
         covered = f"{', '.join(choice.holds)} as fitted"
@@ -243,7 +239,7 @@ def _covered_text(axis: Axis, choice: NoiseParameters | None, *, simulator: bool
         omitted = dict(_omitted_effects(axis, choice, simulator=simulator))
         shorts = {label: e.short for label, e in _labeled_effects(axis) if label not in omitted}
         covered = "numbers that cover " + ", ".join(_listed_or_counted(shorts))
-    if choice is not None and choice.others:
+    if choice.others:
         of: dict[str, list[str]] = {}
         for name, other in choice.others:
             of.setdefault(other, []).append(name)
@@ -258,7 +254,7 @@ def _labeled_effects(axis: Axis) -> Iterator[tuple[str, Effect]]:
 
 
 def _omitted_effects(
-    axis: Axis, choice: NoiseParameters | None, *, simulator: bool
+    axis: Axis, choice: NoiseParameters, *, simulator: bool
 ) -> list[tuple[str, Effect]]:
     """List of pairs (label, effect) of the effects of an axis that the numbers of a file omit.
 
@@ -266,7 +262,7 @@ def _omitted_effects(
     written. Otherwise they are those that `_is_covered` refuses: mainly known functions such as steps. With `simulator`,
     also lines and narrow bands.
     """
-    if choice is not None and choice.holds is not None:
+    if choice.holds is not None:
         return [(label, e) for label, e in _labeled_effects(axis) if label not in choice.holds]
     return [
         (label, e) for label, e in _labeled_effects(axis) if not _is_covered(e, axis, simulator)

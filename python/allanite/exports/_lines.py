@@ -14,14 +14,6 @@ from allanite.exports._held import NoiseParameters
 from allanite.exports._text import as_comments
 
 
-def check_both_sensors(axes: Iterable[Axis], target: str) -> None:
-    """Raise `InputError` if the gyroscope or the accelerometer is missing, because the program reads the keys of both."""
-    if not all(gyro_and_accel_axes(axes)):
-        raise InputError(
-            f"{target} needs models of both a gyroscope and an accelerometer: add the missing one"
-        )
-
-
 def choose_all(
     axes: Iterable[Axis], *, overbound: bool, simulator: bool = False
 ) -> list[tuple[Axis, NoiseParameters]]:
@@ -34,22 +26,24 @@ def choose_all(
 
 
 def with_shared_numbers(
-    pairs: Sequence[tuple[Axis, NoiseParameters]],
+    *sensors: Sequence[tuple[Axis, NoiseParameters]],
 ) -> list[tuple[Axis, NoiseParameters]]:
-    """List of pairs (axis, new `NoiseParameters`), in which N and K are the largest of all axes; empty without pairs.
+    """List of pairs (axis, new `NoiseParameters`), in which N and K are the largest of all axes of a sensor.
 
-    This is for formats with one N and one K per sensor. In the attribute `others`, each axis whose own N or K is smaller
-    names the axis from which the number comes.
+    This is for formats with one N and one K per sensor. `sensors` has the pairs of each sensor; a sensor without axes has
+    none. In the attribute `others`, each axis whose own N or K is smaller names the axis from which the number comes.
     """
-    if not pairs:
-        return []
-    donors = {name: _axis_with_largest(pairs, name) for name in ("N", "K")}
-    numbers = {name: getattr(choice, name) for name, (_, choice) in donors.items()}
     out = []
-    for axis, own in pairs:
-        smaller = [name for name, value in numbers.items() if getattr(own, name) < value]
-        others = tuple((name, donors[name][0].name) for name in smaller)
-        out.append((axis, replace(own, **numbers, others=others)))
+    for pairs in sensors:
+        for axis, own in pairs:
+            largest = {name: _axis_with_largest(pairs, name) for name in ("N", "K")}
+            numbers = {name: getattr(choice, name) for name, (_, choice) in largest.items()}
+            others = tuple(
+                (name, donor.name)
+                for name, (donor, _) in largest.items()
+                if getattr(own, name) < numbers[name]
+            )
+            out.append((axis, replace(own, **numbers, others=others)))
     return out
 
 
@@ -89,7 +83,6 @@ def value_lines(
     *,
     overbound: bool,
     form: str = "{key}: {value:.6e}  {note}",
-    mark: str = "#",
     ranges: Mapping[str, tuple[float, float]] | None = None,
     node: str = "",
 ) -> str:
@@ -109,8 +102,8 @@ def value_lines(
         Lines of the head about conventions: continuous time or per sample, variance or deviation.
     overbound : bool
         Whether N and K cover the upper limits.
-    form, mark : str
-        Format of a line with ``key``, ``value`` and ``note``, and the beginning of a comment.
+    form : str
+        Format of a line with ``key``, ``value`` and ``note``.
     ranges : dict of str to (float, float), optional
         Documented minimum and maximum of a key. A number outside is written, with a note.
     node : str
@@ -121,11 +114,10 @@ def value_lines(
         "gyro": choose_all(gyro, overbound=overbound),
         "accel": choose_all(accel, overbound=overbound),
     }
-    held = [pair for own in pairs.values() for pair in with_shared_numbers(own)]
-    lines = [as_comments(head_comments(held, convention), mark)]
+    lines = [as_comments(head_comments(with_shared_numbers(*pairs.values()), convention))]
     for sensor, own in pairs.items():
         if not own:
-            lines.append(f"{mark} {sensor}: no model given, so its keys are missing\n")
+            lines.append(f"# {sensor}: no model given, so its keys are missing\n")
     lines.append(node)
     for key, sensor, name, unit in rows:
         if pairs[sensor]:
@@ -134,6 +126,6 @@ def value_lines(
             low, high = (ranges or {}).get(key, (-math.inf, math.inf))
             limit = f"below its documented minimum {low:g}" if written < low else ""
             limit = f"above its documented maximum {high:g}" if written > high else limit
-            note = "; ".join([f"{mark} {unit}", *filter(None, (remark, limit))])
+            note = "; ".join([f"# {unit}", *filter(None, (remark, limit))])
             lines.append(form.format(key=key, value=written, note=note) + "\n")
     return "".join(lines)

@@ -68,7 +68,7 @@ class _Limits:
         self.f = np.geomspace(0.25 / last, 0.4999 * fs, count)
         self.in_bands = np.concatenate([np.zeros(0), *_band_frequencies(axis)])
         f = np.concatenate([self.f, self.in_bands])
-        self.limit = np.concatenate([axis.allan(self.tau, upper=True), axis.psd(f, upper=True)])
+        self.limit = np.concatenate([axis.upper_allan_variance(self.tau), axis.upper_psd(f)])
         # Both curves have the same total weight. Points in bands only bound the numbers and have no weight.
         sizes = (self.tau.size, 1.0), (self.f.size, 1.0), (self.in_bands.size, 0.0)
         self.weight = np.concatenate([np.full(n, one / max(n, 1)) for n, one in sizes])

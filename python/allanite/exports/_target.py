@@ -41,6 +41,8 @@ class Target:
         ``render(axes, rate, overbound=False)`` returns the text of the file.
     any_sensor : bool
         Whether the format accepts any sensor. Otherwise it accepts gyroscopes and accelerometers of one IMU.
+    both_sensors : bool
+        Whether the format needs a gyroscope and an accelerometer, because the program reads the keys of both.
     own_rate : bool
         True if the numbers depend on the rate of the filter. If False, they depend on the rate of the sensor.
     whole_record : bool
@@ -54,6 +56,7 @@ class Target:
     file_name: str
     render: Render
     any_sensor: bool = False
+    both_sensors: bool = False
     own_rate: bool = False
     whole_record: bool = False
     alternatives: bool = False

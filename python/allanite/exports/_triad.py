@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 
 from allanite.exports._axis import Axis, gyro_and_accel_axes
 from allanite.exports._held import NoiseParameters
@@ -31,43 +32,50 @@ def numbers_in_xyz(
     given = dict(zip(letters, numbers, strict=True)) if known else {}
     most = tuple(max(column) for column in zip(*numbers, strict=True))
     bare = [place for place in PLACES if place not in given]
-    axis_remarks = []
-    if bare and len(axes) > 1:
-        names = ", ".join(axis.name for axis in axes)
-        axis_remarks = [
-            f"{', '.join(bare)}: no own model was given; each number is the largest of {names}"
-        ]
-    elif bare:
-        axis_remarks = [
-            f"{', '.join(bare)}: no own model was given; the numbers are those of {axes[0].name}"
-        ]
-    return [given.get(place, most) for place in PLACES], axis_remarks
+    rule = "each number is the largest of" if len(axes) > 1 else "the numbers are those of"
+    names = ", ".join(axis.name for axis in axes)
+    remark = f"{', '.join(bare)}: no own model was given; {rule} {names}"
+    return [given.get(place, most) for place in PLACES], [remark] if bare else []
 
 
-def sensors_in_xyz(
+@dataclass(frozen=True, slots=True)
+class Triads:
+    """Numbers of a gyroscope and an accelerometer for x, y and z.
+
+    Attributes
+    ----------
+    pairs : list of (Axis, NoiseParameters)
+        All axes with their parameters, gyroscopes first.
+    numbers : dict of str to dict of str to tuple
+        Label of the sensor → attribute of `NoiseParameters` → its values for x, y and z. A sensor without axes is left
+        out.
+    remarks : list of str
+        Texts on axes without an own model. Each begins with the label of its sensor.
+    """
+
+    pairs: list[tuple[Axis, NoiseParameters]]
+    numbers: dict[str, dict[str, tuple[float, ...]]]
+    remarks: list[str]
+
+
+def triads_of(
     axes: Sequence[Axis],
     labels: Iterable[str],
     choose: Callable[[Axis], NoiseParameters],
     names: Sequence[str],
-) -> Iterator[tuple[str, list[tuple[Axis, NoiseParameters]], list[tuple[float, ...]], list[str]]]:
-    """Yield a tuple (label, pairs, numbers, remarks) for the gyroscope, then one for the accelerometer.
+) -> Triads:
+    """`Triads` with the attributes `names` of the `NoiseParameters` that ``choose(axis)`` returns for each axis.
 
-    A sensor without axes is left out.
-
-    Parameters
-    ----------
-    axes : sequence of Axis
-        Axes of gyroscopes and accelerometers. `pairs` has the tuple (axis, ``choose(axis)``) of each axis of the sensor.
-    labels : iterable of str
-        Names of the gyroscope and of the accelerometer in the file. Each remark begins with the label of its sensor.
-    choose : callable
-        Returns the `NoiseParameters` of an axis.
-    names : sequence of str
-        Attributes of `NoiseParameters`. `numbers` holds their values for x, y and z: a list of three tuples.
+    `labels` are the names of the gyroscope and of the accelerometer in the file. Raises `InputError` for an axis of
+    another kind of sensor.
     """
+    found = Triads([], {}, [])
     for own, label in zip(gyro_and_accel_axes(axes), labels, strict=True):
         if own:
-            pairs = [(axis, choose(axis)) for axis in own]
-            values = [tuple(getattr(found, name) for name in names) for _, found in pairs]
-            numbers, remarks = numbers_in_xyz(own, values)
-            yield label, pairs, numbers, [f"{label} {remark}" for remark in remarks]
+            choices = [choose(axis) for axis in own]
+            values = [tuple(getattr(choice, name) for name in names) for choice in choices]
+            places, remarks = numbers_in_xyz(own, values)
+            found.numbers[label] = dict(zip(names, zip(*places, strict=True), strict=True))
+            found.pairs.extend(zip(own, choices, strict=True))
+            found.remarks.extend(f"{label} {remark}" for remark in remarks)
+    return found

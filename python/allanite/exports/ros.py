@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -55,17 +54,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
                 convention.append(
                     f"{axis.name}: the variance of a sample within the band of the sensor's filter is {inside:.3e} {unit}"
                 )
-            small = NoiseParameters(math.sqrt(one / fs))
-            pairs.append(
-                (
-                    axis,
-                    replace(
-                        small,
-                        K=negligible_walk(small.N, axis.horizon, axis.sampling),
-                        overbound=overbound,
-                    ),
-                )
-            )
+            N = math.sqrt(one / fs)
+            K = negligible_walk(N, axis.horizon, axis.sampling)
+            pairs.append((axis, NoiseParameters(N, K, overbound=overbound)))
         note = f"{unit}; {'from the upper limits' if overbound else 'as fitted'}"
         rows.append(f"{key}: [{x:.6e}, 0, 0, 0, {y:.6e}, 0, 0, 0, {z:.6e}]  # {note}\n")
     return as_comments(head_comments(pairs, convention, samples=True)) + "".join(rows)

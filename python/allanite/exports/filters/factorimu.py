@@ -8,10 +8,9 @@ from functools import partial
 from allanite.exports._axis import Axis, rate_of
 from allanite.exports._choice import choose
 from allanite.exports._head import head_comments
-from allanite.exports._lines import check_both_sensors
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
-from allanite.exports._triad import sensors_in_xyz
+from allanite.exports._triad import triads_of
 
 #: Minimum SampleRate in the documentation of factorIMUParameters, Hz.
 MIN_SAMPLE_RATE = 100.0
@@ -23,10 +22,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """Text of a MATLAB script that calls factorIMUParameters with N² and K² of x, y and z in SI.
 
     MATLAB's factorIMU multiplies N² by the rate for a sample, and K² by the time between nodes. A rate below 100 Hz
-    adds a remark. Raises `InputError` unless both sensors and one sampling rate are known.
+    adds a remark. Raises `InputError` without one sampling rate.
     """
     fs = rate_of(axes, rate, "factorimu")
-    check_both_sensors(axes, "factorimu")
     convention = [
         "factorIMUParameters: continuous-time, two-sided covariances N^2 and K^2, despite the units in its documentation.",
         "The factor multiplies N^2 by SampleRate for a sample, and K^2 by the time between two nodes.",
@@ -35,20 +33,16 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         convention.append(
             f"SampleRate is below the documented minimum of {MIN_SAMPLE_RATE:g} Hz: use a higher sampling rate."
         )
-    rows, pairs = [], []
-    chosen = partial(choose, overbound=overbound)
-    for name, own, numbers, remarks in sensors_in_xyz(axes, UNITS, chosen, ("N", "K")):
-        pairs += own
-        convention += remarks
-        for key, column, unit in zip(
-            ("Noise", "BiasNoise"), zip(*numbers, strict=True), UNITS[name], strict=True
-        ):
-            values = " ".join(f"{value:.6e}" for value in column)
+    rows = []
+    found = triads_of(axes, UNITS, partial(choose, overbound=overbound), ("N", "K"))
+    for name, numbers in found.numbers.items():
+        for key, coefficient, unit in zip(("Noise", "BiasNoise"), "NK", UNITS[name], strict=True):
+            values = " ".join(f"{value:.6e}" for value in numbers[coefficient])
             rows.append(f"    '{name}{key}', diag([{values}].^2), ...  % ({unit})^2/Hz\n")
-    lines = as_comments(head_comments(pairs, convention), "%")
+    lines = as_comments(head_comments(found.pairs, [*convention, *found.remarks]), "%")
     return (
         f"{lines}parameters = factorIMUParameters( ...\n{''.join(rows)}    'SampleRate', {fs:g});\n"
     )
 
 
-TARGETS = (Target("factorimu", "MATLAB factorIMU", "factorimu.m", render),)
+TARGETS = (Target("factorimu", "MATLAB factorIMU", "factorimu.m", render, both_sensors=True),)

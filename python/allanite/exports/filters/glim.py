@@ -8,12 +8,7 @@ from collections.abc import Sequence
 
 from allanite.exports._axis import Axis, gyro_and_accel_axes
 from allanite.exports._head import head_comments
-from allanite.exports._lines import (
-    check_both_sensors,
-    choose_all,
-    largest_number,
-    with_shared_numbers,
-)
+from allanite.exports._lines import choose_all, largest_number, with_shared_numbers
 from allanite.exports._target import Target
 
 #: Scan rate of a usual LiDAR, Hz. The bias steps from scan to scan.
@@ -24,10 +19,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """JSON text: N in SI, and K/√(scan rate) as standard deviation of the bias change per scan of the LiDAR.
 
     The scan rate is `rate`, by default 10 Hz. imu_integration.cpp squares N. odometry_estimation_imu.cpp (koide3
-    d1c23be) uses one number for all six biases: the larger one of both sensors is written. Raises `InputError` unless
-    both sensors are given.
+    d1c23be) uses one number for all six biases: the larger one of both sensors is written.
     """
-    check_both_sensors(axes, "glim")
     scans = rate or SCAN_RATE
     gyro, accel = (choose_all(own, overbound=overbound) for own in gyro_and_accel_axes(axes))
     convention = (
@@ -43,12 +36,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         / math.sqrt(scans),
     }
     whole = {
-        "_comment": head_comments(
-            [*with_shared_numbers(gyro), *with_shared_numbers(accel)], convention
-        ),
+        "_comment": head_comments(with_shared_numbers(gyro, accel), convention),
         "sensors": values,
     }
     return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-TARGETS = (Target("glim", "GLIM", "config_sensors.json", render, own_rate=True),)
+TARGETS = (Target("glim", "GLIM", "config_sensors.json", render, own_rate=True, both_sensors=True),)

@@ -24,9 +24,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "GTSAM: continuous-time, two-sided covariances N^2 and K^2. They do not depend on the sampling rate.",
     )
     lines = [
-        as_comments(
-            head_comments([*with_shared_numbers(gyro), *with_shared_numbers(accel)], convention)
-        ),
+        as_comments(head_comments(with_shared_numbers(gyro, accel), convention)),
         "import gtsam\nimport numpy as np\n\n",
         "# For a frame whose z axis points up. Use MakeSharedD if the z axis points down.\n",
         "parameters = gtsam.PreintegrationCombinedParams.MakeSharedU(9.80665)\n",

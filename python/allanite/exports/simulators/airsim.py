@@ -31,9 +31,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "AirSim: continuous-time, two-sided densities; AirSim divides by sqrt(dt) itself. K = BiasStability/sqrt(Tau).",
     )
     sensor: dict[str, object] = {"SensorType": 2, "Enabled": True}
-    notes = head_comments(
-        [*with_shared_numbers(gyro), *with_shared_numbers(accel)], convention, simulator=True
-    )
+    notes = head_comments(with_shared_numbers(gyro, accel), convention, simulator=True)
     degree = math.pi / 180.0
     for own, keys, n_unit, k_unit in (
         (gyro, ("AngularRandomWalk", "GyroBiasStabilityTau", "GyroBiasStability"), degree / 60.0, degree / 3600.0),

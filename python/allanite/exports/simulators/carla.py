@@ -11,7 +11,7 @@ from allanite.exports._choice import choose
 from allanite.exports._head import head_comments
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
-from allanite.exports._triad import sensors_in_xyz
+from allanite.exports._triad import triads_of
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
@@ -21,21 +21,19 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "carla")
-    pairs = []
     convention = [
         f"CARLA (sensor.other.imu): standard deviation per sample at {fs:g} Hz, N*sqrt(rate).",
         "CARLA's bias is constant, so this file cannot hold slow noise.",
     ]
-    lines = []
     chosen = partial(choose, overbound=overbound, simulator=True)
-    for sensor, own, places, remarks in sensors_in_xyz(axes, ("gyro", "accel"), chosen, ["N"]):
-        pairs += own
-        convention += remarks
-        lines += [
-            f'    "noise_{sensor}_stddev_{axis}": "{white * math.sqrt(fs):.6e}",\n'
-            for axis, (white,) in zip("xyz", places, strict=True)
-        ]
-    return as_comments(head_comments(pairs, convention, simulator=True)) + (
+    found = triads_of(axes, ("gyro", "accel"), chosen, ["N"])
+    lines = [
+        f'    "noise_{sensor}_stddev_{axis}": "{white * math.sqrt(fs):.6e}",\n'
+        for sensor, places in found.numbers.items()
+        for axis, white in zip("xyz", places["N"], strict=True)
+    ]
+    notes = head_comments(found.pairs, [*convention, *found.remarks], simulator=True)
+    return as_comments(notes) + (
         "imu_attributes = {\n" + "".join(lines) + f'    "sensor_tick": "{1 / fs:.6e}",\n}}\n\n\n'
         "def set_on(blueprint):\n    for name, value in imu_attributes.items():\n"
         "        blueprint.set_attribute(name, value)\n"

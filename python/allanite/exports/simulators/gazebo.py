@@ -11,7 +11,7 @@ from allanite.exports._choice import TIME_NOTE, choose_gauss_markov
 from allanite.exports._head import head_comments
 from allanite.exports._target import Target
 from allanite.exports._text import xml_comment
-from allanite.exports._triad import sensors_in_xyz
+from allanite.exports._triad import triads_of
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
@@ -22,7 +22,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     `InputError` if `rate` is None and the axes have no common rate.
     """
     fs = rate_of(axes, rate, "gazebo")
-    pairs = []
     convention = [
         f"Gazebo: stddev is the standard deviation of a sample at {fs:g} Hz, N*sqrt(rate). Set update_rate to {fs:g}.",
         "The bias is a Gauss-Markov process with the correlation time T in s: 37 % of a bias is left after T.",
@@ -34,11 +33,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     tags = ("angular_velocity", "linear_acceleration")
     choose = partial(choose_gauss_markov, overbound=overbound, simulator=True)
     names = ("N", "q_c", "correlation_time")
-    for tag, own, places, remarks in sensors_in_xyz(axes, tags, choose, names):
-        pairs += own
-        convention += remarks
+    found = triads_of(axes, tags, choose, names)
+    for tag, places in found.numbers.items():
         body.append(f"  <{tag}>\n")
-        for letter, (white, q_c, time) in zip("xyz", places, strict=True):
+        for letter, white, q_c, time in zip("xyz", *places.values(), strict=True):
             body.append(
                 f'    <{letter}><noise type="gaussian"><mean>0</mean>'
                 f"<stddev>{white * math.sqrt(fs):.6e}</stddev>"
@@ -48,7 +46,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
                 f"</noise></{letter}>\n"
             )
         body.append(f"  </{tag}>\n")
-    notes = head_comments(pairs, convention, simulator=True)
+    notes = head_comments(found.pairs, [*convention, *found.remarks], simulator=True)
     return xml_comment(notes) + "<imu>\n" + "".join(body) + "</imu>\n"
 
 

@@ -12,7 +12,7 @@ from allanite.exports._head import head_comments
 from allanite.exports._held import NoiseParameters
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
-from allanite.exports._triad import sensors_in_xyz
+from allanite.exports._triad import triads_of
 
 DEGREE = math.pi / 180.0
 ROWS = {
@@ -26,7 +26,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     Each of x, y and z has its own numbers. A sensor without axes is left out. `rate` is not used.
     """
-    pairs = []
     convention = [
         "gnss-ins-sim: continuous-time, two-sided densities. b_stability is sigma of a Gauss-Markov bias, b_corr is its",
         "correlation time.",
@@ -34,15 +33,17 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     lines = []
     choose = partial(choose_gauss_markov, overbound=overbound, simulator=True)
     names = ("N", "q_c", "correlation_time")
-    for sensor, own, places, remarks in sensors_in_xyz(axes, ("gyro", "accel"), choose, names):
-        pairs += own
-        convention += remarks
-        held = [NoiseParameters(N, 0.0, q_c, time) for N, q_c, time in places]
+    found = triads_of(axes, ROWS, choose, names)
+    for sensor, places in found.numbers.items():
+        held = [
+            NoiseParameters(N, 0.0, q_c, time)
+            for N, q_c, time in zip(*places.values(), strict=True)
+        ]
         lines.append(f'    "{sensor}_b": np.zeros(3),\n')
         for key, name, unit, spelled in (*ROWS[sensor], ("b_corr", "correlation_time", 1.0, "s")):
             values = ", ".join(f"{getattr(c, name) / unit:.6e}" for c in held)
             lines.append(f'    "{sensor}_{key}": np.array([{values}]),  # {spelled}\n')
-    notes = head_comments(pairs, convention, simulator=True)
+    notes = head_comments(found.pairs, [*convention, *found.remarks], simulator=True)
     return as_comments(notes) + "import numpy as np\n\nimu_err = {\n" + "".join(lines) + "}\n"
 
 
