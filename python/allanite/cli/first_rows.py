@@ -120,7 +120,7 @@ def watched_column(
     InputError
         The column is unknown or holds time stamps, its unit contradicts the given one, or the data are no text log.
     """
-    from allanite.readers.columns import Request, roles_of
+    from allanite.readers.columns import Request, Roles
 
     if any("\0" in line for line in lines):
         raise InputError(
@@ -129,16 +129,16 @@ def watched_column(
     if not any(map(has_numbers, lines)):
         return WatchedColumn(0)
     table, delimiter = _table_of_lines(lines)
-    roles = roles_of(table, Request())
-    at = _column_index(table, roles, column, model.column, source)
+    roles = Roles(table, Request())
+    at = _column_index(roles, column, model.column, source)
     if table.units[at] is None and unit is None:
         unit = model.log_unit or model.unit
-    factor = _factor_to_model_unit(table, roles, at, model, unit, quantity)
+    factor = _factor_to_model_unit(roles, at, model, unit, quantity)
     return WatchedColumn(at, factor, delimiter)
 
 
 def _factor_to_model_unit(
-    table: Table, roles: Roles, at: int, model: NamedModel, unit: str | None, quantity: str
+    roles: Roles, at: int, model: NamedModel, unit: str | None, quantity: str
 ) -> float:
     """Factor that converts the numbers of the column with index `at` to the unit of the model.
 
@@ -148,7 +148,7 @@ def _factor_to_model_unit(
     from allanite.common.units import conversion, is_frequency, rate_unit
     from allanite.readers.columns import Request, layout_from_roles
 
-    layout = layout_from_roles(table, roles, Request(columns=(at,), unit=unit, quantity=quantity))
+    layout = layout_from_roles(roles, Request(columns=(at,), unit=unit, quantity=quantity))
     factor, own = layout.columns[at].scale, rate_unit(layout.units[0], quantity).name
     # The unit 1 also stands for an unknown unit.
     if model.unit is None or (model.unit == "1" and not is_frequency(own)):
@@ -156,9 +156,7 @@ def _factor_to_model_unit(
     return factor * conversion(own, model.unit)
 
 
-def _column_index(
-    table: Table, roles: Roles, column: str | None, model_column: str, source: str
-) -> int:
+def _column_index(roles: Roles, column: str | None, model_column: str, source: str) -> int:
     """Index of the column to watch.
 
     It is that of `column` (a name or number) if given, or else that of the name `model_column` if the table has it.
@@ -169,7 +167,7 @@ def _column_index(
     from allanite.readers.columns import Request, layout_from_roles
     from allanite.recording import find_column
 
-    names = table.names
+    table, names = roles.table, roles.table.names
     if column is not None or model_column in names:
         at = find_column(model_column if column is None else column, names)
         if at in roles.time_columns or roles.roles[at] == "time":
@@ -178,7 +176,7 @@ def _column_index(
                 f" ({', '.join(names)})"
             )
         return at
-    samples = layout_from_roles(table, roles, Request()).samples
+    samples = layout_from_roles(roles, Request()).samples
     sensors = [i for i in samples if _may_be_sensor(table, i)] or [samples[0]]
     if len(sensors) > 1:
         others = ", ".join(names[i] for i in sensors[1:])

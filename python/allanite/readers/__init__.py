@@ -239,13 +239,7 @@ def _recording_of_table(
     Raises `InputError` if the requested rate contradicts the file or the stamps, and for columns of different lengths.
     """
     refuse_contradicting_rate(request, table.rate, None)
-    all_findings = [*layout.findings, *(Finding("reader", "info", note) for note in table.notes)]
-    if request.unit is None and layout.quantity == "rate":
-        all_findings += no_unit_findings(
-            [table.names[i] for i in layout.samples if table.units[i] is None]
-        )
     covariates, dead = _covariates_with_values(table, layout)
-    all_findings += dead
     time, time_unit = _time_and_unit(table, layout, request)
     recording = Recording(
         _scaled_samples(table, layout),
@@ -266,10 +260,24 @@ def _recording_of_table(
     )
     refuse_contradicting_rate(request, None, recording.stamps)
     scaled = {table.names[find_column(name, table.names)] for name in request.scales}
-    all_findings += raw_count_findings(recording, scaled)
+    all_findings = [
+        *findings_of_layout(request, table, layout),
+        *dead,
+        *raw_count_findings(recording, scaled),
+    ]
     return recording.with_findings(
         all_findings, _columns_with_rates(recording, request, table, layout)
     )
+
+
+def findings_of_layout(request: Request, table: Table, layout: Layout) -> list[Finding]:
+    """List of the findings about the columns of a table, the remarks of its reader, and samples without a unit."""
+    found = [*layout.findings, *(Finding("reader", "info", note) for note in table.notes)]
+    if request.unit is None and layout.quantity == "rate":
+        found += no_unit_findings(
+            [table.names[i] for i in layout.samples if table.units[i] is None]
+        )
+    return found
 
 
 #: Maximum relative difference of two rates that counts as equal. It changes the level of white noise by 0.05 %, and the

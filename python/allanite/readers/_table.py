@@ -60,6 +60,14 @@ class Table:
     source: str = "file"
     others: tuple[str, ...] = ()
 
+    @classmethod
+    def of(
+        cls, columns: Sequence[tuple[str, NDArray[Any], str | None]], **statements: Any
+    ) -> Table:
+        """`Table` of columns (name, values, unit or None); `statements` are further fields, such as ``rate=100.0``."""
+        names, values, units = zip(*columns, strict=True) if columns else ((), (), ())
+        return cls(names, values, units, **statements)
+
     def __post_init__(self) -> None:
         """Make names printable and distinct, and derive each unit from the given unit or from the name."""
         # Names and units in a file may hold any characters.

@@ -127,28 +127,71 @@ class Request:
             fix(self, "quantity", "angle")
 
 
+# -- roles ---------------------------------------------------------------------------------------
+
+
 @dataclass(slots=True)
 class Roles:
-    """Roles of all columns. The next step decides which columns are used.
+    """Roles of all columns of a table and the time columns, decided from names, units and numbers.
+
+    The requested time column is the time. A column that is requested as a covariate is neither sensor nor time. The next
+    step decides which columns are used. Raises `InputError` for an unknown time column.
 
     Attributes
     ----------
+    table : Table
+        The first rows of all columns, or the whole log.
+    request : Request
+        Options of the caller.
     roles, reasons, sources : list of str
         Role of each column, the reason why a column with the role ``other`` is no sensor, and the source of the role.
+    clocks : set of int
+        Columns whose numbers are those of a clock, although nothing else says so.
     time : int or None
         Column of the time. For a time in several columns, the coarsest one.
     parts : TimeParts or None
         The columns of a time in several columns.
+    time_units : dict of int to str
+        Units of time columns that follow from their numbers.
+    findings : list of Finding
+        Remarks on the time columns.
     """
 
-    roles: list[str]
-    reasons: list[str]
-    sources: list[str]
-    time: int | None = None
-    parts: TimeParts | None = None
-    findings: tuple[Finding, ...] = ()
-    time_units: dict[int, str] = field(default_factory=dict)
-    """Units of time columns that follow from their numbers."""
+    table: Table
+    request: Request
+    roles: list[str] = field(init=False, default_factory=list)
+    reasons: list[str] = field(init=False, default_factory=list)
+    sources: list[str] = field(init=False, default_factory=list)
+    clocks: set[int] = field(init=False, default_factory=set)
+    time: int | None = field(init=False, default=None)
+    parts: TimeParts | None = field(init=False, default=None)
+    time_units: dict[int, str] = field(init=False, default_factory=dict)
+    findings: list[Finding] = field(init=False, default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Decide the role of each column by its name and unit, then by its numbers, then find the time."""
+        table = self.table
+        for i, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
+            role, reason = role_and_reason(name, unit) if table.named else ("sensor", "")
+            if i in table.dates and role == "other":
+                role, reason = "time", ""
+            if i in table.texts:
+                role, reason = "other", f'text, such as "{plain(table.texts[i], 24)}"'
+            self.roles.append(role)
+            self.reasons.append(reason)
+            self.sources.append(table.source if table.named else "guess")
+        for name in self.request.covariates:
+            with suppress(InputError):  # `layout_from_roles` raises this error
+                i = find_column(name, table.names)
+                if self.roles[i] in ("sensor", "time"):
+                    self._demote(i, "a logged column")
+        self._demote_by_numbers()
+        self._set_time_columns()
+
+    @property
+    def there(self) -> list[int]:
+        """List of the indices of the columns that were read."""
+        return [i for i, column in enumerate(self.table.columns) if column is not None]
 
     @property
     def time_columns(self) -> tuple[int, ...]:
@@ -156,6 +199,251 @@ class Roles:
         if self.parts is not None:
             return self.parts.columns
         return () if self.time is None else (self.time,)
+
+    def with_role(self, role: str) -> list[int]:
+        """List of the indices of the columns with this role."""
+        return [i for i, own in enumerate(self.roles) if own == role]
+
+    def shown_name(self, at: int) -> str:
+        """Name of a column; a text with its index if the name is empty."""
+        return self.table.names[at] or f"{at} (without a name)"
+
+    def _demote(self, at: int, reason: str) -> None:
+        """Set the role of the column at index `at` to ``other``, with this reason and the source ``guess``."""
+        self.roles[at], self.reasons[at], self.sources[at] = "other", reason, "guess"
+
+    def _demote_by_numbers(self) -> None:
+        """Set the role ``other`` for sensors that are magnitudes, or whose values count, repeat or are constant.
+
+        Besides magnitudes, only columns without a unit change, and only if samples are rates. A column with the name of
+        a sensor changes only if its numbers count and rise in every row. If no sensor would be left, only indices,
+        counters and dates change, and nothing in a log of one column.
+        """
+        table = self.table
+        sensors = [i for i in self.there if self.roles[i] == "sensor"]
+        axes = [i for i in sensors if sensor_kind(table.names[i]) is None or table.named]
+        for group in _groups_of_equal_unit(axes, table):
+            for place in indices_of_magnitudes([table[i] for i in group]):
+                self._demote(group[place], "a magnitude")
+        if self.request.quantity not in (None, "rate"):
+            return
+        kinds: dict[int, str] = {}
+        words = {"index": "an index", "counter": "a counter", "date": "a date", "clock": "a clock"}
+        for i in sensors:
+            if table.units[i] is not None or self.roles[i] != "sensor":
+                continue
+            x, is_named = table[i], sensor_kind(table.names[i]) is not None
+            is_axis = is_named or not table.named or words_in(table.names[i]) in ("x", "y", "z")
+            if not is_axis and len(sensors) > 1 and x.dtype.kind == "f" and np.isnan(x).all():
+                kinds[i] = "no values"
+                continue
+            kind = kind_of_numbers(x)
+            # The name of a sensor outweighs its numbers, unless they rise in every row.
+            if kind is not None and not (is_named and np.any(np.diff(x) <= 0)):
+                kinds[i] = words[kind]
+            elif not is_axis and repeats_exactly(x):
+                kinds[i] = "an identifier"
+            elif not is_axis and is_serial_number(x):
+                kinds[i] = "a constant whole number"
+        if not any(i not in kinds and self.roles[i] == "sensor" for i in sensors):
+            # No other sensor is left. Phases and angles rise like a time, and coarse codes repeat like identifiers.
+            counts = () if len(table.names) == 1 else ("an index", "a counter", "a date")
+            kinds = {i: kind for i, kind in kinds.items() if kind in counts}
+        for i, kind in kinds.items():
+            self._demote(i, kind)
+        self.clocks = {i for i, kind in kinds.items() if kind == "a clock"}
+
+    def _set_time_columns(self) -> None:
+        """Set the time columns and the findings about them, and correct roles of columns only named like a time.
+
+        A column named like a time whose numbers fall gets the role ``other``. Times that are not used get a reason.
+        """
+        request = self.request
+        # Stamps that are no column of the table are the time, unless another column is requested.
+        apart = self.table.time is not None and request.time_column in (None, "t", "time")
+        if not apart and not request.ignores_time:
+            self._choose_time()
+        time = self.time_columns
+        for i in time:
+            self.roles[i], self.reasons[i] = "time", ""
+        others = [i for i in self.there if i not in time]
+        # A column named like a time whose numbers fall is something else, such as a temperature T.
+        for i in others:
+            if self.roles[i] == "time" and falls_often(self.table[i]):
+                self.roles[i], self.reasons[i] = "other", "its numbers fall, so it is no time"
+        for i in others:
+            if self.roles[i] == "time" or i in self.clocks:
+                if self.parts is None:
+                    self._compare_with_time(i)
+                self.reasons[i] = "another time" if self.time is not None or apart else "a clock"
+
+    def _choose_time(self) -> None:
+        """Set `time`, `parts` and the source of the time, and add a finding if it is guessed or in several columns."""
+        table, column = self.table, self.request.time_column
+        parts = find_time_parts(table.names, table.columns, table.dates)
+        if column is not None:
+            self.time = find_column(column, table.names)
+            self.sources[self.time] = "option"
+        if parts is not None and (column is None or self.time in parts.columns):
+            self.time, self.parts = parts.columns[0], parts
+            names = ", ".join(table.names[i] for i in parts.columns)
+            self.findings.append(
+                Finding(
+                    "time_parts",
+                    "info",
+                    f"the time is in {len(parts.columns)} columns, {parts.form}: {names}",
+                    values={"count": len(parts.columns)},
+                    remedy=" ({time_column} selects another)",
+                )
+            )
+        elif column is None:
+            self.time = self._named_time()
+            if self.time is None and (guessed := self._guessed_time()) is not None:
+                self.time, self.sources[guessed] = guessed, "guess"
+                reason = "holds days (MJD)" if guessed in self.time_units else "rises steadily"
+                self.findings.append(
+                    Finding(
+                        "time_column",
+                        "info",
+                        f"column {self.shown_name(guessed)} {reason} and is used as the time",
+                        values={"column_index": guessed},
+                        remedy=" ({column} reads it as a sensor)",
+                    )
+                )
+
+    def _named_time(self) -> int | None:
+        """Index of the first column with the role ``time`` whose numbers rise; None if no column has this role.
+
+        If no such column rises, it is the first one.
+        """
+        table, candidates = self.table, self.with_role("time")
+        advancing = [
+            i
+            for i in candidates
+            if (x := table.columns[i]) is not None and not falls_often(x) and np.any(np.diff(x) > 0)
+        ]
+        return next(iter(advancing or candidates), None)
+
+    def _guessed_time(self) -> int | None:
+        """Index of the column whose numbers show that it is the time, or None if no column looks like a time.
+
+        May change roles. For a pair of days (MJD) and decimal years, the column of days is the time. Columns with the GPS
+        week of these days get the role ``other``.
+        """
+        table = self.table
+        pair = _days_and_years(table, self.there)
+        if pair is not None:
+            days, years = pair
+            self.roles[years], self.time_units = "time", {days: "d", years: "y"}
+            self.clocks -= set(pair)
+            for i in self.there:
+                if _is_gps_calendar(table[i], table[days]):
+                    self._demote(i, "week or day of week of the same time")
+            return days
+        if not table.named and _looks_like_time(table):
+            return 0
+        unnamed = (
+            i
+            for i in self.there
+            if i in self.clocks
+            or (self.roles[i] == "other" and not self.reasons[i].startswith("a"))
+        )
+        return next(
+            (i for i in unnamed if table.units[i] is None and kind_of_numbers(table[i]) == "clock"),
+            None,
+        )
+
+    def _compare_with_time(self, other: int) -> None:
+        """Add a finding that the time column `other` is not used; a warning if its rate differs by over 0.1 %.
+
+        Nothing without a time that was read, and for days with decimal years of the same time.
+        """
+        at = self.time
+        if at is None or self.table.columns[at] is None or {at, other} <= self.time_units.keys():
+            return
+        first, second = self.shown_name(at), self.shown_name(other)
+        both = f"{first} and {second} are both time; {first} is used"
+        ratio = _relative_rate_difference(self.table, at, other)
+        odd = ratio > 1e-3
+        self.findings.append(
+            Finding(
+                "two_clocks",
+                "warning" if odd else "info",
+                both + (f"; their rates differ by {percent_text(ratio, 2)}" if odd else ""),
+                values={"relative": ratio},
+                remedy=" (choose by {time_column})",
+            )
+        )
+
+
+def _groups_of_equal_unit(columns: Sequence[int], table: Table) -> list[list[int]]:
+    """List of groups of adjacent column indices with the same unit; each group is a list."""
+    groups: list[list[int]] = []
+    for i in columns:
+        if groups and groups[-1][-1] == i - 1 and table.units[i] == table.units[groups[-1][-1]]:
+            groups[-1].append(i)
+        else:
+            groups.append([i])
+    return groups
+
+
+def _days_and_years(table: Table, there: Sequence[int]) -> tuple[int, int] | None:
+    """Tuple (days, years): indices of two columns with the same times in MJD and in decimal years; or None.
+
+    The first pair counts whose times differ by less than 2 days in every row and whose days rise. `there` holds the
+    indices of the columns that were read.
+    """
+    with np.errstate(all="ignore"):
+        means = {i: float(np.mean(table[i])) for i in there}
+    for days in (i for i in there if 15_000 < means[i] < 90_000):
+        for years in (i for i in there if 1_900 < means[i] < 2_200):
+            # Half-precision floats cannot hold the days of a century.
+            of_years = MJD_2000 + (table[years].astype(np.float64) - 2000.0) * YEAR
+            # Calendar dates differ by up to two days from years of 365.25 days.
+            if np.all(np.abs(of_years - table[days]) < 2.0) and np.any(np.diff(table[days]) > 0):
+                return days, years
+    return None
+
+
+def _is_gps_calendar(values: NDArray[Any], days: NDArray[Any]) -> bool:
+    """True if the values are the GPS week, or the day of the GPS week, of `days` (MJD)."""
+    since = np.floor(days) - GPS_EPOCH
+    return bool(np.array_equal(values, since // 7) or np.array_equal(values, since % 7))
+
+
+def _looks_like_time(table: Table) -> bool:
+    """True if the first of several columns rises in every row by similar steps (median deviation below 50 %).
+
+    False for fewer than 100 rows, or if the first column was not read.
+    """
+    if len(table.names) < 2 or table.columns[0] is None or table.n < MIN_STAMPS:
+        return False
+    with np.errstate(invalid="ignore", over="ignore"):  # infinities and NaN are no time
+        steps = np.diff(table[0])
+        return bool(np.all(steps > 0) and np.median(np.abs(steps / np.median(steps) - 1)) < 0.5)
+
+
+def _relative_rate_difference(table: Table, one: int, two: int) -> float:
+    """Relative difference |r₁/r₂ − 1| of the rates of two time columns; 0 if one of them has no positive rate.
+
+    Unless both units are stated, the rates are compared up to a power of ten.
+    """
+    units = [time_unit_of(table.names[i], table.units[i]) for i in (one, two)]
+    stated = None not in units
+    try:
+        rates = [
+            read_stamps(table[i], unit if stated else "s").rate
+            for i, unit in zip((one, two), units, strict=True)
+        ]
+    except InputError:
+        return 0.0
+    ratio = rates[0] / rates[1]
+    if not ratio > 0.0:
+        return 0.0
+    return abs(ratio / (1.0 if stated else 10.0 ** round(float(np.log10(ratio)))) - 1)
+
+
+# -- use -----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,340 +499,22 @@ def layout_of(table: Table, request: Request) -> Layout:
     InputError
         A column is unknown, no column is a sensor, or a unit contradicts the header.
     """
-    return layout_from_roles(table, roles_of(table, request), request)
+    return layout_from_roles(Roles(table, request), request)
 
 
-# -- roles ---------------------------------------------------------------------------------------
-
-
-def roles_of(table: Table, request: Request) -> Roles:
-    """`Roles` of all columns and the time columns, decided from names, units and numbers.
-
-    The requested time column is the time. A column that is requested as a covariate is neither sensor nor time. Raises
-    `InputError` for an unknown time column.
-    """
-    found = Roles([], [], [])
-    for i, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
-        role, reason = role_and_reason(name, unit) if table.named else ("sensor", "")
-        if i in table.dates and role == "other":
-            role, reason = "time", ""
-        if i in table.texts:
-            role, reason = "other", f'text, such as "{plain(table.texts[i], 24)}"'
-        found.roles.append(role)
-        found.reasons.append(reason)
-        found.sources.append(table.source if table.named else "guess")
-    for i in _requested_covariates(table, request):
-        if found.roles[i] in ("sensor", "time"):
-            _demote(found, i, "a logged column")
-    kinds = _demote_by_numbers(table, found, request)
-    _set_time_columns(table, found, request, kinds)
-    return found
-
-
-def _requested_covariates(table: Table, request: Request) -> list[int]:
-    """List of the indices of the columns that the caller named as covariates; unknown names are left out."""
-    places = []
-    for name in request.covariates:
-        with suppress(InputError):  # `layout_from_roles` raises this error
-            places.append(find_column(name, table.names))
-    return places
-
-
-def _demote_by_numbers(table: Table, found: Roles, request: Request) -> dict[int, str]:
-    """Set the role ``other`` in `found` for sensors that are magnitudes, or whose values count, repeat or are constant.
-
-    Returns a dict from the index of a column to its kind, such as ``"an index"``; magnitudes are not in it. Besides
-    magnitudes, only columns without a unit change, and only if samples are rates. A column with the name of a sensor
-    changes only if its numbers count and rise in every row. If no sensor would be left, only indices, counters and
-    dates change, and nothing in a log of one column.
-    """
-    kinds: dict[int, str] = {}
-    sensors = [
-        i for i, role in enumerate(found.roles) if role == "sensor" and table.columns[i] is not None
-    ]
-    for group in _groups_of_equal_unit(
-        [i for i in sensors if sensor_kind(table.names[i]) is None or table.named], table
-    ):
-        for place in indices_of_magnitudes([table[i] for i in group]):
-            _demote(found, group[place], "a magnitude")
-    if request.quantity not in (None, "rate"):
-        return kinds
-    words = {"index": "an index", "counter": "a counter", "date": "a date", "clock": "a clock"}
-    for i in sensors:
-        if table.units[i] is not None or found.roles[i] != "sensor":
-            continue
-        x, is_named = table[i], sensor_kind(table.names[i]) is not None
-        is_axis = is_named or not table.named or words_in(table.names[i]) in ("x", "y", "z")
-        if not is_axis and len(sensors) > 1 and x.dtype.kind == "f" and np.isnan(x).all():
-            kinds[i] = "no values"
-            continue
-        kind = kind_of_numbers(x)
-        # The name of a sensor outweighs its numbers, unless they rise in every row.
-        if kind is not None and not (is_named and np.any(np.diff(x) <= 0)):
-            kinds[i] = words[kind]
-        elif not is_axis and repeats_exactly(x):
-            kinds[i] = "an identifier"
-        elif not is_axis and is_serial_number(x):
-            kinds[i] = "a constant whole number"
-    left = [i for i in sensors if i not in kinds and found.roles[i] == "sensor"]
-    if not left:
-        # No other sensor is left. Phases and angles rise like a time, and coarse codes repeat like identifiers.
-        only = len(table.names) == 1
-        counts = ("an index", "a counter", "a date")
-        for i in [i for i, kind in kinds.items() if only or kind not in counts]:
-            del kinds[i]
-    for i, kind in kinds.items():
-        _demote(found, i, kind)
-    return kinds
-
-
-def _demote(found: Roles, at: int, reason: str) -> None:
-    """Set the role of the column at index `at` to ``other``, with this reason and the source ``guess``."""
-    found.roles[at], found.reasons[at], found.sources[at] = "other", reason, "guess"
-
-
-def _groups_of_equal_unit(columns: Sequence[int], table: Table) -> list[list[int]]:
-    """List of groups of adjacent column indices with the same unit; each group is a list."""
-    groups: list[list[int]] = []
-    for i in columns:
-        if groups and groups[-1][-1] == i - 1 and table.units[i] == table.units[groups[-1][-1]]:
-            groups[-1].append(i)
-        else:
-            groups.append([i])
-    return groups
-
-
-def _set_time_columns(table: Table, found: Roles, request: Request, kinds: dict[int, str]) -> None:
-    """Set the time columns and the findings about them in `found`, and correct roles of columns only named like a time.
-
-    A column named like a time whose numbers fall gets the role ``other``. Times that are not used get a reason. `kinds`
-    maps columns to what their numbers are (`_demote_by_numbers`), and may lose entries. Raises `InputError` if the
-    requested time column is unknown.
-    """
-    there = [i for i, column in enumerate(table.columns) if column is not None]
-    # Stamps that are no column of the table are the time, unless another column is requested.
-    apart = table.time is not None and request.time_column in (None, "t", "time")
-    notes: list[Finding] = []
-    if not apart and not request.ignores_time:
-        notes = _choose_time(table, found, request, kinds, there)
-    for i in found.time_columns:
-        found.roles[i], found.reasons[i] = "time", ""
-    # A column named like a time whose numbers fall is something else, such as a temperature T.
-    for i in there:
-        if i not in found.time_columns and found.roles[i] == "time" and falls_often(table[i]):
-            found.roles[i], found.reasons[i] = "other", "its numbers fall, so it is no time"
-    others = [
-        i
-        for i in there
-        if i not in found.time_columns and (found.roles[i] == "time" or kinds.get(i) == "a clock")
-    ]
-    if found.parts is None:
-        notes += _findings_about_other_times(table, found, found.time, others)
-    for i in others:
-        found.reasons[i] = "another time" if found.time is not None or apart else "a clock"
-    found.findings = tuple(notes)
-
-
-def _choose_time(
-    table: Table, found: Roles, request: Request, kinds: dict[int, str], there: Sequence[int]
-) -> list[Finding]:
-    """Set `time`, `parts` and the source of the time in `found`; return a list of at most one finding about it.
-
-    The finding says that the time is guessed or in several columns. Arguments are those of `_set_time_columns`; `there`
-    holds the indices of the columns that were read.
-    """
-    parts = find_time_parts(table.names, table.columns, table.dates)
-    if request.time_column is not None:
-        found.time = find_column(request.time_column, table.names)
-        found.sources[found.time] = "option"
-        if parts is None or found.time not in parts.columns:
-            return []
-    elif parts is None:
-        found.time = _named_time(table, found, there)
-        if found.time is not None:
-            return []
-        found.time = _guessed_time(table, found, kinds, there)
-        if found.time is None:
-            return []
-        found.sources[found.time] = "guess"
-        reason = "holds days (MJD)" if found.time in found.time_units else "rises steadily"
-        return [
-            Finding(
-                "time_column",
-                "info",
-                f"column {_column_name(table, found.time)} {reason} and is used as the time",
-                values={"column_index": found.time},
-                remedy=" ({column} reads it as a sensor)",
-            )
-        ]
-    found.time, found.parts = parts.columns[0], parts
-    return [
-        Finding(
-            "time_parts",
-            "info",
-            f"the time is in {len(parts.columns)} columns, {parts.form}:"
-            f" {', '.join(table.names[i] for i in parts.columns)}",
-            values={"count": len(parts.columns)},
-            remedy=" ({time_column} selects another)",
-        )
-    ]
-
-
-def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
-    """Index of the first column with the role ``time`` whose numbers rise, or of the first with this role if none rises.
-
-    None if no column has this role. `there` holds the indices of the columns that were read.
-    """
-    candidates = [i for i, role in enumerate(found.roles) if role == "time"]
-    advancing = [
-        i
-        for i in candidates
-        if i in there and not falls_often(table[i]) and bool(np.any(np.diff(table[i]) > 0))
-    ]
-    return next(iter(advancing or candidates), None)
-
-
-def _guessed_time(
-    table: Table, found: Roles, kinds: dict[int, str], there: Sequence[int]
-) -> int | None:
-    """Index of the column whose numbers show that it is the time, or None if no column looks like a time.
-
-    May change roles in `found`. For a pair of days (MJD) and decimal years, the column of days is the time. Columns
-    with the GPS week of these days get the role ``other``. The pair is removed from `kinds`, which maps columns to what
-    their numbers are (``"a clock"``). `there` holds the indices of the columns that were read.
-    """
-    pair = _days_and_years(table, there)
-    if pair is not None:
-        days, years = pair
-        found.roles[years], found.time_units = "time", {days: "d", years: "y"}
-        for i in pair:
-            kinds.pop(i, None)
-        for i in there:
-            if _is_gps_calendar(table[i], table[days]):
-                _demote(found, i, "week or day of week of the same time")
-        return days
-    if not table.named and _looks_like_time(table):
-        return 0
-    named_none = (
-        i
-        for i in there
-        if table.units[i] is None
-        and (
-            kinds.get(i) == "a clock"
-            or (found.roles[i] == "other" and not found.reasons[i].startswith("a"))
-        )
-        and kind_of_numbers(table[i]) == "clock"
-    )
-    return next(named_none, None)
-
-
-def _days_and_years(table: Table, there: Sequence[int]) -> tuple[int, int] | None:
-    """Tuple (days, years): indices of two columns with the same times in MJD and in decimal years; or None.
-
-    The first pair counts whose times differ by less than 2 days in every row and whose days rise. `there` holds the
-    indices of the columns that were read.
-    """
-    with np.errstate(all="ignore"):
-        means = {i: float(np.mean(table[i])) for i in there}
-    for days in (i for i in there if 15_000 < means[i] < 90_000):
-        for years in (i for i in there if 1_900 < means[i] < 2_200):
-            # Half-precision floats cannot hold the days of a century.
-            of_years = MJD_2000 + (table[years].astype(np.float64) - 2000.0) * YEAR
-            # Calendar dates differ by up to two days from years of 365.25 days.
-            if np.all(np.abs(of_years - table[days]) < 2.0) and np.any(np.diff(table[days]) > 0):
-                return days, years
-    return None
-
-
-def _is_gps_calendar(values: NDArray[Any], days: NDArray[Any]) -> bool:
-    """True if the values are the GPS week, or the day of the GPS week, of `days` (MJD)."""
-    since = np.floor(days) - GPS_EPOCH
-    return bool(np.array_equal(values, since // 7) or np.array_equal(values, since % 7))
-
-
-def _looks_like_time(table: Table) -> bool:
-    """True if the first of several columns rises in every row by similar steps (median deviation below 50 %).
-
-    False for fewer than 100 rows, or if the first column was not read.
-    """
-    if len(table.names) < 2 or table.columns[0] is None or table.n < MIN_STAMPS:
-        return False
-    with np.errstate(invalid="ignore", over="ignore"):  # infinities and NaN are no time
-        steps = np.diff(table[0])
-        return bool(np.all(steps > 0) and np.median(np.abs(steps / np.median(steps) - 1)) < 0.5)
-
-
-def _findings_about_other_times(
-    table: Table, found: Roles, at: int | None, others: Sequence[int]
-) -> list[Finding]:
-    """List of one finding for each time column that is not used; a warning if its rate differs by over 0.1 %.
-
-    `at` is the time column that is used, `others` are the other ones. Empty if `at` is None. Columns that were not
-    read, and days with decimal years of the same time, have no finding.
-    """
-    notes = []
-    for other in others:
-        if at is None or table.columns[other] is None or table.columns[at] is None:
-            continue
-        if {at, other} <= found.time_units.keys():
-            continue  # `_days_and_years` has compared them
-        first, second = _column_name(table, at), _column_name(table, other)
-        both = f"{first} and {second} are both time; {first} is used"
-        ratio = _relative_rate_difference(table, at, other)
-        odd = ratio > 1e-3
-        notes.append(
-            Finding(
-                "two_clocks",
-                "warning" if odd else "info",
-                both + (f"; their rates differ by {percent_text(ratio, 2)}" if odd else ""),
-                values={"relative": ratio},
-                remedy=" (choose by {time_column})",
-            )
-        )
-    return notes
-
-
-def _relative_rate_difference(table: Table, one: int, two: int) -> float:
-    """Relative difference |r₁/r₂ − 1| of the rates of two time columns; 0 if one of them has no positive rate.
-
-    Unless both units are stated, the rates are compared up to a power of ten.
-    """
-    units = [time_unit_of(table.names[i], table.units[i]) for i in (one, two)]
-    stated = None not in units
-    try:
-        rates = [
-            read_stamps(table[i], unit if stated else "s").rate
-            for i, unit in zip((one, two), units, strict=True)
-        ]
-    except InputError:
-        return 0.0
-    ratio = rates[0] / rates[1]
-    if not ratio > 0.0:
-        return 0.0
-    return abs(ratio / (1.0 if stated else 10.0 ** round(float(np.log10(ratio)))) - 1)
-
-
-def _column_name(table: Table, at: int) -> str:
-    """Name of a column; a text with its index if the name is empty."""
-    return table.names[at] or f"{at} (without a name)"
-
-
-# -- use -----------------------------------------------------------------------------------------
-
-
-def layout_from_roles(table: Table, found: Roles, request: Request) -> Layout:
+def layout_from_roles(found: Roles, request: Request) -> Layout:
     """`Layout` of a table from the roles of its columns: samples, covariates, units and factors, time, and findings.
 
     Columns named in the request replace the recognized sensors; its covariates are added to the temperatures. The
     quantity is the given one, or ``"angle"`` if all units are phases and no unit is given, or ``"rate"``. Raises
     `InputError` if no column is a sensor, a column is unknown, or a unit contradicts the given one.
     """
-    names = table.names
+    table, names = found.table, found.table.names
     reasons, loud = list(found.reasons), set[int]()
     if request.columns:
         samples = tuple(dict.fromkeys(find_column(name, names) for name in request.columns))
     else:
-        samples = _default_samples(table, found, request, reasons, loud)
+        samples = _default_samples(found, request, reasons, loud)
     quantity = request.quantity
     if quantity is None:
         phases = all(kind_of_unit(table.units[i]) == PHASE for i in samples)
@@ -555,15 +525,15 @@ def layout_from_roles(table: Table, found: Roles, request: Request) -> Layout:
     layout = Layout(
         (),
         samples,
-        _covariates(table, found, request, samples),
+        _covariates(found, request, samples),
         tuple(unit for unit, _ in read.values()),
         quantity,
         found,
-        None if found.time is None else _time_unit(table, found, found.time),
+        None if found.time is None else _time_unit(found, found.time),
         (),
     )
     scales = {i: scale * factors.get(i, 1.0) for i, (_, scale) in read.items()}
-    columns = _log_columns(table, layout, request, stated, scales, reasons)
+    columns = _log_columns(layout, request, stated, scales, reasons)
     findings = (
         *found.findings,
         *doubted,
@@ -573,22 +543,18 @@ def layout_from_roles(table: Table, found: Roles, request: Request) -> Layout:
     return replace(layout, columns=columns, findings=findings)
 
 
-def _covariates(
-    table: Table, found: Roles, request: Request, samples: Sequence[int]
-) -> tuple[int, ...]:
+def _covariates(found: Roles, request: Request, samples: Sequence[int]) -> tuple[int, ...]:
     """Tuple of the indices of the covariates: temperatures, then requested columns, without the `samples`.
 
     Raises `InputError` for an unknown requested column.
     """
-    temperatures = [
-        i for i, role in enumerate(found.roles) if role == "temperature" and i not in table.texts
-    ]
+    table = found.table
+    temperatures = [i for i in found.with_role("temperature") if i not in table.texts]
     requested = [find_column(name, table.names) for name in request.covariates]
     return tuple(i for i in dict.fromkeys((*temperatures, *requested)) if i not in samples)
 
 
 def _log_columns(
-    table: Table,
     layout: Layout,
     request: Request,
     stated: Sequence[str | None],
@@ -600,7 +566,7 @@ def _log_columns(
     `stated` has the unit of each column that the log states, `scales` the factor of each sample column, and `reasons`
     why each column is not used.
     """
-    found, used = layout.roles, set(layout.used)
+    found, used, table = layout.roles, set(layout.used), layout.roles.table
     scaled = {find_column(name, table.names) for name in request.scales}
     columns = []
     for i, (name, unit) in enumerate(zip(table.names, stated, strict=True)):
@@ -614,7 +580,7 @@ def _log_columns(
             reason = "not named as a column to use"
         sources = {"name": table.source if table.named else "guess", "role": source}
         if role == "time" and unit is None and not (found.parts and i in found.time_columns):
-            unit = _time_unit(table, found, i)
+            unit = _time_unit(found, i)
         phase = i in layout.samples and layout.quantity != "rate"
         if phase and is_frequency(unit) and time_unit(request.unit):
             # A header may state a wrong unit, such as 1; the given unit of time says that the numbers are a phase.
@@ -653,11 +619,12 @@ def _phase_unit_findings(columns: Sequence[LogColumn], quantity: str) -> list[Fi
     ]
 
 
-def _time_unit(table: Table, found: Roles, at: int) -> str | None:
+def _time_unit(found: Roles, at: int) -> str | None:
     """Unit of the time column at index `at` if a date, name, unit or guess states it; else None.
 
     For SampleTimeFine of Xsens, the stated rate decides between ``100us`` and ``us``.
     """
+    table = found.table
     if at in table.dates:
         return "s"
     unit = found.time_units.get(at) or time_unit_of(table.names[at], table.units[at])
@@ -669,7 +636,7 @@ def _time_unit(table: Table, found: Roles, at: int) -> str | None:
 
 
 def _default_samples(
-    table: Table, found: Roles, request: Request, reasons: list[str], loud: set[int]
+    found: Roles, request: Request, reasons: list[str], loud: set[int]
 ) -> tuple[int, ...]:
     """Tuple of the indices, ascending, of the columns that are read as samples if the caller names none.
 
@@ -678,10 +645,8 @@ def _default_samples(
     selects columns of an unknown unit. Writes the reason for each sensor not read into `reasons`, and its index into
     `loud` if a warning is due. Raises `InputError` if there is no sensor.
     """
-    names, units = table.names, table.units
-    sensors = [
-        i for i, role in enumerate(found.roles) if role == "sensor" and i not in found.time_columns
-    ]
+    table, names, units = found.table, found.table.names, found.table.units
+    sensors = [i for i in found.with_role("sensor") if i not in found.time_columns]
     foreign = [
         i
         for i, unit in enumerate(units)

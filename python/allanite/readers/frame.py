@@ -44,7 +44,7 @@ def table_of(frame: Any) -> Table:
         There is no column of numbers.
     """
     time = stamps_of_index(frame)
-    names, units, columns = [], [], []
+    columns: list[tuple[str, NDArray[Any], str | None]] = []
     for title, values, stated in _named_columns(frame):
         name, unit = split_unit(title)
         array = np.asarray(values)
@@ -53,14 +53,12 @@ def table_of(frame: Any) -> Table:
         if array.dtype.kind in "mM" or _is_dates(array):
             time = array if time is None else time
         elif array.dtype.kind in "iuf" and array.ndim == 1:
-            names.append(name)
-            units.append(stated or unit)
-            columns.append(array)
+            columns.append((name, array, stated or unit))
         elif role_of(name, unit) == "time" and time is None:
             time = _as_text(array) if array.dtype.kind == "O" else array
     if not columns:
         raise InputError(f"no column of numbers in the {type(frame).__name__}")
-    return Table(tuple(names), tuple(columns), tuple(units), time=time)
+    return Table.of(columns, time=time)
 
 
 def _is_dates(array: NDArray[Any]) -> bool:

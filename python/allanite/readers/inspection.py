@@ -18,12 +18,10 @@ from allanite.common.showing import aligned_lines
 from allanite.readers._table import Table, time_unit_of
 from allanite.readers.columns import (
     USE_REMEDY,
-    Layout,
     ReadOptions,
     Request,
     Roles,
     layout_from_roles,
-    roles_of,
 )
 from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import Log, is_frame, table_of
@@ -228,7 +226,7 @@ def inspect(path: Log, **options: Unpack[ReadOptions]) -> Inspection:
     from allanite.readers import read, request_of
 
     request = request_of(**options)
-    table, seen, damaged = _table_of_numbers(path, request)
+    table, known, damaged = _table_of_numbers(path, request)
     with about(None if is_frame(path) else path):
         _ = request.kinds  # raises an error if the given unit is not valid
         refuse_deviation_table(table)
@@ -237,7 +235,6 @@ def inspect(path: Log, **options: Unpack[ReadOptions]) -> Inspection:
     rate = stated if stated is not None and 0.0 < stated < np.inf else None
     refused, duration = None, None if rate is None else table.n / rate
     findings: tuple[Finding, ...] = ()
-    known = seen.columns if isinstance(seen, Layout) else _unused_columns(table, seen)
     try:
         recording = read(path, **options)
         rate, duration = recording.rate, recording.duration
@@ -280,31 +277,32 @@ def _motion_findings_of(recording: Recording) -> list[Finding]:
     return [replace(one, found=f"if the unit is {units}: {one.found}") for one in found]
 
 
-def _table_of_numbers(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int, str]]:
-    """Tuple (table of the numeric columns, its `Layout` or the `Roles` of the columns, dict of damaged columns).
+def _table_of_numbers(
+    path: Any, request: Request
+) -> tuple[Table, tuple[LogColumn, ...], dict[int, str]]:
+    """Tuple (table of the numeric columns, its columns as `LogColumn`, dict of damaged columns).
 
-    The second element is `Roles` if no layout is possible, for example because there is no sensor. The dict maps the
-    index of a damaged column to its error message; it is empty if the log can be read as a whole. Otherwise each column
-    is read alone, and the table omits the damaged ones. Raises `InputError` if all columns are damaged, or if the log is
-    damaged but no single column is.
+    The dict maps the index of a damaged column to its error message; it is empty if the log can be read as a whole.
+    Otherwise each column is read alone, and the table omits the damaged ones. Raises `InputError` if all columns are
+    damaged, or if the log is damaged but no single column is.
     """
     from allanite.readers import read_table
 
-    decided: list[Layout | Roles] = []
+    decided: list[tuple[LogColumn, ...]] = []
     places: list[int] = []
 
     def everything(first_rows: Table) -> list[int]:
         """List of the indices of all numeric columns.
 
-        Stores it in `places`, and appends the `Layout` or `Roles` to `decided`.
+        Stores it in `places`, and appends the columns to `decided`.
         """
-        decided.append(_layout_or_roles(first_rows, request))
+        decided.append(_columns_of(first_rows, request))
         places[:] = all_numbers(first_rows)
         return places
 
     if is_frame(path):
         table = table_of(path)
-        return table, _layout_or_roles(table, request), {}
+        return table, _columns_of(table, request), {}
     path = Path(path)
     damaged: dict[int, str] = {}
     with about(path):
@@ -320,37 +318,29 @@ def _table_of_numbers(path: Any, request: Request) -> tuple[Table, Layout | Role
                 raise
             sound = [at for at in places if at not in damaged]
             table = read_table(path, lambda _: sound, request.topics)
-    return table, decided[0] if decided else _layout_or_roles(table, request), damaged
+    return table, decided[0] if decided else _columns_of(table, request), damaged
 
 
-def _layout_or_roles(table: Table, request: Request) -> Layout | Roles:
-    """`Layout` of a table; its `Roles` if no layout is possible, for instance without a sensor."""
-    roles = roles_of(table, request)
+def _columns_of(table: Table, request: Request) -> tuple[LogColumn, ...]:
+    """Tuple of the columns of a table as `LogColumn`; none is used if the log cannot be read, for example has no sensor."""
+    found = Roles(table, request)
     try:
-        return layout_from_roles(table, roles, request)
+        return layout_from_roles(found, request).columns
     except InputError:
-        return roles
-
-
-def _unused_columns(table: Table, found: Roles) -> tuple[LogColumn, ...]:
-    """Tuple of all columns of a table as `LogColumn` with their roles, each marked as not used."""
-    return tuple(
-        LogColumn(
-            name,
-            role,
-            False,
-            unit,
-            reason=reason,
-            sources={
-                "name": table.source,
-                "role": source,
-                **({"unit": table.source} if unit else {}),
-            },
+        own = {"name": table.source}
+        return tuple(
+            LogColumn(
+                name,
+                role,
+                False,
+                unit,
+                reason=reason,
+                sources=own | {"role": source} | ({"unit": table.source} if unit else {}),
+            )
+            for name, unit, role, reason, source in zip(
+                table.names, table.units, found.roles, found.reasons, found.sources, strict=True
+            )
         )
-        for name, unit, role, reason, source in zip(
-            table.names, table.units, found.roles, found.reasons, found.sources, strict=True
-        )
-    )
 
 
 def _describe_column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:

@@ -18,7 +18,7 @@ from allanite.common.plain import plain
 from allanite.common.threads import processors
 from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate
-from allanite.readers import refuse_contradicting_rate
+from allanite.readers import findings_of_layout, refuse_contradicting_rate
 from allanite.readers._lines import head_of
 from allanite.readers._table import Table
 from allanite.readers.arrays import npy
@@ -31,8 +31,7 @@ from allanite.readers.text import (
     has_slashed_dates,
     with_day_first,
 )
-from allanite.readers.unit_names import no_unit_findings
-from allanite.recording.findings import Finding, stamp_findings
+from allanite.recording.findings import stamp_findings
 from allanite.recording.samples import factors_to, require_finite
 from allanite.recording.stamps_in_chunks import fill_gaps_in_chunks, read_stamps_in_chunks
 from allanite.summary.making import summary_of_chunks
@@ -116,16 +115,9 @@ def summary_of_log(path: Path, request: Request, unit: str | None, taus_per_octa
         summary = summary_of_chunks(
             chunks, rate, units, 0, names, plain(path), processors(), taus_per_octave
         )
-        findings = [
-            *layout.findings,
-            *(Finding("reader", "info", note) for note in first.notes),
-            *(stamp_findings(stamps, rate) if stamps else ()),
-        ]
-        if request.unit is None and layout.quantity == "rate":
-            findings += no_unit_findings(
-                [first.names[i] for i in layout.samples if first.units[i] is None]
-            )
-        return replace(summary, added_findings=tuple(findings))
+        findings = findings_of_layout(request, first, layout)
+        of_stamps = stamp_findings(stamps, rate) if stamps else ()
+        return replace(summary, added_findings=(*findings, *of_stamps))
 
 
 def _stamps_of(rows: _Rows, layout: Layout, request: Request) -> Stamps | None:

@@ -20,7 +20,7 @@ from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._lines import head_of
-from allanite.readers._table import Picker, Table, columns_of
+from allanite.readers._table import Picker, Table
 from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
 
 #: Names of scalars that are the sampling rate, in lower case.
@@ -91,9 +91,7 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
         raise InputError(f"no numeric array among {', '.join(found) or 'no variables'}")
     n = max(len(a) for a in tall.values())
     last_parts = Counter(name.split(".")[-1] for name in tall)
-    names: list[str] = []
-    columns: list[NDArray[Any]] = []
-    column_units: list[str | None] = []
+    columns: list[tuple[str, NDArray[Any], str | None]] = []
     for name, a in tall.items():
         if len(a) != n:
             continue
@@ -103,10 +101,9 @@ def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None 
         suffixes = (
             [""] if k == 1 else [f"_{c}" for c in "xyz"] if k == 3 else [f"_{i}" for i in range(k)]
         )
-        names += [short + suffix for suffix in suffixes]
-        columns += columns_of(a)
-        column_units += [(units or {}).get(name)] * k
-    return Table(tuple(names), tuple(columns), tuple(column_units), rate=rate)
+        unit = (units or {}).get(name)
+        columns += [(short + suffix, x, unit) for suffix, x in zip(suffixes, a.T, strict=True)]
+    return Table.of(columns, rate=rate)
 
 
 def _one_sample_per_row(array: NDArray[Any]) -> NDArray[Any]:

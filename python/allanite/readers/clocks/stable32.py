@@ -10,7 +10,7 @@ from pathlib import Path
 from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Picker, Table
-from allanite.readers.texts._lines import rewritten
+from allanite.readers.texts._lines import read_rewritten
 
 # Source: Stable32 user manual, "Data File Format": lines "File:", "Date:", "Type: Phase", "Tau: 1.0e+00", each with or
 # without #, end with "# Header End"; then one value a row, or a time tag in days (MJD) before it.
@@ -38,10 +38,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
     if end is None:
         table = text.read(path, text.all_numbers)
     else:
-        with rewritten(
-            path, _lines_with_commented_head(path, head[: end.end()].count("\n") + 1)
-        ) as target:
-            table = text.read(target, text.all_numbers)
+        lines = head[: end.end()].count("\n") + 1
+        table = read_rewritten(path, _lines_with_commented_head(path, lines))
     found = _TAU.search("\n".join(line for line in head.splitlines() if not line[:1].isdigit()))
     stated_type = _TYPE.search(head)
     phase = (

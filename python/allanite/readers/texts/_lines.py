@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,10 @@ from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._lines import head_of
+from allanite.readers._table import Table
 from allanite.readers.packed import temporary_file
+from allanite.readers.text import all_numbers
+from allanite.readers.text import read as read_text
 
 #: Modified Julian Date of 1970-01-01, days.
 MJD_OF_1970 = 40587
@@ -40,24 +44,24 @@ def first_lines(head: bytes) -> list[str]:
 
 
 def chosen_source(
-    counts: Mapping[str, int], topics: Sequence[str], what: str
+    rows: Mapping[str, Sequence[Any]], topics: Sequence[str], what: str
 ) -> tuple[str, list[str]]:
     """Tuple (name, notes): the source to read from a log of several clocks, and a list of at most one note on the others.
 
-    The source is the one in `topics`. Without a topic, it is the source with most rows (`counts`), the first one if
-    equal. `what` is the noun of the messages, such as ``"peer"``. Raises `InputError` for several topics or an unknown
-    one.
+    The source is the one in `topics`. Without a topic, it is the source with most rows (`rows` by source), the first one
+    if equal. `what` is the noun of the messages, such as ``"peer"``. Raises `InputError` for several topics or an
+    unknown one.
     """
-    listed = ", ".join(f"{plain(name)} ({n} rows)" for name, n in counts.items())
-    if len(topics) > 1 or any(name not in counts for name in topics):
+    listed = {name: f"{plain(name)} ({len(own)} rows)" for name, own in rows.items()}
+    if len(topics) > 1 or any(name not in rows for name in topics):
         raise InputError(
-            f"no {what} {plain(' and '.join(topics))} in this log, which holds {listed}: name one"
+            f"no {what} {plain(' and '.join(topics))} in this log, which holds {', '.join(listed.values())}: name one"
         )
-    chosen = topics[0] if topics else max(counts, key=lambda name: counts[name])
-    others = ", ".join(f"{plain(name)} ({n} rows)" for name, n in counts.items() if name != chosen)
-    return chosen, [
-        f"{what}s not read: {others}; to read another one, give its name as the topic"
-    ] if others else []
+    chosen = topics[0] if topics else max(rows, key=lambda name: len(rows[name]))
+    del listed[chosen]
+    others = ", ".join(listed.values())
+    note = f"{what}s not read: {others}; to read another one, give its name as the topic"
+    return chosen, [note] if others else []
 
 
 def text_lines(path: Path) -> Iterator[str]:
@@ -139,3 +143,9 @@ def rewritten(path: Path, lines: Iterable[str]) -> Iterator[Path]:
         with target.open("w", encoding="utf-8", newline="\n") as sink:
             sink.writelines(f"{line}\n" for line in lines)
         yield target
+
+
+def read_rewritten(path: Path, lines: Iterable[str]) -> Table:
+    """`Table` of all columns of numbers in the given lines of text, which stand for the lines of the file `path`."""
+    with rewritten(path, lines) as target:
+        return read_text(target, all_numbers)

@@ -78,20 +78,14 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         if len(rows) > 1:
             notes.append(f"the source changes: {plain(', '.join(rows), 200)}")
     else:
-        counts = {source: len(found) for source, found in rows.items()}
-        source, others = chosen_source(counts, topics, "source")
+        source, others = chosen_source(rows, topics, "source")
         found = rows[source]
         notes = [f"the offset against {plain(source)} is the phase", *others]
     numbers = np.array([values for _, values in found])
     moments = np.array([row[0] for row in found])
     notes += spacing_notes((moments - moments[0]) / np.timedelta64(1, "s"))
-    return Table(
-        tuple(name for name, _, _ in fields),
-        tuple(numbers.T),
-        tuple(unit for _, unit, _ in fields),
-        time=moments,
-        notes=tuple(notes),
-    )
+    columns = [(name, x, unit) for (name, unit, _), x in zip(fields, numbers.T, strict=True)]
+    return Table.of(columns, time=moments, notes=tuple(notes))
 
 
 FORMAT = LogFormat(

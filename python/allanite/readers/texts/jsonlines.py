@@ -107,13 +107,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         notes.append(f"text, not read: {', '.join(texts)}")
     if not columns:
         raise InputError("no number in these JSON lines")
-    return Table(
-        tuple(names[at] for at in columns),
-        tuple(columns.values()),
-        tuple(units[at] for at in columns),
-        time=time,
-        notes=tuple(notes),
-    )
+    shown = [(names[at], values, units[at]) for at, values in columns.items()]
+    return Table.of(shown, time=time, notes=tuple(notes))
 
 
 def _json_number(value: object) -> float | None:

@@ -10,10 +10,9 @@ from pathlib import Path
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
-from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Picker, Table
-from allanite.readers.texts._lines import rewritten, text_lines
+from allanite.readers.texts._lines import read_rewritten, text_lines
 from allanite.readers.unit_kinds import FOREIGN, kind_of_unit
 
 # Source: ni.com, "Specification for the LabVIEW Measurement File (.lvm)": a head for the file and one for each segment,
@@ -60,8 +59,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
             cells = "\t".join(line.rstrip("\r\n").split(separator)[: len(names)])
             yield cells.replace(",", ".") if comma else cells
 
-    with rewritten(path, rows()) as target:
-        table = text.read(target, text.all_numbers)
+    table = read_rewritten(path, rows())
     if len(table.columns) != len(names):
         raise InputError(f"{len(table.columns)} columns, but {len(names)} names")
     labels = iter(keys.get("Y_Unit_Label", []))

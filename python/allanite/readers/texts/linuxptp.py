@@ -85,8 +85,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         )
     if not rows:
         raise InputError("no line with an offset in this log of linuxptp")
-    counts = {clock: len(samples) for clock, samples in rows.items()}
-    chosen, others = chosen_source(counts, topics, "clock")
+    chosen, others = chosen_source(rows, topics, "clock")
     values = np.array(rows[chosen], dtype=np.float64)
     notes = [f"the offset of {plain(chosen)} is the phase", *others]
     locked = values[:, 2] >= LOCKED

@@ -63,8 +63,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         second_value = float(found["frequency" if form is _LOOP else "delay"])
         peer = "" if form is _LOOP else found["peer"]
         rows.setdefault(peer, []).append((seconds, float(found["offset"]), second_value))
-    counts = {peer: len(samples) for peer, samples in rows.items()}
-    chosen, others = chosen_source(counts, topics, "peer")
+    chosen, others = chosen_source(rows, topics, "peer")
     of = f" of {plain(chosen)}" if chosen else ""
     notes = [f"the offset{of} is the phase", *others]
     time, offset, second_values = np.array(rows[chosen]).T

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
-from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Picker, Table, split_unit
 from allanite.readers.sensor_names import role_of
@@ -18,7 +17,7 @@ from allanite.readers.texts._lines import (
     STAMP,
     TERMINAL_NOTE,
     first_lines,
-    rewritten,
+    read_rewritten,
     terminal_times,
     text_lines,
 )
@@ -83,8 +82,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the na
             is_names = i < first and not labels and _is_header(line, plain_lines[first:])
             yield line if i >= first or is_names or not line else f"# {line}"
 
-    with rewritten(path, commented_lines()) as target:
-        table = text.read(target, text.all_numbers)
+    table = read_rewritten(path, commented_lines())
     if labels:
         names, units = zip(*map(split_unit, labels), strict=True)
         table = replace(table, names=names, units=units, named=True)

@@ -11,10 +11,9 @@ from pathlib import Path
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
-from allanite.readers import text
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Picker, Table
-from allanite.readers.texts._lines import first_lines, rewritten, text_lines
+from allanite.readers.texts._lines import first_lines, read_rewritten, text_lines
 
 #: A row that begins with a word, followed by numbers. Comments begin with %, # or /.
 _ROW = re.compile(r"^\"?(?P<tag>[A-Za-z][A-Za-z_]{1,23}\d?)\"?[;,\t]\s*-?[\d.]")
@@ -88,8 +87,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
             is_own = number == header or (match is not None and match["tag"] == own)
             yield _CELL.sub("", line.rstrip()) if is_own else f"# {line.rstrip()}"
 
-    with rewritten(path, rows()) as target:
-        table = text.read(target, text.all_numbers)
+    table = read_rewritten(path, rows())
     others = [tag for tag in found if tag not in (own, *other_tags)]
     note = f"rows of {own}" + (
         f"; not read: rows of {plain(', '.join(others), 80)}" if others else ""

@@ -73,7 +73,10 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     if stamp is None:
         raise InputError(f"messages {chosen[0]} have no time; their fields are {', '.join(fields)}")
     kept = [i for i, field in enumerate(fields) if field in FIELDS or (topics and i != stamp)]
-    shown = [FIELDS.get(fields[i], (fields[i], None)) for i in kept]
+    columns = []
+    for i in kept:
+        name, unit = FIELDS.get(fields[i], (fields[i], None))
+        columns.append((name, np.ascontiguousarray(data[:, i]), unit))
     # Raw samples of gyroscope and accelerometer are separate messages with different rates.
     mate = ("ACC", chosen[1])
     apart = ("ACC." + str(chosen[1]),) if not topics and chosen[0] == "GYR" and mate in rows else ()
@@ -81,10 +84,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         f"{kind}.{at}" for kind, at in rows if (kind, at) != chosen and f"{kind}.{at}" not in apart
     )
     note = f"messages not read: {', '.join(others)} (name one as the topic)"
-    return Table(
-        tuple(name for name, _ in shown),
-        tuple(np.ascontiguousarray(data[:, i]) for i in kept),
-        tuple(unit for _, unit in shown),
+    return Table.of(
+        columns,
         time=data[:, stamp].astype(np.int64).astype("datetime64[us]"),
         notes=(note,) * bool(others),
         others=apart,

@@ -100,11 +100,8 @@ def _table_of_topics(bag: Any, requested: Sequence[str]) -> Table:
         for topic in imus
         if topic not in (*main, joined, apart)
     )
-    names, arrays, units = zip(*columns, strict=True)
-    return Table(
-        names,
-        arrays,
-        units,
+    return Table.of(
+        columns,
         time=time.astype("datetime64[ns]"),
         notes=others,
         others=() if apart is None else (apart,),

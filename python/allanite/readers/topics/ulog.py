@@ -72,10 +72,8 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     apart = [] if topics or name != "sensor_gyro.0" else [t for t in others if t == "sensor_accel"]
     others = [t for t in others if t not in apart]
     note = f"topics not read: {', '.join(sorted(others))} (name one as the topic)"
-    return Table(
-        tuple(columns),
-        tuple(values for values, _ in columns.values()),
-        tuple(unit for _, unit in columns.values()),
+    return Table.of(
+        [(column, values, unit) for column, (values, unit) in columns.items()],
         # Microseconds since boot, as date-times, so that their unit is unambiguous.
         time=time.astype("datetime64[us]"),
         notes=(note,) * bool(others),
