@@ -26,7 +26,8 @@ def runs_of(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int6
 
     Each array has the shape (runs,), and `end` is exclusive: a run is ``mask[first:end]``.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    padded = np.pad(mask, 1)
+    edges = np.flatnonzero(padded[1:] != padded[:-1])
     return edges[::2], edges[1::2]
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.arrays import Array
+from allanite.common.arrays import Array, runs_of
 from allanite.common.numbers import number, percent_text
 from allanite.common.units import coefficient_unit
 from allanite.recording.at_rest import motion_findings
@@ -64,7 +64,8 @@ def audit(recording: Recording) -> list[Finding]:
     for i, name in enumerate(recording.columns):
         x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, i]
         # A gap of angles costs one difference more than samples, but all findings count samples.
-        rows, missing = x.size, _count_missing(x)
+        rows = x.size
+        missing = int(np.count_nonzero(np.isnan(x))) if x.dtype.kind == "f" else 0
         if recording.quantity == "angle":
             # Angles wander by nature: only their steps can be judged.
             x = np.diff(x)
@@ -142,13 +143,6 @@ class _Column:
         return Finding(kind, severity, f"{self.name}: {found}", self.name, values, remedy)
 
 
-def _count_missing(x: NDArray[Any]) -> int:
-    """Number of samples that are NaN; 0 for integers."""
-    if x.dtype.kind != "f":
-        return 0
-    return sum(int(np.count_nonzero(np.isnan(x[k : k + CHUNK]))) for k in range(0, x.size, CHUNK))
-
-
 def _spread_blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> Array:
     """Blocks of neighboring samples at even distances over the record, as doubles, shape (blocks, length).
 
@@ -214,18 +208,8 @@ def _run_lengths(c: _Column) -> NDArray[np.int64]:
 
     ``[1]`` if all samples are missing.
     """
-    begins, ends = [], []
-    before = False
-    for at, piece in c.pieces():
-        there = np.concatenate(([before], ~np.isnan(piece))).astype(np.int8)
-        changes = np.diff(there)
-        begins.append(np.flatnonzero(changes > 0) + at)
-        ends.append(np.flatnonzero(changes < 0) + at)
-        before = bool(there[-1])
-    if before:
-        ends.append(np.array([c.n]))
-    found: NDArray[np.int64] = np.concatenate(ends) - np.concatenate(begins)
-    return found if found.size else np.ones(1, dtype=np.int64)
+    begins, ends = runs_of(~np.isnan(c.x))
+    return ends - begins if ends.size else np.ones(1, dtype=np.int64)
 
 
 def _factor_at_half_lost(runs: NDArray[np.int64], n: int) -> int:
@@ -257,7 +241,7 @@ def _stuck_findings(c: _Column) -> Iterator[Finding]:
     """
     if c.n < 2 or c.low == c.high:
         return
-    start, longest, equal = longest_run(c.pieces(overlap=1), c.n)
+    start, longest, equal = longest_run(c.x)
     share = equal / (c.n - 1)
     # Longest run to expect of independent samples that repeat with this probability; tripled,
     # because slow noise under a coarse step repeats in clusters.
@@ -298,7 +282,7 @@ def _clipping_findings(c: _Column) -> Iterator[Finding]:
     must have the value. The first 10 000 samples must contain at least 5 different values.
     """
     for edge, name in ((c.low, "lowest"), (c.high, "highest")):
-        at_edge = sum(int(np.count_nonzero(piece == edge)) for _, piece in c.pieces())
+        at_edge = int(np.count_nonzero(c.x == edge))
         if at_edge < 10 or at_edge > 0.5 * c.n or np.unique(c.x[:10_000]).size < 5:
             continue
         if at_edge > 3 * _neighbor_count(c, edge):
@@ -540,49 +524,41 @@ def _static_findings(c: _Column) -> Iterator[Finding]:
     if np.isnan(activity).all():
         return
     usual = float(np.nanmedian(activity))
-    loud = np.flatnonzero(activity > 3 * max(usual, 0.1 * c.step))
-    quiet = np.setdiff1d(np.flatnonzero(np.isfinite(activity)), loud)
-    if usual == 0.0 or loud.size == 0:
+    loud = activity > 3 * max(usual, 0.1 * c.step)
+    if usual == 0.0 or not loud.any():
         return
-    span = c.n / c.rate / blocks.shape[0]
-    first = loud[0]
-    last = first
-    while last + 1 in loud:
-        last += 1
+    begins, ends = runs_of(loud)
+    first, end = int(begins[0]), int(ends[0])
+    others = np.count_nonzero(loud) - (end - first)
+    more = f" and in {others} other segments" if others else ""
+    span = c.n / c.rate / loud.size
+    remedy = _remedy_by_quiet_blocks(np.isfinite(activity) & ~loud, span, blocks.shape[1], c)
     yield c.finding(
         "not_static",
         "warning",
-        f"not at rest: activity {activity[first : last + 1].max() / usual:.3g} times the usual"
-        f" around {first * span:.4g}–{(last + 1) * span:.4g} s"
-        + (
-            f" and in {loud.size - (last - first + 1)} other segments"
-            if loud.size > last - first + 1
-            else ""
-        ),
-        remedy=_remedy_for_loud_blocks(loud, quiet, span, blocks, c),
-        start_s=float(first * span),
-        end_s=float((last + 1) * span),
-        share=float(loud.size / blocks.shape[0]),
+        f"not at rest: activity {activity[first:end].max() / usual:.3g} times the usual"
+        f" around {first * span:.4g}–{end * span:.4g} s{more}",
+        remedy=remedy and f"{remedy} excludes {'it' if begins.size == 1 else 'them'}",
+        start_s=first * span,
+        end_s=end * span,
+        share=float(loud.mean()),
     )
 
 
-def _remedy_for_loud_blocks(
-    loud: NDArray[np.int64], quiet: NDArray[np.int64], span: float, blocks: Array, c: _Column
-) -> str:
-    """Text of a remedy that names the longest segment of `quiet` blocks; empty if it is below a tenth of the record.
+def _remedy_by_quiet_blocks(quiet: NDArray[np.bool_], span: float, length: int, c: _Column) -> str:
+    """Text that names the longest segment of quiet blocks; empty if it is below a tenth of the record.
 
-    `loud` and `quiet` are indices of blocks, each `span` seconds long. Blocks in gaps are neither.
-    The block after a loud one is excluded, too.
+    `quiet` is a mask of the blocks of `length` samples, one each `span` seconds. The block after a loud one is excluded.
     """
-    count = blocks.shape[0]
-    longest = max(np.split(quiet, np.flatnonzero(np.diff(quiet) > 1) + 1), key=len)
-    first, last = int(longest[0]), int(longest[-1])
+    begins, ends = runs_of(quiet)
+    longest = int(np.argmax(ends - begins))
+    first, end = int(begins[longest]), int(ends[longest])
     # The block next to a loud one may contain the end of the motion.
-    start = 0.0 if first == 0 else first * span + blocks.shape[1] / c.rate
-    end = c.n / c.rate if last == count - 1 else last * span
-    if end - start < 0.1 * c.n / c.rate:
+    start_s = 0.0 if first == 0 else first * span + length / c.rate
+    end_s = c.n / c.rate if end == quiet.size else (end - 1) * span
+    if end_s - start_s < 0.1 * c.n / c.rate:
         return ""
-    return f"; {{this_span:{start:.6g}:{end:.6g}}} excludes {'it' if loud[-1] - loud[0] < loud.size else 'them'}"
+    return f"; {{this_span:{start_s:.6g}:{end_s:.6g}}}"
 
 
 #: All checks of a column, in the order of the findings.

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
+from allanite.common.errors import InputError
+
 if TYPE_CHECKING:
     from allanite.recording.findings import Finding
 
@@ -55,6 +57,13 @@ class Record(Protocol):
     def unit(self) -> str:
         """Unit of the rate; columns with different units give all units: ``deg/s, m/s^2``."""
         return ", ".join(dict.fromkeys(self.units))
+
+    def _require_one_column(self) -> None:
+        """Raise `InputError` unless the record has exactly one column."""
+        if len(self.columns) != 1:
+            raise InputError(
+                f"one column is needed, found {', '.join(self.columns)}: choose with column(name)"
+            )
 
     def describe(self) -> dict[str, Any]:
         """Dict for JSON with the keys path, column, n, rate_hz, duration_s, unit, gaps, audit."""

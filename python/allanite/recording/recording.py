@@ -177,13 +177,10 @@ class Recording(Record):
                     )
                 rate = stamps.rate
             rate = positive_rate(rate)
-            units = (unit,) * len(names) if isinstance(unit, str) else _unit_names(unit)
-            if len(units) != len(names):
-                raise InputError(f"{len(units)} units for {len(names)} columns")
             self._set_fields(
                 samples=read_only(array),
                 rate=rate,
-                units=tuple(rate_unit(text, quantity).name for text in units),
+                units=arrays.unit_names(unit, quantity, len(names)),
                 quantity=quantity,
                 columns=names,
                 covariates=MappingProxyType({name: read_only(v) for name, v in extra.items()}),
@@ -479,10 +476,7 @@ class Recording(Record):
         InputError
             The recording has several columns.
         """
-        if len(self.columns) != 1:
-            raise InputError(
-                f"one column is needed, found {', '.join(self.columns)}: choose with column(name)"
-            )
+        self._require_one_column()
         x = self.samples
         if self.quantity == "rate":
             with np.errstate(invalid="ignore"):  # a float32 NaN that signals is one like others
@@ -548,25 +542,6 @@ class Recording(Record):
         what = f"{self.n} samples at {self.rate:g} Hz ({self.duration:g} s) in {self.unit}"
         extra = f"; logged columns {', '.join(self.covariates)}" if self.covariates else ""
         return f"Recording({', '.join(self.columns)}: {what}{extra})"
-
-
-def _unit_names(unit: Any) -> tuple[str, ...]:
-    """Tuple of the units; one unit that is no sequence is a tuple of one.
-
-    Raises
-    ------
-    InputError
-        A unit is not a text.
-    """
-    try:
-        names = tuple(unit)
-    except TypeError:
-        names = (unit,)
-    if not all(isinstance(name, str) for name in names):
-        raise InputError(
-            f"unit = {str(unit)[:40]!r}: give a name such as 'deg/s', or one for each column"
-        )
-    return names
 
 
 def recording_of_fields(state: Mapping[str, Any]) -> Recording:

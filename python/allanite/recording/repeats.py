@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,19 +137,14 @@ def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool
     return ~new
 
 
-def longest_run(pieces: Iterable[tuple[int, Array]], n: int) -> tuple[int, int, int]:
+def longest_run(samples: NDArray[Any]) -> tuple[int, int, int]:
     """Tuple (start, length, equal): first index and length of the longest run of one value; number of repeated samples.
 
-    A sample is repeated if it equals the previous one; NaN equals nothing. `pieces` are pairs (index of the first
-    sample, samples) of a record of n samples. Each piece ends with the first sample of the following piece.
+    A sample is repeated if it equals the previous one; NaN equals nothing.
     """
-    longest, start, run_start, equal = 1, 0, 0, 0
-    parts = (
-        (at + first, piece[first : first + PART_SAMPLES + 1])
-        for at, piece in pieces
-        for first in range(0, piece.size - 1, PART_SAMPLES)
-    )
-    for at, part in parts:
+    n, longest, start, run_start, equal = samples.size, 1, 0, 0, 0
+    for at in range(0, n - 1, PART_SAMPLES):
+        part = samples[at : at + PART_SAMPLES + 1]
         changes = np.flatnonzero(part[1:] != part[:-1])
         equal += part.size - 1 - changes.size
         if changes.size:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.plain import plain
-from allanite.common.units import conversion, parse_unit, units_by_kind
+from allanite.common.units import conversion, parse_unit, rate_unit, units_by_kind
 
 #: Rows checked at a time, so that they stay in the cache.
 CHUNK = 1 << 18
@@ -192,6 +192,24 @@ def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
         sums: NDArray[Any] = samples[: m * k].reshape(m, k, *samples.shape[1:]).sum(axis=1)
         return group_means(samples, k) * k if np.isnan(sums).any() else sums
     return group_means(samples, k)
+
+
+def unit_names(unit: Any, quantity: str, count: int) -> tuple[str, ...]:
+    """Tuple of the names of the units of `count` columns whose rates, increments or angles (`quantity`) are in `unit`.
+
+    `unit` is one text for all columns, or a sequence with one text for each. Raises `InputError` for anything else.
+    """
+    try:
+        units = (unit,) * count if isinstance(unit, str) else tuple(unit)
+    except TypeError:
+        units = (unit,)
+    if not all(isinstance(name, str) for name in units):
+        raise InputError(
+            f"unit = {str(unit)[:40]!r}: give a name such as 'deg/s', or one for each column"
+        )
+    if len(units) != count:
+        raise InputError(f"{len(units)} units for {count} columns")
+    return tuple(rate_unit(name, quantity).name for name in units)
 
 
 def factors_to(unit: str, units: tuple[str, ...]) -> tuple[Array, tuple[str, ...]]:

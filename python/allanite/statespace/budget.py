@@ -27,9 +27,8 @@ from allanite.recording.axis_names import axis_letter
 from allanite.statespace.coasting import Coasting, Sums
 from allanite.statespace.growth import (
     GRAVITY,
-    MAX_SAMPLES,
     Growth,
-    sample_count,
+    sample_counts,
     terms_by_label,
     variogram_of,
 )
@@ -140,6 +139,7 @@ def six_axis_budget(axes: Sequence[Axis], *, aided: float, tau: ArrayLike) -> tu
     for kind, own in kinds.items():
         if not own:
             raise InputError(f"a budget needs a model of the {SENSORS[kind]} too: give both")
+    aided = positive(aided, "aided", "s", "give the seconds of aiding before the fix")
     times = np.atleast_1d(np.asarray(tau, dtype=float))
     out = []
     for quantity, responses in RESPONSES.items():
@@ -174,14 +174,7 @@ def _horizontal_variance(
     total = np.zeros(times.size)
     for axis in axes:
         rate = positive_rate(axis.rate)
-        back = sample_count(
-            positive(aided, "aided", "s", "give the seconds of aiding"), rate, "aided"
-        )
-        ahead = [sample_count(float(t), rate, "tau") for t in times]
-        if back + max(ahead) > MAX_SAMPLES:
-            raise InputError(
-                f"{max(times):g} s at {rate:g} Hz are too many samples: predict a shorter time"
-            )
+        back, ahead = sample_counts(aided, times, rate)
         parts, _ = terms_by_label(axis.model, rate)
         terms = [term for own_terms in parts.values() for term in own_terms]
         sums = Sums(variogram_of(terms, back + max(ahead)))

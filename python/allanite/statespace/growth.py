@@ -237,22 +237,14 @@ def error_growth(
             f"give the unit of one of {', '.join(QUANTITIES)}"
         )
     aided = positive(aided, "aided", "s", "give the seconds of aiding before the fix")
-    back = sample_count(aided, fs, "aided")
     times = np.geomspace(max(1.0 / fs, aided / 100), 10 * aided, 11) if tau is None else tau
-    ahead = [
-        sample_count(float(t), fs, "tau") for t in np.atleast_1d(np.asarray(times, dtype=float))
-    ]
-    top = back + max(ahead)
-    if top > MAX_SAMPLES:
-        raise InputError(
-            f"{top / fs:g} s at {fs:g} Hz are {top} samples, more than {MAX_SAMPLES}: predict a shorter time"
-        )
+    back, ahead = sample_counts(aided, np.atleast_1d(np.asarray(times, dtype=float)), fs)
     if duration is not None:
         model = model.steady((0.0, positive(duration, "duration", "s", "give that of the record")))
     parts, left = terms_by_label(model, fs)
     left_out = tuple(effect.kind for effect in left)
     following = tuple(effect.kind for effect in left if effect.follows is not None)
-    sums = {k: Sums(variogram_of(terms, top)) for k, terms in parts.items() if terms}
+    sums = {k: Sums(variogram_of(terms, back + max(ahead))) for k, terms in parts.items() if terms}
     out = []
     for quantity, si, order, factor in QUANTITIES[parsed.kind]:
         budget: dict[str, list[float]] = {k: [] for k in parts}
@@ -342,14 +334,21 @@ def _measured_errors(x: Array, back: int, m: int, rate: float, order: int) -> Ar
     return np.asarray(unbiased @ integration_weights(m, rate, order))
 
 
-def sample_count(seconds: float, rate: float, name: str) -> int:
-    """Number of samples in a time of `seconds`, rounded, at least 1.
+def sample_counts(aided: float, tau: Array, rate: float) -> tuple[int, list[int]]:
+    """Tuple (number of samples of aiding, list with the number of samples of each coasting), rounded, each at least 1.
 
-    Raises `InputError`, which mentions `name`, unless `seconds` is positive and finite.
+    `aided` and `tau` are times in s, `rate` is in Hz. Raises `InputError` for a `tau` that is not positive and finite, and
+    for more than 2²⁴ samples in all.
     """
-    if not seconds > 0.0 or not np.isfinite(seconds):
-        raise InputError(f"{name} = {seconds:g} s: give positive seconds")
-    return max(1, round(seconds * rate))
+    for seconds in tau.tolist():
+        positive(seconds, "tau", "s", "give positive seconds")
+    back, *ahead = (max(1, round(seconds * rate)) for seconds in (aided, *tau.tolist()))
+    top = back + max(ahead)
+    if top > MAX_SAMPLES:
+        raise InputError(
+            f"{top / rate:g} s at {rate:g} Hz are {top} samples, more than {MAX_SAMPLES}: predict a shorter time"
+        )
+    return back, ahead
 
 
 def terms_by_label(

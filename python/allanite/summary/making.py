@@ -14,10 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.threads import Pool, processors
-from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate
 from allanite.recording import Recording
-from allanite.recording.samples import column_names
+from allanite.recording.samples import column_names, unit_names
 from allanite.summary.stream_segment import TAUS_PER_OCTAVE, StreamSegment
 from allanite.summary.summary import Summary
 
@@ -225,12 +224,9 @@ def _tables_of(
     if rate is None:
         raise InputError("no sampling rate", missing="rate", remedy=": give {rate}")
     names = column_names(columns, array)
-    units = (unit,) * len(names) if isinstance(unit, str) else tuple(unit)
-    if len(units) != len(names):
-        raise InputError(f"{len(units)} units for {len(names)} columns")
     about = {
         "rate": positive_rate(rate),
-        "units": tuple(rate_unit(text, "rate").name for text in units),
+        "units": unit_names(unit, "rate", len(names)),
         "columns": names,
         "covariates_named": (),
         "covariate_units": {},

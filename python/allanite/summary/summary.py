@@ -200,13 +200,6 @@ class Summary(Record):
         self._require_one_column()
         return read_column([one.levels[0] for one in self.stretches])
 
-    def _require_one_column(self) -> None:
-        """Raise `InputError` unless the summary has exactly one column."""
-        if len(self.columns) != 1:
-            raise InputError(
-                f"one column is needed, found {', '.join(self.columns)}: choose with column(name)"
-            )
-
     def low_rate(self, depth: int) -> dict[str, Array]:
         """Dict from the name of each covariate to its samples at the sampling rate divided by 2^`depth`."""
         first = len(self.columns)
@@ -286,50 +279,28 @@ class Summary(Record):
         for name, unit, one in zip(self.columns, self.units, self, strict=True):
             found = one.extremes
             if one.missing not in known:
-                out.append(
-                    Finding(
-                        "gaps",
-                        "warning",
-                        f"{name}: {one.missing} of {one.n} samples are missing, in {one.gaps} gaps",
-                        name,
-                        {"missing": float(one.missing)},
-                    )
-                )
+                text = f"{one.missing} of {one.n} samples are missing, in {one.gaps} gaps"
+                out.append(_warning(name, "gaps", text, missing=float(one.missing)))
             count, still, square, fourth = found.steps.value
             if count and still > 0.5 * count:
-                out.append(
-                    Finding(
-                        "quantisation",
-                        "warning",
-                        f"{name}: {number(100 * still / count)} % of the samples repeat the one before",
-                        name,
-                    )
-                )
+                text = f"{number(100 * still / count)} % of the samples repeat the one before"
+                out.append(_warning(name, "quantisation", text))
             if square > 0.0 and fourth * count > MIN_KURTOSIS_RATIO * 3.0 * square**2:
                 at = max(found.low, found.high, key=lambda v: abs(v[0]))
-                out.append(
-                    Finding(
-                        "outliers",
-                        "warning",
-                        f"{name}: steps from sample to sample have heavy tails (kurtosis"
-                        f" {fourth * count / square**2:.3g}, normal noise has 3); the extremes are"
-                        f" {found.low[0]:g} and {found.high[0]:g} {unit}",
-                        name,
-                        {"time_s": (at[1] - self.start) / self.rate},
-                    )
+                text = (
+                    f"steps from sample to sample have heavy tails (kurtosis {fourth * count / square**2:.3g}, normal"
+                    f" noise has 3); the extremes are {found.low[0]:g} and {found.high[0]:g} {unit}"
                 )
-            out += [
-                Finding(
-                    "line",
-                    "warning",
-                    f"{name}: a line at {line.frequency:.6g} ± {line.width:.1g} Hz, amplitude {line.amplitude:.3g} {unit}:"
-                    " fits exclude the line, because the summary keeps no phase at this frequency; to fit the line, fit"
-                    " a segment of the log",
-                    name,
-                    {"frequency_hz": line.frequency, "amplitude": line.amplitude},
+                time = (at[1] - self.start) / self.rate
+                out.append(_warning(name, "outliers", text, time_s=time))
+            for line in one.lines():
+                text = (
+                    f"a line at {line.frequency:.6g} ± {line.width:.1g} Hz, amplitude {line.amplitude:.3g} {unit}: fits"
+                    " exclude the line, because the summary keeps no phase at this frequency; to fit the line, fit a"
+                    " segment of the log"
                 )
-                for line in one.lines()
-            ]
+                values = {"frequency_hz": line.frequency, "amplitude": line.amplitude}
+                out.append(_warning(name, "line", text, **values))
         return out
 
     def save(self, path: str | Path) -> None:
@@ -359,6 +330,11 @@ class Summary(Record):
         return f"Summary({', '.join(self.columns)}: {what}{extra}{parts})"
 
     __repr__ = __str__
+
+
+def _warning(column: str, kind: str, text: str, **values: float) -> Finding:
+    """`Finding` (warning) about a column; its sentence begins with the name of the column."""
+    return Finding(kind, "warning", f"{column}: {text}", column, values)
 
 
 def _deviation_of_stream(curves: list[Accumulator]) -> Deviation:

@@ -317,7 +317,7 @@ def _stuck_value(solution: Solution, data: Data) -> Candidate | None:
     samples = data.samples
     if data.missing is not None:
         samples = np.where(data.missing, np.nan, samples)
-    first, count, equal = longest_run([(0, samples)], data.n)
+    first, count, equal = longest_run(samples)
     share = max(equal - count + 1, 1) / (data.n - 1)
     if (
         share > MAX_EQUAL_NEIGHBOR_FRACTION
