@@ -15,6 +15,7 @@ samples solve Q_mm x_m = −Q_mo x_o, Q = Cᵀ S⁻¹ C, by conjugate gradients 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -71,14 +72,18 @@ class _ConditionalMean:
     """Solver for the conditional mean of missing samples under a spectrum.
 
     C is the orthonormal cosine transform of the record. The covariance of the samples is Cᵀ diag(spectrum) C, and its
-    inverse is Q = Cᵀ diag(`precision`) C, with `precision` = 1/spectrum. Index m denotes the missing samples.
+    inverse is Q = Cᵀ diag(`precision`) C, with `precision` = 1/spectrum. Index m denotes the missing samples. `starts` are
+    solutions under a similar spectrum, in the order of the calls, from which conjugate gradients start; `solutions` are
+    those under this spectrum.
     """
 
-    def __init__(self, missing: Mask, spectrum: Array) -> None:
+    def __init__(self, missing: Mask, spectrum: Array, starts: Sequence[Array] = ()) -> None:
         self.missing = missing
         self.precision = 1.0 / spectrum
         self.precision[0] = 0.0
         self.steps = 0
+        self.starts = list(starts)
+        self.solutions: list[Array] = []
         self.exact = _cholesky_of_missing(missing, self.precision)
         if self.exact is not None:
             return
@@ -135,20 +140,25 @@ class _ConditionalMean:
             from scipy.linalg import cho_solve
 
             return np.asarray(cho_solve(self.exact, right))
-        residual, step = right, np.zeros(right.size)
+        first = _inner(right, self._apply(right, self.rough))
+        step, residual = np.zeros(right.size), right
+        if self.starts:
+            step = self.starts.pop(0)
+            residual = right - self._apply(step, self.precision)
         searched = rough = self._apply(residual, self.rough)
-        size = first = _inner(residual, rough)
+        size = _inner(residual, rough)
         for _ in range(MAX_GRADIENT_STEPS):
             if size <= GRADIENT_TOLERANCE**2 * first:
                 break
             self.steps += 1
             changed = self._apply(searched, self.precision)
             length = size / _inner(searched, changed)
-            step += length * searched
+            step = step + length * searched
             residual = residual - length * changed
             rough = self._apply(residual, self.rough)
             size, before = _inner(residual, rough), size
             searched = rough + (size / before) * searched
+        self.solutions.append(step)
         return step
 
 
@@ -181,7 +191,12 @@ def _cholesky_of_missing(missing: Mask, precision: Array) -> tuple[Array, bool] 
     return None
 
 
-def complete(data: SampleData, model: Model, level: Array | None = None) -> SampleData:
+def complete(
+    data: SampleData,
+    model: Model,
+    level: Array | None = None,
+    solutions: list[Array] | None = None,
+) -> SampleData:
     """`SampleData` of the record with its missing samples completed under a model with values.
 
     Parameters
@@ -192,6 +207,8 @@ def complete(data: SampleData, model: Model, level: Array | None = None) -> Samp
     level : ndarray, shape (bins,), optional
         Estimated ratio of true to modeled power in each bin (`Solution.level`), so that the completed record contains
         effects that the model lacks.
+    solutions : list of ndarray, optional
+        Solutions of the last completion of this record, from which this one starts; replaced by its own.
 
     Returns
     -------
@@ -205,11 +222,13 @@ def complete(data: SampleData, model: Model, level: Array | None = None) -> Samp
     at, known = log_density_at_nodes(model, data, level)
     log_j = np.log(np.maximum(np.arange(data.n, dtype=np.float64), 1.0))
     spectrum = np.exp(np.interp(log_j, at, known))
-    bridge = _ConditionalMean(missing, spectrum)
+    bridge = _ConditionalMean(missing, spectrum, solutions or ())
     signal = data.signal(model.deterministic) if model.deterministic else None
     noise = data.samples if signal is None else data.samples - signal
     mean = bridge.mean(noise)
     unknown, unseen, seen = _drawn_unknown_part(bridge, spectrum)
+    if solutions is not None:
+        solutions[:] = bridge.solutions
     solved = data.n <= MAX_CELLS
     share = unknown_share(missing, spectrum, None if solved else (unseen, seen), data.bins)
     gain = np.sqrt(1.0 - share)
@@ -305,6 +324,7 @@ def complete_and_fit(data: SampleData, model: Model) -> tuple[SampleData, Soluti
     if known and model.stochastic:
         data = complete(data, model)
     solution = solve(data, model)
+    solutions: list[Array] = []
     # First complete by the model alone, then with the estimated level of each bin. If the levels were used from the
     # start, every first guess would confirm itself where regular gaps alias frequencies.
     for trusting in (True, False):
@@ -313,7 +333,7 @@ def complete_and_fit(data: SampleData, model: Model) -> tuple[SampleData, Soluti
         for _ in range(MAX_ROUNDS):
             level = None if trusting else solution.level
             before = solution.spectrum if level is None else solution.spectrum * level
-            completed = complete(data, with_coefficients(solution.model, theta), level)
+            completed = complete(data, with_coefficients(solution.model, theta), level, solutions)
             if data.gain is not None:
                 loss = _max_logl_loss(completed.bins.count, data.power, completed.power)
                 if loss < MAX_SETTLED_DELTA_LOGL:
