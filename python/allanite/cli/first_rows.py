@@ -12,6 +12,7 @@ import numpy as np
 
 from allanite.common.errors import MAX_MESSAGE_LENGTH, InputError
 from allanite.common.plain import plain
+from allanite.common.units import conversion, is_frequency, rate_unit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -145,7 +146,6 @@ def _factor_to_model_unit(
     If the unit of the model is unknown, it is the factor to the unit of the samples of this column. Raises `InputError`
     if the unit of the column belongs to another kind of sensor than that of the model.
     """
-    from allanite.common.units import conversion, is_frequency, rate_unit
     from allanite.readers.columns import Request, layout_from_roles
 
     layout = layout_from_roles(roles, Request(columns=(at,), unit=unit, quantity=quantity))

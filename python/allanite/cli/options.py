@@ -8,6 +8,7 @@ from functools import wraps
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
 from allanite.cli.pipe import (
     INPUT_NAME,
@@ -134,101 +135,86 @@ def plot_option(command: Any) -> Any:
     )(style(command))
 
 
-class Seconds(click.types.FloatParamType):
-    """Option type of a positive time in seconds: 60, 60s, 10min or 2h."""
+def seconds(value: object) -> float:
+    """Option type: positive time in s, as a float, from a text such as ``60``, ``60s``, ``10min`` or ``2h``.
 
-    name = "seconds"
-    units = (("min", 60.0), ("h", 3600.0), ("s", 1.0))
+    Other texts, zero, negative numbers and infinity end the command with a usage error.
+    """
+    text, factor = str(value).strip(), 1.0
+    for unit, size in (("min", 60.0), ("h", 3600.0), ("s", 1.0)):
+        if text.endswith(unit):
+            text, factor = text.removesuffix(unit), size
+            break
+    found = factor * _float_or_nan(text)
+    if not 0.0 < found < math.inf:
+        raise click.BadParameter(f"{value!r} is not a time: write 60s, 10min or 2h")
+    return found
 
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """Positive time in s, as a float, from a text such as ``10min``; a number without a unit is in s.
 
-        Other texts, zero, negative numbers and infinity end the command with a usage error.
-        """
-        text, factor = str(value).strip(), 1.0
-        for unit, size in self.units:
-            if text.endswith(unit):
-                text, factor = text.removesuffix(unit).strip(), size
-                break
-        try:
-            number = factor * float(text)
-        except ValueError:
-            number = -1.0
-        if not 0.0 < number < float("inf"):
-            self.fail(f"{value!r} is not a time: write 60s, 10min or 2h", param, ctx)
-        return number
+def _float_or_nan(text: str) -> float:
+    """Number in a text as a float; NaN if the text is no number."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 time_option = click.option(
     "--time",
     "seconds",
-    type=Seconds(),
+    type=seconds,
     metavar="TIME",
     help="Limit of the elapsed time for all axes together, e.g. 60s or 10min; no further step starts after it. Every axis"
     " gets at least a first model. Without --time, each axis may use 1 min of processor time and 10 s per million samples.",
 )
 
 
-class Percent(click.types.FloatParamType):
-    """Option type of a positive percentage, or with `zero` of zero or more; the percent sign may be missing."""
+def percent(value: object) -> float:
+    """Option type: percentage of 0 or more as a float: 5.0 for ``5%`` or ``5``.
 
-    name = "percent"
+    Other texts, infinity and negative numbers end the command with a usage error.
+    """
+    found = _float_or_nan(str(value).strip().removesuffix("%"))
+    if not 0.0 <= found < math.inf:
+        raise click.BadParameter(f"{value!r} is not a percentage of 0 or more: write 5%")
+    return found
 
-    def __init__(self, *, zero: bool = False) -> None:
-        self.zero = zero
 
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        """Percentage as a float: 5.0 for ``5%`` or ``5``.
-
-        Other texts, infinity and negative numbers end the command with a usage error. 0 does so, too, unless the option
-        allows 0.
-        """
-        text = str(value).strip().removesuffix("%").strip()
-        try:
-            number = float(text)
-        except ValueError:
-            number = -1.0
-        if not (0.0 < number < float("inf") or (self.zero and number == 0.0)):
-            self.fail(f"{value!r} is not a positive percentage: write 5%", param, ctx)
-        return number
+def positive_percent(value: object) -> float:
+    """Option type: as `percent`, but 0 is a usage error, too."""
+    found = percent(value)
+    if found == 0.0:
+        raise click.BadParameter(f"{value!r} is not a positive percentage: write 5%")
+    return found
 
 
 tolerance_option = click.option(
     "--tolerance",
-    type=Percent(),
+    type=positive_percent,
+    metavar="PERCENT",
     help="Stop once the model discrepancy δ is below this, e.g. 5%. δ is the typical difference between model and"
     " spectrum, in % of the square root of the spectrum.",
 )
 
 
-class RateType(click.ParamType[float | str]):
-    """Option type of a rate in Hz; text if it ends in an exclamation mark, else a float."""
+def rate_type(value: object) -> float | str:
+    """Option type: rate in Hz as a float; a number with an exclamation mark, such as ``100!``, is returned as a string.
 
-    name = "rate"
-
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float | str:
-        """Sampling rate in Hz as a float; a number with an exclamation mark, such as ``100!``, is returned as a string.
-
-        Any other text ends the command with a usage error.
-        """
-        text = str(value).strip()
-        try:
-            number = float(text.removesuffix("!"))
-        except ValueError:
-            self.fail(f"{value!r} is not a rate in Hz: write 100 or 100!", param, ctx)
-        return text if text.endswith("!") else number
+    Any other text ends the command with a usage error.
+    """
+    text = str(value).strip()
+    found = text.removesuffix("!")
+    try:
+        number = float(found)
+    except ValueError:
+        raise click.BadParameter(f"{value!r} is not a rate in Hz: write 100 or 100!") from None
+    return number if found == text else text
 
 
 _LOG_OPTIONS = (
     click.option(
         "--rate",
-        type=RateType(),
+        type=rate_type,
         metavar="HZ",
         help="Sampling rate. Default: from the file or its time stamps. 100! overrides a log that states another rate.",
     ),
@@ -567,6 +553,12 @@ def is_shown_early(finding: Finding) -> bool:
     return finding.kind in kinds or (finding.kind, finding.severity) == ("no_unit", "warning")
 
 
+def finding_line(finding: Finding, options: LogOptions) -> str:
+    """Text of a finding as a line of output, which begins with ``!`` for a warning and with ``·`` otherwise."""
+    mark = "!" if finding.severity == "warning" else "·"
+    return f"{mark} {finding.worded(words_of(options.trim))}"
+
+
 def _show_early_findings(recording: Recording, options: LogOptions) -> None:
     """Print early findings on standard error; nothing with --quiet or --json.
 
@@ -578,14 +570,11 @@ def _show_early_findings(recording: Recording, options: LogOptions) -> None:
     if not (options.quiet or options.as_json):
         early = filter(is_shown_early, recording.added_findings)
         for finding in (*early, *motion_findings(recording)):
-            mark = "!" if finding.severity == "warning" else "·"
-            click.echo(f"{mark} {finding.worded(words_of(options.trim))}", err=True)
+            click.echo(finding_line(finding, options), err=True)
 
 
 def rate_varies(column: Recording) -> bool:
     """True if at least two samples differ; for the phase of a clock or an angle, if its rate of change differs."""
-    import numpy as np
-
     x = column.rate_samples()
     x = x[~np.isnan(x)] if x.dtype.kind == "f" else x
     return x.size > 1 and bool(x.max() > x.min())

@@ -14,13 +14,15 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
-from allanite.cli.words import words_of
+from allanite.cli.options import STYLE, finding_line, is_shown_early
 from allanite.common.documents import jsonable
 from allanite.common.errors import InputError
 from allanite.common.files import check_target, write_text
 from allanite.common.numbers import duration_text
 from allanite.common.plain import file_name, plain
+from allanite.common.threads import max_parallel_columns
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -102,15 +104,13 @@ def print_findings(columns: Sequence[Record], options: LogOptions, log: str = ""
     """
     if options.as_json or options.quiet:
         return
-    from allanite.cli.options import is_shown_early
     from allanite.recording.findings import merged
 
     findings = merged(f for column in columns for f in column.audit if not is_shown_early(f))
     if findings and log:
         click.echo(f"{plain(log)}:")
     for finding in findings:
-        mark = "!" if finding.severity == "warning" else "·"
-        click.echo(wrapped_to_terminal(f"{mark} {finding.worded(words_of(options.trim))}"))
+        click.echo(wrapped_to_terminal(finding_line(finding, options)))
     if findings:
         click.echo()
 
@@ -147,8 +147,6 @@ def save_figures(figures: Iterable[Figure], names: Sequence[str], path: str | No
 
 def save_figure(figure: Figure, path: str | Path) -> None:
     """Write a figure to a file, in the style of the option --style."""
-    from allanite.cli.options import STYLE
-
     context = click.get_current_context(silent=True)
     figure.save(path, style="screen" if context is None else context.meta.get(STYLE, "screen"))
 
@@ -191,7 +189,6 @@ def progress_of_axes(
     if options.quiet or not sys.stderr.isatty():
         yield None
         return
-    from allanite.common.threads import max_parallel_columns
 
     at: dict[str, int] = {}
     lock = Lock()
@@ -226,8 +223,6 @@ def progress_of_axes(
 
 def write_csv(recording: Recording, path: Path | None) -> None:
     """Write seconds since the first sample and all columns as CSV with a header; without a path, to standard output."""
-    import numpy as np
-
     with nullcontext(sys.stdout) if path is None else path.open("w", encoding="utf-8") as stream:
         header = [
             f"{name} [{unit}]"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from allanite.cli.output import json_text
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.files import write_text
 from allanite.common.plain import file_name, plain
@@ -100,7 +101,6 @@ class RunFolder:
         """
         from allanite.axes.twin import sample_statistics
         from allanite.axes.working import working_states
-        from allanite.cli.output import json_text
         from allanite.exports import export
 
         name = study.recording.columns[0]
@@ -146,8 +146,6 @@ class RunFolder:
 
         Prints a warning for each parameter file, figure or report that could not be made, and goes on.
         """
-        from allanite.cli.output import json_text
-
         texts = {self.path / MODELS: json_text(found.to_dict()) + "\n"}
         axes = axes_of(found) if self.targets else []
         for target in self.targets:

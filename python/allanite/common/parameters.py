@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from allanite.common.documents import jsonable
 from allanite.common.errors import InputError
 from allanite.common.units import conversion
 
@@ -119,15 +120,8 @@ class Estimate(float):
 
         Numbers that are unknown or not finite are None.
         """
-        return {
-            "value": _finite_or_none(self.value),
-            "std_error": _finite_or_none(self.std_error),
-            "interval": None
-            if self.interval is None
-            else [_finite_or_none(v) for v in self.interval],
-            "unit": self.unit,
-            "detected": self.detected,
-        }
+        names = ("value", "std_error", "interval", "unit", "detected")
+        return {name: jsonable(getattr(self, name)) for name in names}
 
     def __repr__(self) -> str:
         if not self.detected and self.interval is not None and math.isfinite(self.interval[1]):
@@ -155,11 +149,6 @@ def scaled_estimate(given: Estimate, factor: float, unit: str) -> Estimate:
         given.detected,
         given.name,
     )
-
-
-def _finite_or_none(value: float | None) -> float | None:
-    """The same number; None for None, NaN and infinities."""
-    return value if value is not None and math.isfinite(value) else None
 
 
 def _value_and_error_text(value: float, error: float | None) -> str:

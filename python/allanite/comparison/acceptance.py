@@ -10,12 +10,12 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError
-from allanite.common.numbers import duration_text
+from allanite.common.numbers import duration_text, number
 from allanite.common.printing import printed
 from allanite.common.showing import aligned_lines, brief
 from allanite.common.units import parse_unit
 from allanite.comparison.curves import Curves, Drawn, compare
-from allanite.comparison.datasheet import allan_minimum, measured_text, with_figures
+from allanite.comparison.datasheet import measured_figure, measured_text, with_figures
 from allanite.effects import as_model, find
 from allanite.recording import Recording
 from allanite.sources.datasheet import MINIMUM, known_figures
@@ -77,19 +77,19 @@ class FigureVerdict:
         return f"{text} {printed(self.unit)}"
 
     @property
-    def measured_text(self) -> str:
-        """Text of the measured value with its unit, or why there is none."""
-        return measured_text(self.figure, self.measured)
+    def texts(self) -> tuple[str, str, str]:
+        """Tuple of texts: limit, measured value, and 95 % interval, with the unit of the sheet: ``0.1 … 0.3 °/√h``.
 
-    @property
-    def interval_text(self) -> str:
-        """Text of the 95 % interval low … high with its unit: ``0.1 … 0.3 °/√h``.
-
-        ``at most 0.3 °/√h`` if the low end is 0; ``none`` if the high end is infinite, too.
+        Without a measured value, the second text says why. The interval is ``at most 0.3 °/√h`` if its low end is 0, and
+        ``none`` if its high end is infinite, too.
         """
+        interval = "none"
         if self.low > 0.0:
-            return self.with_unit(f"{self.low:.4g} … {self.high:.4g}")
-        return self.with_unit(f"at most {self.high:.4g}") if math.isfinite(self.high) else "none"
+            interval = self.with_unit(f"{number(self.low, 4)} … {number(self.high, 4)}")
+        elif math.isfinite(self.high):
+            interval = self.with_unit(f"at most {number(self.high, 4)}")
+        limit = self.with_unit(number(self.limit, 4))
+        return limit, measured_text(self.figure, self.measured), interval
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: name, printed, unit, limit, measured, interval (list), verdict, needs_s, remark."""
@@ -182,9 +182,7 @@ class Acceptance:
         cells += [
             (
                 f.figure.name,
-                f.with_unit(f"{f.limit:.4g}"),
-                f.measured_text,
-                f.interval_text,
+                *f.texts,
                 f.verdict + (f" (record {duration_text(f.needs)})" if f.needs is not None else ""),
             )
             for f in self.figures
@@ -288,49 +286,46 @@ def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptanc
     `own` is the data sheet with only the figures of this kind of sensor. `margin` is as in `accept`.
     """
     fit = study.fit
-    tested = []
-    for figure in own.figures:
-        if figure.coefficient == MINIMUM:
-            tested.append(_verdict_on_minimum(figure, fit, margin))
-        else:
-            tested.append(_verdict_on_coefficient(figure, fit, margin))
+    tested = tuple(_verdict_on(figure, fit, margin) for figure in own.figures)
     remarks = list(own.remarks())
     if not fit.adequate:
         remarks.append(
             f"{fit.model.name} does not describe this record completely; the intervals are widened accordingly"
         )
-    return Acceptance(own, margin, tuple(tested), study, tuple(remarks))
+    return Acceptance(own, margin, tested, study, tuple(remarks))
 
 
-def _verdict_on_coefficient(figure: Quoted, fit: Fit, margin: float) -> FigureVerdict:
-    """`FigureVerdict` on a figure that states a coefficient, from the 95 % interval of the coefficient in the fit.
+def _verdict_on(figure: Quoted, fit: Fit, margin: float) -> FigureVerdict:
+    """`FigureVerdict` on one figure of a data sheet, from the 95 % interval of its coefficient or minimum in the fit.
 
-    The limit is the figure times 1 + `margin`. If the coefficient is not detected, the value is None and the low end 0.
-    If the model lacks the coefficient or its interval, the verdict is undecided, with a remark.
+    The limit is the figure times 1 + `margin`. If the effect or the minimum is not detected, the value is None and the
+    low end 0. If the model lacks the coefficient or its interval, the verdict is undecided. A remark states the reason.
     """
-    unit = fit.recording.unit
-    try:
-        measured = fit[figure.coefficient]
-    except KeyError:
-        # `improve` removed the effect, because the record can be described without it.
-        measured = None
-    scale = figure.value / figure.in_unit(unit)
+    recording = fit.recording
     limit = figure.value * (1.0 + margin)
-    if measured is None or measured.interval is None:
+    found = measured_figure(figure, fit)
+    if found is None or found.interval is None:
+        # `improve` removed the effect, because the record can be described without it.
         remark = f"no interval, because the last model {fit.model.name} has no {figure.coefficient}"
         return FigureVerdict(figure, limit, None, 0.0, math.inf, UNDECIDED, None, remark)
-    low, high = (scale * end for end in measured.interval)
-    value = scale * float(measured) if measured.detected else None
-    low = low if measured.detected else 0.0
+    scale = figure.value / figure.in_unit(recording.unit)
+    low, high = (scale * end for end in found.interval)
+    value = scale * float(found) if found.detected else None
+    low = low if found.detected else 0.0
     verdict = _verdict_on_interval(low, high, limit)
-    power = known_figures()[figure.name][1]
-    assert not isinstance(power, str)
-    needs = None
+    needs, remark = None, ""
+    if figure.coefficient == MINIMUM and not found.detected:
+        remark = (
+            "the measured Allan deviation still falls at the longest τ, so the record does not reach its minimum; the"
+            f" minimum is at most {high:.3g} {printed(figure.unit)} (95 % limit)"
+        )
     if verdict == UNDECIDED:
-        needs = _needed_length(fit.recording.duration, value, low, high, limit, power)
-    return FigureVerdict(
-        figure, limit, value, low, high, verdict, needs, _too_close_remark(verdict, needs)
-    )
+        power = known_figures()[figure.name][1]
+        assert not isinstance(power, str)
+        needs = _needed_length(recording.duration, value, low, high, limit, power)
+        if needs is None and not remark:
+            remark = "too close to the limit: even a record of 30 days would not be enough for a decision"
+    return FigureVerdict(figure, limit, value, low, high, verdict, needs, remark)
 
 
 def _verdict_on_interval(low: float, high: float, limit: float) -> str:
@@ -355,7 +350,7 @@ def _needed_length(
     -----
     The width of an interval decreases with the square root of the length T. If an effect is not detected in white noise
     N, its upper limit is proportional to N T^(power - 1/2), where the unit of the effect is U s^power. The exponent of
-    1/T is therefore 1/2 for B, 1 for K and 3/2 for R.
+    1/T is therefore 1/2 for B and for a minimum of the Allan deviation, 1 for K and 3/2 for R.
     """
     if value is None:
         factor = (high / limit) ** (1.0 / max(0.5 - power, 0.5))
@@ -366,46 +361,3 @@ def _needed_length(
     # Ten percent more, because the width of the next interval is random. Chosen by judgment; not measured.
     needed = 1.1 * duration * max(factor, 1.0)
     return needed if needed <= MAX_RECORD_S else None
-
-
-def _too_close_remark(verdict: str, needs: float | None) -> str:
-    """Text that even a record of 30 days would be too short for a decision; "" in all other cases.
-
-    The remark is returned if `verdict` is undecided and `needs` is None. `needs` is the record length, s, that would
-    probably decide; it is None above 30 days.
-    """
-    if verdict != UNDECIDED or needs is not None:
-        return ""
-    return "too close to the limit: even a record of 30 days would not be enough for a decision"
-
-
-def _verdict_on_minimum(figure: Quoted, fit: Fit, margin: float) -> FigureVerdict:
-    """`FigureVerdict` on a figure that states the minimum of the Allan deviation.
-
-    The high end of its interval comes from the measured curve, the low end from the slow noise that was detected. If the
-    record does not reach the minimum, the value is None, and a remark says so.
-    """
-    recording = fit.recording
-    scale = figure.value / figure.in_unit(recording.unit)
-    limit = figure.value * (1.0 + margin)
-    found = allan_minimum(fit)
-    assert found.interval is not None
-    low, high = (scale * end for end in found.interval)
-    verdict = _verdict_on_interval(low, high, limit)
-    value = scale * float(found)
-    needs, remark = None, ""
-    if not found.detected:
-        remark = (
-            "the measured Allan deviation still falls at the longest τ, so the record does not reach its minimum; the"
-            f" minimum is at most {high:.3g} {printed(figure.unit)} (95 % limit)"
-        )
-    if verdict == UNDECIDED:
-        if found.detected:
-            needs = _needed_length(recording.duration, value, low, high, limit, 0.0)
-        else:
-            # The deviation of white noise decreases with the square root of the length.
-            needed = recording.duration * (high / limit) ** 2
-            needs = needed if needed <= MAX_RECORD_S else None
-        remark = remark or _too_close_remark(verdict, needs)
-    shown = value if found.detected else None
-    return FigureVerdict(figure, limit, shown, low, high, verdict, needs, remark)

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
+    from allanite.common.arrays import Array
     from allanite.deviation import Deviation
     from allanite.effects import Model
     from allanite.plots.spec import Figure
@@ -54,43 +53,12 @@ class Drawn:
     name: str
     kind: str
     unit: str
-    tau: NDArray[np.float64]
-    deviation: NDArray[np.float64]
-    low: NDArray[np.float64] | None = None
-    high: NDArray[np.float64] | None = None
+    tau: Array
+    deviation: Array
+    low: Array | None = None
+    high: Array | None = None
 
     __repr__ = brief
-
-    def at(self, tau: float) -> float | None:
-        """Deviation at the point nearest to the averaging time τ, s; None if that point is 1 % or more away."""
-        i = int(np.argmin(np.abs(self.tau - tau)))
-        return float(self.deviation[i]) if abs(self.tau[i] / tau - 1) < 0.01 else None
-
-    def near(self, tau: float) -> Drawn | None:
-        """Copy of the curve with one point, at the averaging time τ (s), interpolated linearly in logarithms.
-
-        None if τ is more than 0.1 % outside of the curve. Logs with different rates have different averaging times.
-        """
-        if not self.tau[0] * 0.999 <= tau <= self.tau[-1] * 1.001:
-            return None
-
-        def value(values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-            """Array of shape (1,): `values` at τ, interpolated linearly in ln(value) over ln(τ); None if `values` is None.
-
-            For a τ before the first or after the last point, the value of that point.
-            """
-            if values is None:
-                return None
-            logs = np.interp(np.log(tau), np.log(self.tau), np.log(np.maximum(values, 1e-300)))
-            return np.array([np.exp(logs)])
-
-        return replace(
-            self,
-            tau=np.array([tau]),
-            deviation=np.asarray(value(self.deviation)),
-            low=value(self.low),
-            high=value(self.high),
-        )
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: name, kind, unit, and points, a list of dicts (tau_s, deviation, and low and high if known)."""
@@ -169,8 +137,8 @@ def _comparison_groups(curves: Sequence[Drawn]) -> dict[int, list[int]]:
 
 def _comparison_tables(curves: Sequence[Drawn], first: int, others: Sequence[int]) -> list[str]:
     """List of text tables of curve `first` and `others` with their ratios to it, each at most 100 characters wide."""
-    base = curves[first]
-    points = [base.near(tau) for tau in base.tau]
+    tau = curves[first].tau
+    logs = [_log_values(curve, tau) for curve in curves]
 
     def cells(i: int) -> list[tuple[str, ...]]:
         """List of tuples of texts, one per row of the table: deviation of curve `i`, and its ratio unless `i` is `first`.
@@ -178,16 +146,15 @@ def _comparison_tables(curves: Sequence[Drawn], first: int, others: Sequence[int
         The first tuple is the head; the others follow the averaging times of curve `first`.
         """
         head = f"[{i + 1}] {printed(curves[i].unit)}"
-        near = [curves[i].near(tau) for tau in base.tau]
-        values = ["–" if p is None else number(float(p.deviation[0])) for p in near]
+        values = ["–" if np.isnan(v) else number(float(np.exp(v))) for v in logs[i][0]]
         if i == first:
             return [(text,) for text in (head, *values)]
-        ratios = [_ratio_text(p, q) for p, q in zip(near, points, strict=True)]
+        ratios = map(_ratio_text, logs[i].T, logs[first].T)
         return [(head, f"[{i + 1}]/[{first + 1}]"), *zip(values, ratios, strict=True)]
 
     left = [
         (t, *c)
-        for t, c in zip(("tau (s)", *(number(t, 6) for t in base.tau)), cells(first), strict=True)
+        for t, c in zip(("tau (s)", *(number(t, 6) for t in tau)), cells(first), strict=True)
     ]
     tables, rows = [], left
     for i in others:
@@ -219,32 +186,34 @@ def _in_figure_unit(curve: Drawn) -> Drawn:
     )
 
 
-def _ratio_text(one: Drawn | None, other: Drawn | None) -> str:
-    """Text ``1.23 (1.1 … 1.4)``: ratio of the first deviations of two curves, with its 95 % interval.
+def _log_values(curve: Drawn, tau: Array) -> Array:
+    """Array of shape (3, k): logarithms of the deviation and of both ends of its interval at k averaging times (s).
 
-    Without the interval if neither curve has one, or if it is infinite. A dash if a curve is None or the deviation of
-    `other` is 0. The two deviations are taken as independent, with errors that add in the logarithm.
+    They are interpolated linearly over ln τ. Without an interval, its ends are the deviation. NaN where τ is more than
+    0.1 % outside of the curve.
     """
-    if one is None or other is None or not other.deviation[0] > 0.0:
+    ends = (curve.deviation if v is None else v for v in (curve.low, curve.high))
+    logs = [
+        np.interp(np.log(tau), np.log(curve.tau), np.log(np.maximum(v, 1e-300)))
+        for v in (curve.deviation, *ends)
+    ]
+    inside = (tau >= 0.999 * curve.tau[0]) & (tau <= 1.001 * curve.tau[-1])
+    return np.where(inside, logs, np.nan)
+
+
+def _ratio_text(one: Array, other: Array) -> str:
+    """Text ``1.23 (1.1 … 1.4)``: ratio of two deviations with its 95 % interval, from their logarithms (`_log_values`).
+
+    Without the interval if neither deviation has one, or if it is infinite. A dash if a deviation is unknown. The two
+    deviations are taken as independent, with errors that add in the logarithm.
+    """
+    middle = one[0] - other[0]
+    if np.isnan(middle):
         return "–"
-    ratio = float(one.deviation[0] / other.deviation[0])
-    sides = []
-    for name, opposite in (("low", "high"), ("high", "low")):
-        far = _log_half_interval(one, name) ** 2 + _log_half_interval(other, opposite) ** 2
-        sides.append(np.sqrt(far))
-    if not any(sides) or not np.isfinite(sides).all():
-        return number(ratio)
-    low, high = ratio * np.exp(-sides[0]), ratio * np.exp(sides[1])
-    return f"{number(ratio)} ({number(low)} … {number(high)})"
-
-
-def _log_half_interval(point: Drawn, end: str) -> float:
-    """Distance from the first deviation of a curve to one end of its interval, as the absolute difference of logarithms.
-
-    `end` is ``"low"`` or ``"high"``. 0 if the curve has no interval.
-    """
-    values = getattr(point, end)
-    return 0.0 if values is None else abs(float(np.log(values[0] / point.deviation[0])))
+    below = np.hypot(one[0] - one[1], other[2] - other[0])
+    above = np.hypot(one[2] - one[0], other[0] - other[1])
+    ratio, low, high = (number(float(np.exp(v))) for v in (middle, middle - below, middle + above))
+    return f"{ratio} ({low} … {high})" if 0.0 < below + above < np.inf else ratio
 
 
 def compare(
@@ -305,43 +274,32 @@ def compare(
             remedy=": give {rate}",
         )
     unit = unit or (logs[0].unit if logs else "1")
-    tau: NDArray[np.float64] = (
-        measured[0].tau if logs else np.exp2(np.arange(18, dtype=np.float64)) / rate
-    )
+    tau: Array = measured[0].tau if logs else np.exp2(np.arange(18, dtype=np.float64)) / rate
     curves = []
     curve_of_log = iter(measured)
     for name, item, own in items:
         if isinstance(item, Drawn):
             curves.append(item)
         elif isinstance(item, Recording):
-            found = next(curve_of_log)
-            curves.append(
-                Drawn(
-                    name, "recording", item.unit, found.tau, found.deviation, found.low, found.high
-                )
-            )
+            curves.append(_measured_curve(name, next(curve_of_log)))
         else:
             variance = as_model(item).allan_variance(tau, rate=rate)
-            deviation: NDArray[np.float64] = np.sqrt(variance).astype(np.float64)
-            curves.append(Drawn(name, "model", parse_unit(own or unit).name, tau, deviation))
+            curves.append(
+                Drawn(name, "model", parse_unit(own or unit).name, tau, np.sqrt(variance))
+            )
     return Curves(tuple(curves))
 
 
 def curves_of_deviations(found: Mapping[str, Deviation]) -> Curves:
     """`Curves` with one curve per entry of `found` (name → deviation), with its interval if known."""
-    return Curves(
-        tuple(
-            Drawn(
-                name,
-                "recording",
-                d.unit,
-                d.tau,
-                d.deviation,
-                *((d.low, d.high) if d.has_interval else ()),
-            )
-            for name, d in found.items()
-        )
-    )
+    return Curves(tuple(_measured_curve(name, deviation) for name, deviation in found.items()))
+
+
+def _measured_curve(name: str, deviation: Deviation) -> Drawn:
+    """`Drawn` of a measured deviation, with its interval if known."""
+    d = deviation
+    ends = (d.low, d.high) if d.has_interval else ()
+    return Drawn(name, "recording", d.unit, d.tau, d.deviation, *ends)
 
 
 def curves_of_studies(studies: Mapping[str, Study]) -> Curves:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.numbers import number
 from allanite.common.parameters import Estimate, scaled_estimate
 from allanite.common.printing import printed
 from allanite.common.showing import aligned_lines
@@ -34,6 +35,22 @@ class Row:
     measured: Estimate
     ratio: Estimate
     remark: str
+
+    @property
+    def texts(self) -> tuple[str, str, str]:
+        """Tuple of texts: value of the sheet, measured value, both with the unit of the sheet, and ratio with interval.
+
+        The ratio is ``1.02 (0.98 … 1.06)``. If the effect was not detected, the measured value says so, and the ratio is
+        ``< 1.06`` (the upper end), or ``?`` without an interval.
+        """
+        ratio, interval = number(self.ratio.value), self.ratio.interval
+        if not self.ratio.detected:
+            ratio = f"< {number(interval[1])}" if interval else "?"
+        elif interval is not None:
+            ratio = f"{ratio} ({number(interval[0])} … {number(interval[1])})"
+        value = self.ratio.value * self.figure.value if self.measured.detected else None
+        sheet = f"{number(self.figure.value, 6)} {printed(self.figure.unit)}"
+        return sheet, measured_text(self.figure, value), ratio
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,17 +86,7 @@ class Comparison:
 
     def __str__(self) -> str:
         cells = [("figure", "data sheet", "measured", "measured / sheet")]
-        cells += [
-            (
-                row.figure.name,
-                f"{row.figure.value:g} {printed(row.figure.unit)}",
-                measured_text(
-                    row.figure, row.ratio * row.figure.value if row.measured.detected else None
-                ),
-                _ratio_text(row.ratio),
-            )
-            for row in self.rows
-        ]
+        cells += [(row.figure.name, *row.texts) for row in self.rows]
         lines = [f"{self.column} compared with {self.sheet.name}"]
         lines += [f"  {line}" for line in aligned_lines(cells)]
         remarks = [f"! {row.figure.name}: {row.remark}" for row in self.rows if row.remark]
@@ -93,20 +100,8 @@ def measured_text(figure: Quoted, value: float | None) -> str:
     τ is ``not reached``.
     """
     if value is not None:
-        return f"{value:.4g} {printed(figure.unit)}"
+        return f"{number(value, 4)} {printed(figure.unit)}"
     return "not reached" if figure.coefficient == MINIMUM else "not detected"
-
-
-def _ratio_text(ratio: Estimate) -> str:
-    """Text of a ratio with its 95 % interval, ``1.02 (0.98 … 1.06)``; only the ratio if the interval is unknown.
-
-    If the effect was not detected, ``< 1.06`` (the upper end), or ``?`` without an interval.
-    """
-    if not ratio.detected:
-        return f"< {ratio.interval[1]:.3g}" if ratio.interval else "?"
-    if ratio.interval is None:
-        return f"{ratio.value:.3g}"
-    return f"{ratio.value:.3g} ({ratio.interval[0]:.3g} … {ratio.interval[1]:.3g})"
 
 
 def compare_datasheet(fit: Fit, sheet: DataSheet) -> Comparison:
@@ -144,10 +139,8 @@ def compare_datasheet(fit: Fit, sheet: DataSheet) -> Comparison:
     missing = []
     for figure in sheet.figures:
         expected = figure.in_unit(unit)
-        try:
-            minimal = figure.coefficient == MINIMUM
-            measured = allan_minimum(fit) if minimal else fit[figure.coefficient]
-        except KeyError:
+        measured = measured_figure(figure, fit)
+        if measured is None:
             missing.append(figure.name)
             continue
         ratio = scaled_estimate(measured, 1 / expected, "1")
@@ -177,6 +170,16 @@ def with_figures(model: Model, sheet: DataSheet) -> Model:
             model = model + effect()
             present.add(effect.kind)
     return model
+
+
+def measured_figure(figure: Quoted, fit: Fit) -> Estimate | None:
+    """`Estimate` of the coefficient or the minimum that a figure states; None if the model of the fit lacks it."""
+    if figure.coefficient == MINIMUM:
+        return allan_minimum(fit)
+    try:
+        return fit[figure.coefficient]
+    except KeyError:
+        return None
 
 
 def allan_minimum(fit: Fit) -> Estimate:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 #: Maximum number of letters of a subtitle that names all curves; longer texts would take a second line.
 MAX_SUBTITLE = 120
+#: Kind of a curve → its color. Other kinds have the color of their name, which is shared by a log and its model.
+COLORS = {"simulated": "model", "datasheet": "guide"}
 
 
 def plot_compare(
@@ -74,20 +76,16 @@ def _sensor_panel(
     `last` shows the x axis.
     """
     unit = items[0][1].unit
-    kinds: dict[str, set[str]] = {}
-    for _, curve in items:
-        kinds.setdefault(curve.name, set()).add(curve.kind)
+    measured = {curve.name for _, curve in items if curve.kind == "recording"}
     marks: list[Mark] = []
     shown: list[Any] = []
     for i, curve in items:
         factor = conversion(curve.unit, unit)
-        color = LOGS[i % len(LOGS)]
+        color = COLORS.get(curve.kind, LOGS[i % len(LOGS)])
         values = np.asarray(curve.deviation) * factor
         shown.append(values)
-        label = f"{curve.name} ({curve.kind})"
-        if kinds[curve.name] == {"recording", "model"}:
-            # The color shows which model belongs to which log.
-            label = "model" if curve.kind == "model" else curve.name
+        # The color shows which model belongs to which log.
+        label = "model" if curve.kind == "model" and curve.name in measured else curve.name
         if curve.low is None or curve.high is None:
             dash = "dash" if curve.kind == "model" else "dot"
             marks.append(Line(curve.tau, values, color, label, 2.0, dash))

@@ -90,8 +90,9 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
                     "showarrow": False,
                 }
             )
+        painter = _PanelPainter(data, layout, look, suffix)
         for mark in panel.marks:
-            _add_mark(mark, suffix, data, layout, look)
+            painter.add_mark(mark)
     _show_labels_once(data)
     return {"data": data, "layout": layout}
 
@@ -189,144 +190,202 @@ def _rgba(color: str, alpha: float) -> str:
     return f"rgba({red},{green},{blue},{alpha})"
 
 
-def _add_mark(
-    mark: Mark, suffix: str, data: list[dict[str, Any]], layout: dict[str, Any], look: Theme
-) -> None:
-    """Add the traces of one mark to `data`, and its shapes and annotations to `layout`, in place.
+class _PanelPainter:
+    """Adds the marks of one panel to the traces `data` and the `layout` of a plotly document, in place.
 
     Ranges and rules are shapes; an empty trace makes their legend entry. `suffix` is that of the panel's axes.
     """
-    axes = {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"}
-    match mark:
-        case Line():
-            line = {"color": look.color(mark.color), "width": mark.width, "dash": mark.dash}
-            data.append(
-                _scatter_trace(mark.x, mark.y, mark.label, axes) | {"mode": "lines", "line": line}
-            )
-        case Points():
-            data.append(_points_trace(mark, axes, look))
-        case Band():
-            x, y = _band_outline(mark)
-            shape = {"mode": "lines", "line": {"width": 0}, "fill": "toself", "hoverinfo": "skip"}
-            fill = {"fillcolor": _rgba(look.color(mark.color), mark.opacity)}
-            data.append(_scatter_trace(x, y, mark.label, axes) | shape | fill)
-        case Span():
-            _add_span(mark, axes, suffix, data, layout, look)
-        case Rule():
-            _add_rule(mark, axes, suffix, data, layout, look)
-        case Bars():
-            data.append(_bars_trace(mark, look) | axes)
-        case HeatMap():
-            _add_heat_map(mark, axes, suffix, data, layout, look)
-        case Note():
-            refs = {"xref": f"x{suffix} domain", "yref": f"y{suffix} domain"}
-            style = {"showarrow": False, "font": {"color": look.color(mark.color), "size": 14}}
-            text = {"text": html_text(mark.text), "x": mark.x, "y": mark.y}
-            layout["annotations"].append(text | refs | style)
 
+    def __init__(
+        self, data: list[dict[str, Any]], layout: dict[str, Any], look: Theme, suffix: str
+    ) -> None:
+        self.data, self.layout, self.look = data, layout, look
+        self.x, self.y, self.suffix = f"x{suffix}", f"y{suffix}", suffix
 
-def _add_span(
-    mark: Span,
-    axes: dict[str, str],
-    suffix: str,
-    data: list[dict[str, Any]],
-    layout: dict[str, Any],
-    look: Theme,
-) -> None:
-    """Add a shaded range and its text to `layout`, and its legend entry to `data`, in place."""
-    box = {"x0": mark.low, "x1": mark.high, "y0": 0, "y1": 1, "layer": "below"}
-    # Edges keep a range visible that is narrower than a pixel.
-    edge = {"width": 1, "color": _rgba(look.color(mark.color), 1.0)}
-    fill = _rgba(look.color(mark.color), 0.25)
-    refs = {"xref": f"x{suffix}", "yref": f"y{suffix} domain"}
-    layout["shapes"].append({"type": "rect", "fillcolor": fill, "line": edge, **box, **refs})
-    if mark.text:
-        layout["annotations"].append(_span_text(mark, suffix, layout, look))
-    entry = {"mode": "markers", "marker": {"symbol": "square", "size": 12, "color": fill}}
-    data.append(_scatter_trace([None], [None], mark.label, axes) | entry)
+    def add_mark(self, mark: Mark) -> None:
+        """Add the traces, shapes and annotations of a mark of any kind."""
+        match mark:
+            case Line():
+                self.add_scatter(
+                    mark.x, mark.y, mark.label, mode="lines", line=self.line_style(mark)
+                )
+            case Points():
+                self.add_points(mark)
+            case Band():
+                fill = _rgba(self.look.color(mark.color), mark.opacity)
+                area = {"line": {"width": 0}, "fill": "toself", "fillcolor": fill}
+                x, y = _band_outline(mark)
+                self.add_scatter(x, y, mark.label, mode="lines", hoverinfo="skip", **area)
+            case Span():
+                self.add_span(mark)
+            case Rule():
+                self.add_rule(mark)
+            case Bars():
+                self.add_bars(mark)
+            case HeatMap():
+                self.add_heat_map(mark)
+            case Note():
+                self.layout["annotations"].append(
+                    {
+                        "text": html_text(mark.text),
+                        "x": mark.x,
+                        "y": mark.y,
+                        "xref": f"{self.x} domain",
+                        "yref": f"{self.y} domain",
+                        "showarrow": False,
+                        "font": {"color": self.look.color(mark.color), "size": 14},
+                    }
+                )
 
+    def line_style(self, mark: Line | Rule) -> dict[str, Any]:
+        """Dict of the color, width and dash style of a line or rule."""
+        return {"color": self.look.color(mark.color), "width": mark.width, "dash": mark.dash}
 
-def _bars_trace(mark: Bars, look: Theme) -> dict[str, Any]:
-    """Dict: plotly trace of horizontal bars with their texts; the keys ``xaxis`` and ``yaxis`` are not set."""
-    return {
-        "type": "bar",
-        "orientation": "h",
-        "x": _finite_or_none(mark.values),
-        "y": list(range(mark.values.size)),
-        "text": [html_text(text) for text in mark.texts],
-        "textposition": "outside",
-        "cliponaxis": False,
-        "width": 0.5,
-        "marker": {"color": [look.color(c) for c in mark.colors]},
-        "showlegend": False,
-        "hoverinfo": "x",
-    }
-
-
-def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> dict[str, Any]:
-    """Dict: plotly annotation with the text of a shaded range, at the upper edge and inside the x axis.
-
-    If the panel already has such texts, it is placed below them.
-    """
-    axis = layout[f"xaxis{suffix}"]
-    first, last = sorted(axis["range"])
-    ends = [math.log10(v) if axis["type"] == "log" else v for v in (mark.low, mark.high)]
-    middle = 0.5 * (max(ends[0], first) + min(ends[1], last))
-    place, side = text_anchor((middle - first) / (last - first), SPAN_TEXT_WIDTH)
-    # Each text is below the previous one, because neighboring ranges are narrower than their texts.
-    before = [
-        a for a in layout["annotations"] if (a.get("name"), a["xref"]) == ("span", f"x{suffix}")
-    ]
-    return {
-        "text": f"<b>{html_text(mark.text)}</b>",
-        "x": first + place * (last - first),
-        "y": 1.0,
-        "xref": f"x{suffix}",
-        "yref": f"y{suffix} domain",
-        "xanchor": side,
-        "yanchor": "top",
-        "yshift": -18 * len(before),
-        "showarrow": False,
-        "font": {"size": 12, "color": look.text},
-        "bgcolor": _rgba(look.panel, 0.8),
-        "name": "span",
-    }
-
-
-def _scatter_trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
-    """Dict: plotly scatter trace; with a label, it has a legend entry. Numbers that are not finite become None."""
-    plain = [[None] if list(v) == [None] else _finite_or_none(v) for v in (x, y)]
-    return {
-        "type": "scatter",
-        "x": plain[0],
-        "y": plain[1],
-        "name": html_text(label),
-        "showlegend": bool(label),
-        **({"legendgroup": html_text(label)} if label else {}),
-        **axes,
-    }
-
-
-def _points_trace(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, Any]:
-    """Dict: plotly trace of markers, open if hollow, with error bars if the points have both ends."""
-    color = look.color(mark.color)
-    symbol = "circle-open" if mark.hollow else "circle"
-    trace = _scatter_trace(mark.x, mark.y, mark.label, axes)
-    trace |= {
-        "mode": "markers",
-        "marker": {"color": color, "size": 1.5 * mark.size, "symbol": symbol},
-    }
-    if mark.low is not None and mark.high is not None:
-        trace["error_y"] = {
-            "type": "data",
-            "symmetric": False,
-            "array": _finite_or_none(mark.high - mark.y),
-            "arrayminus": _finite_or_none(mark.y - mark.low),
-            "color": color,
-            "thickness": 1,
-            "width": 0,
+    def add_scatter(self, x: Any, y: Any, label: str, **style: Any) -> None:
+        """Add a scatter trace; with a label, it has a legend entry. Numbers that are not finite become None."""
+        trace = {
+            "type": "scatter",
+            "x": _finite_or_none(x),
+            "y": _finite_or_none(y),
+            "name": html_text(label),
+            "showlegend": bool(label),
+            **({"legendgroup": html_text(label)} if label else {}),
         }
-    return trace
+        self.data.append(trace | {"xaxis": self.x, "yaxis": self.y} | style)
+
+    def add_shape(self, x0: float, x1: float, y0: float, y1: float, **style: Any) -> None:
+        """Add a shape between two values of the x axis and two of the y axis."""
+        ends = {"x0": x0, "x1": x1, "y0": y0, "y1": y1}
+        self.layout["shapes"].append({"xref": self.x, "yref": self.y, **ends, **style})
+
+    def add_points(self, mark: Points) -> None:
+        """Add markers, open if hollow, with error bars if the points have both ends."""
+        color = self.look.color(mark.color)
+        style: dict[str, Any] = {
+            "mode": "markers",
+            "marker": {
+                "color": color,
+                "size": 1.5 * mark.size,
+                "symbol": "circle-open" if mark.hollow else "circle",
+            },
+        }
+        if mark.low is not None and mark.high is not None:
+            style["error_y"] = {
+                "type": "data",
+                "symmetric": False,
+                "array": _finite_or_none(mark.high - mark.y),
+                "arrayminus": _finite_or_none(mark.y - mark.low),
+                "color": color,
+                "thickness": 1,
+                "width": 0,
+            }
+        self.add_scatter(mark.x, mark.y, mark.label, **style)
+
+    def add_span(self, mark: Span) -> None:
+        """Add a shaded range with its text and its legend entry."""
+        color = self.look.color(mark.color)
+        fill = _rgba(color, 0.25)
+        # Edges keep a range visible that is narrower than a pixel.
+        edge = {"width": 1, "color": _rgba(color, 1.0)}
+        style = {"yref": f"{self.y} domain", "layer": "below", "fillcolor": fill, "line": edge}
+        self.add_shape(mark.low, mark.high, 0, 1, type="rect", **style)
+        if mark.text:
+            self.add_span_text(mark)
+        marker = {"symbol": "square", "size": 12, "color": fill}
+        self.add_scatter([None], [None], mark.label, mode="markers", marker=marker)
+
+    def add_span_text(self, mark: Span) -> None:
+        """Add the text of a shaded range at the upper edge, inside the x axis.
+
+        If the panel already has such texts, it is placed below them.
+        """
+        axis = self.layout[f"xaxis{self.suffix}"]
+        first, last = sorted(axis["range"])
+        ends = [math.log10(v) if axis["type"] == "log" else v for v in (mark.low, mark.high)]
+        middle = 0.5 * (max(ends[0], first) + min(ends[1], last))
+        place, side = text_anchor((middle - first) / (last - first), SPAN_TEXT_WIDTH)
+        # Each text is below the previous one, because neighboring ranges are narrower than their texts.
+        annotations = self.layout["annotations"]
+        before = [a for a in annotations if (a.get("name"), a["xref"]) == ("span", self.x)]
+        annotations.append(
+            {
+                "text": f"<b>{html_text(mark.text)}</b>",
+                "x": first + place * (last - first),
+                "y": 1.0,
+                "xref": self.x,
+                "yref": f"{self.y} domain",
+                "xanchor": side,
+                "yanchor": "top",
+                "yshift": -18 * len(before),
+                "showarrow": False,
+                "font": {"size": 12, "color": self.look.text},
+                "bgcolor": _rgba(self.look.panel, 0.8),
+                "name": "span",
+            }
+        )
+
+    def add_rule(self, mark: Rule) -> None:
+        """Add a straight line across the panel, with a legend entry if it has a label."""
+        style = {"type": "line", "layer": "below", "line": self.line_style(mark)}
+        if mark.axis == "x":
+            self.add_shape(mark.value, mark.value, 0, 1, yref=f"{self.y} domain", **style)
+        else:
+            self.add_shape(0, 1, mark.value, mark.value, xref=f"{self.x} domain", **style)
+        if mark.label:
+            line = self.line_style(mark)
+            self.add_scatter([None], [None], mark.label, mode="lines", line=line)
+
+    def add_bars(self, mark: Bars) -> None:
+        """Add horizontal bars with their texts."""
+        self.data.append(
+            {
+                "type": "bar",
+                "orientation": "h",
+                "x": _finite_or_none(mark.values),
+                "y": list(range(mark.values.size)),
+                "text": [html_text(text) for text in mark.texts],
+                "textposition": "outside",
+                "cliponaxis": False,
+                "width": 0.5,
+                "marker": {"color": [self.look.color(c) for c in mark.colors]},
+                "showlegend": False,
+                "hoverinfo": "x",
+                "xaxis": self.x,
+                "yaxis": self.y,
+            }
+        )
+
+    def add_heat_map(self, mark: HeatMap) -> None:
+        """Add a heat map with its color bar, and frames around its marked cells."""
+        low, middle, high = self.look.diverging
+        bottom, top = self.layout[f"yaxis{self.suffix}"]["domain"]
+        self.data.append(
+            {
+                "type": "heatmap",
+                "x": _finite_or_none(mark.x_edges),
+                "y": _finite_or_none(mark.y_edges),
+                "z": [_finite_or_none(row) for row in mark.values],
+                "text": [[_ratio_text(v) for v in row] for row in mark.values],
+                "zmin": -mark.limit,
+                "zmax": mark.limit,
+                "colorscale": [[0, low], [0.5, middle], [1, high]],
+                "colorbar": {
+                    "title": {"text": html_text(mark.label), "side": "right"},
+                    "tickvals": [v for v, _ in mark.ticks],
+                    "ticktext": [html_text(t) for _, t in mark.ticks],
+                    "outlinewidth": 0,
+                    "y": 0.5 * (bottom + top),
+                    "len": top - bottom,
+                },
+                "hovertemplate": "%{text} × the expected power<extra></extra>",
+                "xaxis": self.x,
+                "yaxis": self.y,
+            }
+        )
+        for row, column in np.argwhere(mark.marked):
+            x = mark.x_edges[column : column + 2].tolist()
+            y = mark.y_edges[row : row + 2].tolist()
+            self.add_shape(*x, *y, type="rect", line={"color": self.look.text, "width": 1})
 
 
 def _band_outline(band: Band) -> tuple[Any, Any]:
@@ -341,74 +400,6 @@ def _band_outline(band: Band) -> tuple[Any, Any]:
         x += [band.x[piece], band.x[piece][::-1], [np.nan]]
         y += [band.high[piece], band.low[piece][::-1], [np.nan]]
     return (np.concatenate(x)[:-1], np.concatenate(y)[:-1]) if pieces else ([], [])
-
-
-def _add_rule(
-    mark: Rule,
-    axes: dict[str, str],
-    suffix: str,
-    data: list[dict[str, Any]],
-    layout: dict[str, Any],
-    look: Theme,
-) -> None:
-    """Add a straight line across a panel to `layout`, and its legend entry, if labeled, to `data`, in place."""
-    line = {"color": look.color(mark.color), "width": mark.width, "dash": mark.dash}
-    if mark.axis == "x":
-        ends = {"x0": mark.value, "x1": mark.value, "y0": 0, "y1": 1}
-        refs = {"xref": f"x{suffix}", "yref": f"y{suffix} domain"}
-    else:
-        ends = {"x0": 0, "x1": 1, "y0": mark.value, "y1": mark.value}
-        refs = {"xref": f"x{suffix} domain", "yref": f"y{suffix}"}
-    layout["shapes"].append({"type": "line", "line": line, "layer": "below", **ends, **refs})
-    if mark.label:
-        data.append(
-            _scatter_trace([None], [None], mark.label, axes) | {"mode": "lines", "line": line}
-        )
-
-
-def _add_heat_map(
-    mark: HeatMap,
-    axes: dict[str, str],
-    suffix: str,
-    data: list[dict[str, Any]],
-    layout: dict[str, Any],
-    look: Theme,
-) -> None:
-    """Add a heat map to `data`, and frames around its marked cells to `layout`, in place."""
-    low, middle, high = look.diverging
-    bottom, top = layout[f"yaxis{suffix}"]["domain"]
-    data.append(
-        {
-            "type": "heatmap",
-            "x": _finite_or_none(mark.x_edges),
-            "y": _finite_or_none(mark.y_edges),
-            "z": [_finite_or_none(row) for row in mark.values],
-            "text": [[_ratio_text(v) for v in row] for row in mark.values],
-            "zmin": -mark.limit,
-            "zmax": mark.limit,
-            "colorscale": [[0, low], [0.5, middle], [1, high]],
-            "colorbar": {
-                "title": {"text": html_text(mark.label), "side": "right"},
-                "tickvals": [v for v, _ in mark.ticks],
-                "ticktext": [html_text(t) for _, t in mark.ticks],
-                "outlinewidth": 0,
-                "y": 0.5 * (bottom + top),
-                "len": top - bottom,
-            },
-            "hovertemplate": "%{text} × the expected power<extra></extra>",
-            **axes,
-        }
-    )
-    for row, column in np.argwhere(mark.marked):
-        box = {
-            "x0": float(mark.x_edges[column]),
-            "x1": float(mark.x_edges[column + 1]),
-            "y0": float(mark.y_edges[row]),
-            "y1": float(mark.y_edges[row + 1]),
-        }
-        refs = {"xref": f"x{suffix}", "yref": f"y{suffix}"}
-        line = {"color": look.text, "width": 1}
-        layout["shapes"].append({"type": "rect", "line": line, **box, **refs})
 
 
 def _ratio_text(log2: float) -> str:

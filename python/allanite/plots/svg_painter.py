@@ -57,9 +57,8 @@ ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 def color_rules() -> str:
     """CSS text: rules that define the color of every role for the light and the dark theme."""
     light, dark = theme_of("light"), theme_of("dark")
-    pairs = {role: (light.roles[role], dark.roles[role]) for role in light.roles}
-    pairs |= {"faint": (light.faint, dark.faint), "grid": (light.grid, dark.grid)}
-    pairs |= {"text": (light.text, dark.text), "panel": (light.panel, dark.panel)}
+    roles = (*light.roles, "faint", "grid", "text", "panel")
+    pairs = {role: (light.color(role), dark.color(role)) for role in roles}
     pairs |= {
         "low": (light.diverging[0], dark.diverging[0]),
         "high": (light.diverging[2], dark.diverging[2]),

@@ -28,9 +28,9 @@ class Theme:
 
     def color(self, role: str) -> str:
         """Hexadecimal color of a role; `KeyError` for an unknown role."""
-        return {"text": self.text, "faint": self.faint, "grid": self.grid}.get(role) or self.roles[
-            role
-        ]
+        if role in ("text", "faint", "grid", "panel"):
+            return str(getattr(self, role))
+        return self.roles[role]
 
 
 _LIGHT = Theme(

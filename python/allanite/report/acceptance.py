@@ -6,8 +6,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.common.files import write_text
-from allanite.common.numbers import duration_text
+from allanite.common.numbers import duration_text, number
 from allanite.common.plain import plain
 from allanite.comparison.acceptance import DOES_NOT_MEET, MEETS
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
@@ -57,10 +56,8 @@ def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "
                 (
                     a.recording.columns[0],
                     f.figure.name.replace("_", " "),
-                    f.with_unit(f"{f.figure.value:.4g}"),
-                    f.with_unit(f"{f.limit:.4g}"),
-                    f.measured_text,
-                    f.interval_text,
+                    f.with_unit(number(f.figure.value, 4)),
+                    *f.texts,
                     f.verdict,
                 )
                 for a in found
@@ -86,13 +83,6 @@ def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "
     blocks.append(Picture(worst.plot(), caption, "acceptance", PLOT_HEIGHT))
     content = f"<header>\n<h1>{escape(title)}</h1>\n</header>\n" + blocks_html(blocks)
     return html_skeleton(title, content)
-
-
-def save_acceptance(
-    found: Sequence[Acceptance], path: str | Path, serial: str = "", date: str = ""
-) -> None:
-    """Write `acceptance_page` to a file; an existing file is replaced only after the page is complete."""
-    write_text(path, acceptance_page(found, serial, date))
 
 
 def overall_verdict(found: Sequence[Acceptance]) -> str:

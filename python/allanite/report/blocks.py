@@ -10,19 +10,6 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
-    """Number in a report: printed text, value, and `place`, its path in the JSON document."""
-
-    text: str
-    value: float
-    place: str
-
-
-#: Text, number, or sequence of both that is printed as one.
-Cell = str | Number | tuple["str | Number", ...]
-
-
-@dataclass(frozen=True, slots=True)
 class Heading:
     """Heading: level 2 for a column of the recording, 3 and 4 for its sections."""
 
@@ -34,7 +21,7 @@ class Heading:
 class Paragraph:
     """Paragraph; `tone` is plain, good or bad (for a verdict), or quiet (for remarks)."""
 
-    cell: Cell
+    text: str
     tone: str = "plain"
 
 
@@ -42,7 +29,7 @@ class Paragraph:
 class Bullets:
     """Bulleted list; `tone` as for a paragraph."""
 
-    cells: tuple[Cell, ...]
+    texts: tuple[str, ...]
     tone: str = "plain"
 
 
@@ -51,7 +38,7 @@ class Table:
     """Table. Without `head` it is a list of terms; `right` are the indices of right-aligned columns."""
 
     head: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: tuple[tuple[str, ...], ...]
     right: tuple[int, ...] = ()
     small: bool = False
 
@@ -62,8 +49,7 @@ class Card:
 
     title: str
     text: str
-    terms: tuple[tuple[str, Cell], ...]
-    strong: bool = True
+    terms: tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True, slots=True)

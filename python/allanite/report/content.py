@@ -3,46 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from allanite.common.numbers import (
-    MIN_PRINTED_P,
-    count_text,
-    duration_text,
-    harmonics_text,
-    log10_probability_text,
-    trials_text,
-    with_readable_numbers,
-)
+from allanite.common.numbers import count_text, duration_text, number, with_readable_numbers
+from allanite.common.parameters import Estimate
 from allanite.common.printing import column_unit
-from allanite.effects import find, title_of
-from allanite.fit.table import undecided_sentence
+from allanite.effects import title_of
+from allanite.fit.table import misfit_line, parameter_rows, undecided_sentence
 from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time
-from allanite.plots.words import label_in_unit, unit_text
-from allanite.report.blocks import (
-    Block,
-    Bullets,
-    Card,
-    Cell,
-    Heading,
-    Number,
-    Paragraph,
-    Picture,
-    Table,
-)
-from allanite.report.words import (
-    COMPLETED,
-    as_sentence,
-    data_sheet_value,
-    number_cell,
-    parameter_cells,
-    parameter_text,
-    tone_and_verdict,
-    with_unit,
-)
+from allanite.plots.words import label_in_unit, unit_text, values_text
+from allanite.report.blocks import Block, Bullets, Card, Heading, Paragraph, Picture, Table
+from allanite.report.words import COMPLETED, as_sentence, tone_and_verdict
+from allanite.suggestion.check import evidence_text
 
 if TYPE_CHECKING:
+    from allanite.deviation.result import Deviation
+    from allanite.fit import Fit
+    from allanite.recording import Recording
     from allanite.report.document import Entry
+    from allanite.study import Study
+    from allanite.suggestion import Check, Suggestion
 
 #: Number of segments of the samples in their figure, which is 920 pixels wide: 4 pixels each.
 SEGMENTS = 230
@@ -57,51 +37,38 @@ def column_title(entry: Entry) -> str:
     return f"{file} · {recording.columns[0]}"
 
 
-def column_section(
-    entry: Entry, document: dict[str, Any], place: str = "", *, with_curve: bool = True
-) -> list[Block]:
+def column_section(entry: Entry, *, with_curve: bool = True) -> list[Block]:
     """List of `Block`: all sections of one column of a report.
 
-    `document` is the JSON document of the column, and `place` its path in that of the whole report. `with_curve` is False
-    if the first page of the report already shows the curve of this column.
+    `with_curve` is False if the first page of the report already shows the curve of this column.
     """
-    at = f"{place}." if place else ""
     tone, words = tone_and_verdict(entry.study, entry.first)
+    curve = [Heading("Allan deviation and spectrum"), curve_picture(entry)]
     return [
         Paragraph(words, tone),
-        *_record_section(entry, document, at),
-        *(_curve_section(entry) if with_curve else []),
-        *_model_section(entry, document["fit"], f"{at}fit"),
-        *_first_model_section(entry, document, at),
-        *_steps_section(entry, document, at),
-        *_ending_sections(entry, at),
+        *_record_section(entry.recording),
+        *(curve if with_curve else []),
+        *_model_section(entry.study),
+        *_first_model_section(entry),
+        *_steps_section(entry.study),
+        *_ending_sections(entry.study),
+        *_curve_table(entry.deviation),
     ]
 
 
-def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+def _record_section(recording: Recording) -> list[Block]:
     """List of `Block`: section on the record: file, size, unit, findings of the audit, and a plot of the samples.
 
     Warnings come before other findings; without any, a sentence says so.
     """
-    facts, recording = document["recording"], entry.recording
-    place = f"{at}recording"
-    rows: list[tuple[Cell, ...]] = [
-        ("file", Path(facts["path"]).name if facts["path"] else "–"),
-        ("column", facts["column"]),
-        (
-            "samples",
-            (Number(count_text(facts["n"]), facts["n"], f"{place}.n"), f", {recording.quantity}"),
-        ),
-        ("rate", (Number(f"{facts['rate_hz']:.6g}", facts["rate_hz"], f"{place}.rate_hz"), " Hz")),
-        (
-            "duration",
-            (
-                Number(f"{facts['duration_s']:.6g}", facts["duration_s"], f"{place}.duration_s"),
-                f" s ({duration_text(facts['duration_s'])})",
-            ),
-        ),
-        ("unit", unit_text(facts["unit"])),
-        ("gaps", (Number(count_text(facts["gaps"]), facts["gaps"], f"{place}.gaps"),)),
+    rows = [
+        ("file", Path(recording.path).name if recording.path else "–"),
+        ("column", recording.columns[0]),
+        ("samples", f"{count_text(recording.n)}, {recording.quantity}"),
+        ("rate", f"{recording.rate:.6g} Hz"),
+        ("duration", f"{recording.duration:.6g} s ({duration_text(recording.duration)})"),
+        ("unit", unit_text(recording.unit)),
+        ("gaps", count_text(recording.gaps)),
     ]
     if recording.covariates:
         named = (
@@ -110,24 +77,18 @@ def _record_section(entry: Entry, document: dict[str, Any], at: str) -> list[Blo
         rows.append(
             ("logged columns", ", ".join(n if n == u else label_in_unit(n, u) for n, u in named))
         )
-    found = facts["audit"]
-    warnings = tuple(str(f["message"]) for f in found if f["severity"] == "warning")
-    remarks = tuple(str(f["message"]) for f in found if f["severity"] != "warning")
+    warnings = tuple(f.message for f in recording.audit if f.severity == "warning")
+    remarks = tuple(f.message for f in recording.audit if f.severity != "warning")
     out: list[Block] = [Heading("Record"), Table((), tuple(rows))]
     if warnings:
         out.append(Bullets(warnings, "bad"))
     if remarks:
         out.append(Bullets(remarks))
-    if not found:
+    if not recording.audit:
         out.append(Paragraph("The data audit found no problem.", "quiet"))
     caption = "Samples over time: minimum, maximum and mean of short segments."
     out.append(Picture(plot_recording(recording, segments=SEGMENTS), caption, "samples", 2.6))
     return out
-
-
-def _curve_section(entry: Entry) -> list[Block]:
-    """List of `Block`: section with the Allan deviation and the spectrum of the last model."""
-    return [Heading("Allan deviation and spectrum"), curve_picture(entry)]
 
 
 def curve_picture(entry: Entry) -> Picture:
@@ -143,109 +104,34 @@ def curve_picture(entry: Entry) -> Picture:
     return Picture(plot_fit(fit), caption, "curve", 6.0)
 
 
-def _model_section(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
-    """List of `Block`: section with the goodness of fit and the parameters of the last model.
-
-    The column in data-sheet units is left out if it is empty.
-    """
-    rows: list[tuple[Cell, ...]] = []
-    sheet = False
-    for i, effect in enumerate(fit["effects"]):
-        title, kind = effect["name"], find(effect["kind"])
-        for name, value in effect["parameters"].items():
-            where = f"{place}.effects.{i}.parameters.{name}"
-            shown, interval, unit = parameter_cells(value, where)
-            if name == "overtones" and value.get("value"):
-                first = effect["parameters"]["frequency"]["value"]
-                shown = harmonics_text(first, value["value"], unit_text(entry.recording.unit))
-            for key, word in (("held", "held fixed"), ("at_limit", "at its limit")):
-                if name in effect.get(key, ()):
-                    interval = word
-            other = (
-                data_sheet_value(kind.parameter(name), value, entry.recording.unit) if kind else ""
-            )
-            sheet |= bool(other)
-            rows.append((title, parameter_text(name), shown, interval, unit, other))
-            title = ""
-    head: tuple[str, ...] = (
-        "effect",
-        "parameter",
-        "value",
-        "95 % interval",
-        "unit",
-        "in data-sheet units",
+def _model_section(study: Study) -> list[Block]:
+    """List of `Block`: section with the goodness of fit and the parameters of the last model."""
+    fit = study.fit
+    notes = (
+        "Densities are two-sided: white noise of density N² has an Allan variance of N²/τ; a data sheet's one-sided "
+        "noise density is √2 N."
     )
-    if not sheet:
-        head, rows = head[:-1], [row[:-1] for row in rows]
-    out: list[Block] = [
+    values = [v for own in fit.estimates for v in own.values() if isinstance(v, Estimate)]
+    if not all(v.detected for v in values):
+        notes += " Not detected: the coefficient is compatible with zero; the limit is at 95 % confidence."
+    head = ("effect", "parameter", "value", "95 % interval")
+    return [
         Heading("Model"),
-        Paragraph(_goodness_of_fit_cell(fit, place)),
-        Table(head, tuple(rows), (2, 3, 5)),
+        _goodness_of_fit(fit, study.adequate),
+        Table(head, tuple(parameter_rows(fit)), (2, 3)),
+        Paragraph(notes, "quiet"),
     ]
-    notes = [
-        (
-            "Densities are two-sided: white noise of density N² has an Allan variance of N²/τ; a data sheet's one-sided "
-            "noise density is √2 N."
-        )
-    ]
-    if any(v.get("detected") is False for e in fit["effects"] for v in e["parameters"].values()):
-        notes.append(
-            "Not detected: the coefficient is compatible with zero; the limit is at 95 % confidence."
-        )
-    out.append(Paragraph(" ".join(notes), "quiet"))
-    return out
 
 
-def _goodness_of_fit_cell(fit: dict[str, Any], place: str) -> Cell:
-    """`Cell`: sentence on the goodness of fit: χ², Allan error, discrepancy, and frequencies without a test.
+def _goodness_of_fit(fit: Fit, whole: bool) -> Paragraph:
+    """`Paragraph` on the goodness of fit: χ², Allan error, discrepancy, and frequencies without a test.
 
-    Parts that are None or empty are left out.
+    `whole` is False if other checks than χ² and the Allan deviation failed.
     """
-    m, e = fit["misfit"], fit["error"]
-    words: list[str | Number] = [
-        f"{fit['model']}: χ²/dof ",
-        number_cell(m["reduced"], f"{place}.misfit.reduced"),
-        " (p ",
-        number_cell(m["p_value"], f"{place}.misfit.p_value", 2),
-        ")",
-    ]
-    if e["adev_rms_percent"] is not None:
-        words += [
-            ", Allan deviation: residual ",
-            number_cell(e["adev_rms_percent"], f"{place}.error.adev_rms_percent", 2),
-            " % rms (expected scatter: ",
-            number_cell(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2),
-            " %)",
-        ]
-    worst = e["adev_worst"]
-    if worst is not None:
-        words += [
-            ", largest error at τ = ",
-            number_cell(worst["tau_s"], f"{place}.error.adev_worst.tau_s", 3),
-            " s: model/measured = ",
-            number_cell(worst["factor"], f"{place}.error.adev_worst.factor", 3),
-        ]
-    percent = fit["discrepancy"]["percent"]
-    if percent:
-        words += [
-            ". Model discrepancy: ",
-            number_cell(percent, f"{place}.discrepancy.percent", 2),
-            " % of the deviation",
-        ]
-    for k, (low, high) in enumerate(fit["not_judged_hz"]):
-        words += [
-            ", " if k else ". Not judged: ",
-            number_cell(low, f"{place}.not_judged_hz.{k}.0", 3),
-            " … ",
-            number_cell(high, f"{place}.not_judged_hz.{k}.1", 3),
-            " Hz",
-        ]
-    if fit["not_judged_hz"]:
-        words += [", where a filter removed more than 99.99 % of the power"]
-    return (*words, ".")
+    return Paragraph(with_readable_numbers(f"{fit.model.name}: {misfit_line(fit, whole)}."))
 
 
-def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+def _first_model_section(entry: Entry) -> list[Block]:
     """List of `Block`: section on the first model: goodness of fit, where the model fails, and the missing effects.
 
     Its plot is left out if the study has only one step.
@@ -253,7 +139,7 @@ def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> lis
     check, fit = entry.first, entry.first.fit
     out: list[Block] = [
         Heading(_first_model_title(check)),
-        Paragraph(_goodness_of_fit_cell(document["check"], f"{at}check")),
+        _goodness_of_fit(fit, check.adequate),
         *_failure_blocks(check),
     ]
     if len(entry.study.ladder) > 1:
@@ -269,11 +155,11 @@ def _first_model_section(entry: Entry, document: dict[str, Any], at: str) -> lis
         out.append(Picture(plot_time(check), caption, "time", 3.4))
     if check.significant:
         out.append(Heading("Missing effects, strongest evidence first", 4))
-        out += _card_blocks(check, f"{at}check.suggestions")
+        out += _card_blocks(check)
     return out
 
 
-def _first_model_title(check: Any) -> str:
+def _first_model_title(check: Check) -> str:
     """Text of the heading on the first model.
 
     It is "Where … fails" if the model fails at some τ, frequency or time. Otherwise it is "… fits the record" for an
@@ -285,7 +171,7 @@ def _first_model_title(check: Any) -> str:
     return f"{name} fits the record" if check.adequate else f"Effects missing from {name}"
 
 
-def _failure_blocks(check: Any) -> list[Block]:
+def _failure_blocks(check: Check) -> list[Block]:
     """List of one `Block`: a bulleted list of the τ, frequencies and times at which a model fails.
 
     If it fails at none, one sentence says so. An effect may be missing even then.
@@ -294,11 +180,11 @@ def _failure_blocks(check: Any) -> list[Block]:
     return [Bullets(sentences)] if sentences else [Paragraph(as_sentence(check.nowhere))]
 
 
-def _card_blocks(check: Any, place: str) -> list[Block]:
+def _card_blocks(check: Check) -> list[Block]:
     """List of `Block`: cards of the first 3 suggestions of a check, and a sentence that names the others.
 
     Suggestions come in the groups of `Check.grouped`; the title of a group precedes its cards, except for the first group.
-    Empty without suggestions. `place` is the path of the suggestions in the JSON document.
+    Empty without suggestions.
     """
     cards: list[Block] = []
     rest = []
@@ -307,105 +193,54 @@ def _card_blocks(check: Any, place: str) -> list[Block]:
         if left > 0 and cards:
             cards.append(Paragraph(f"{as_sentence(title)[:-1]}:", "quiet"))
         for rank, suggestion in group:
+            name = check.fit.display_name(suggestion.effect)
             if left > 0:
-                at = rank - 1
-                cards.append(
-                    _suggestion_card(check, suggestion, suggestion.to_dict(), f"{place}.{at}", rank)
-                )
+                cards.append(_suggestion_card(suggestion, f"{rank}. {name}"))
             else:
-                rest.append(check.fit.display_name(suggestion.effect))
+                rest.append(name)
             left -= 1
     if rest:
         cards.append(Paragraph(f"Further suggestions: {', '.join(rest)}.", "quiet"))
     return cards
 
 
-def _suggestion_card(
-    check: Any, suggestion: Any, described: dict[str, Any], place: str, rank: int
-) -> Card:
+def _suggestion_card(suggestion: Suggestion, title: str) -> Card:
     """`Card` of a suggested effect: sentence, values, evidence (ΔlogL, ΔBIC, p), alternatives, and how to confirm it.
 
-    It also says which percentage of the unexplained misfit the effect removes. The title is "`rank`. name". `described`
-    is the dict of the suggestion in the JSON document, and `place` its path there.
+    It also says which percentage of the unexplained misfit the effect removes.
     """
-    evidence = described["evidence"]
-    terms: list[tuple[str, Cell]] = []
-    values: list[str | Number] = []
-    for name, value in described["parameters"].items():
-        shown, _, unit = parameter_cells(value, f"{place}.parameters.{name}")
-        values += [", " if values else "", f"{parameter_text(name)} ", shown, with_unit(unit)]
-    terms.append(("values", tuple(values)))
-    p = number_cell(evidence["p_value"], f"{place}.evidence.p_value", 2)
-    if evidence["p_value"] < MIN_PRINTED_P:
-        p = log10_probability_text(suggestion.log10_p)
-    terms.append(
-        (
-            "evidence",
-            (
-                "ΔlogL ",
-                number_cell(
-                    evidence["delta_log_likelihood"], f"{place}.evidence.delta_log_likelihood"
-                ),
-                ", ΔBIC ",
-                number_cell(evidence["delta_bic"], f"{place}.evidence.delta_bic"),
-                ", p ",
-                p,
-                f" after {trials_text(evidence['trials'])}",
-            ),
-        )
-    )
-    removes = number_cell(described["removes_percent"], f"{place}.removes_percent", 2)
-    terms.append(("size", ("removes ", removes, " % of the unexplained misfit")))
-    rivals = described.get("rivals")
-    if rivals:
-        names = ", ".join(map(title_of, rivals))
-        terms.append(("alternative explanations", names))
-    terms.append(("to confirm", with_readable_numbers(str(described["check_by"]))))
-    name = check.fit.display_name(suggestion.effect)
-    words = str(described["explanation"])
+    values = values_text(suggestion.effect, suggestion.estimates, len(suggestion.estimates))
+    terms = [
+        ("values", values or "–"),
+        ("evidence", evidence_text(suggestion)),
+        ("size", suggestion.removes_text),
+    ]
+    if suggestion.rivals:
+        terms.append(("alternative explanations", ", ".join(map(title_of, suggestion.rivals))))
+    terms.append(("to confirm", with_readable_numbers(suggestion.check_by)))
     # Drop the name and the values from the sentence, because the card shows them separately.
-    if words.startswith(f"{name} (") and "): " in words:
-        words = words.split("): ", 1)[1]
-    words = with_readable_numbers(words[0].upper() + words[1:])
-    return Card(f"{rank}. {name}", words, tuple(terms), suggestion.significant)
+    words = suggestion.explanation.partition("): ")[2] or suggestion.explanation
+    return Card(title, with_readable_numbers(words[0].upper() + words[1:]), tuple(terms))
 
 
-def _steps_section(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+def _steps_section(study: Study) -> list[Block]:
     """List of `Block`: section on the stepwise model building: a table of steps and a plot.
 
     A single step gives one sentence.
     """
-    ladder = document["improve"]["ladder"]
-    if len(ladder) == 1:
+    if len(study.ladder) == 1:
         words = "No effect was added: there is only one step."
         return [Heading("Stepwise model building"), Paragraph(words)]
-    rows: list[tuple[Cell, ...]] = []
-    for i, (step, described) in enumerate(zip(entry.study.ladder, ladder, strict=True)):
-        where = f"{at}improve.ladder.{i}"
-        error = described["error"]
-        rows.append(
-            (
-                ", ".join(step.changes) or ("values changed by hand" if i else "start"),
-                described["model"].replace("+", "+\u200b"),  # allows a line break in a long sum
-                number_cell(error["misfit_left_percent"], f"{where}.error.misfit_left_percent", 3),
-                number_cell(described["misfit"]["reduced"], f"{where}.misfit.reduced"),
-                number_cell(described["misfit"]["p_value"], f"{where}.misfit.p_value", 2),
-                number_cell(error["adev_rms_percent"], f"{where}.error.adev_rms_percent"),
-                number_cell(described["discrepancy"]["percent"], f"{where}.discrepancy.percent", 2),
-                number_cell(
-                    (error["predictive"] or {}).get("score"), f"{where}.error.predictive.score", 4
-                ),
-            )
-        )
+    # Zero-width spaces allow a line break in a long sum.
+    rows = tuple((*row[:-1], row[-1].replace("+", "+\u200b")) for row in study.rows())
     head = (
         "step",
-        "model",
-        "unexplained misfit, %",
-        "χ²/dof",
-        "p",
-        "Allan error, % rms",
-        "model discrepancy, %",
+        "unexplained misfit",
+        "model discrepancy",
+        "Allan error, rms",
+        "largest error",
         "predictive score",
+        "model",
     )
     caption = (
         "The errors of each step, and the Allan deviation of the first and the last model. Predictive score: loss on data "
@@ -413,18 +248,18 @@ def _steps_section(entry: Entry, document: dict[str, Any], at: str) -> list[Bloc
     )
     return [
         Heading("Stepwise model building"),
-        Table(head, tuple(rows), (2, 3, 4, 5, 6, 7)),
-        Picture(plot_study(entry.study), caption, "ladder", 5.4, 12.8),
+        Table(head, rows, (1, 2, 3, 4, 5)),
+        Picture(plot_study(study), caption, "ladder", 5.4, 12.8),
     ]
 
 
-def _ending_sections(entry: Entry, at: str) -> list[Block]:
+def _ending_sections(study: Study) -> list[Block]:
     """List of `Block`: a section on undecided alternative models, if there are any, then one on the unexplained misfit.
 
     If the last model is adequate, the second section is one sentence. Otherwise it says why the search ended, where the
     model fails, and which effects were tested without success.
     """
-    study, check = entry.study, entry.study.check
+    check = study.check
     out: list[Block] = []
     if study.undecided is not None:
         undecided = undecided_sentence(study.fit, study.undecided)
@@ -442,5 +277,27 @@ def _ending_sections(entry: Entry, at: str) -> list[Block]:
     out += [Paragraph(f"{doubt[0].upper()}{doubt[1:]}.") for doubt in study.doubts]
     if check.significant and len(study.ladder) > 1:
         out.append(Heading("Tested effects that did not help", 4))
-        out += _card_blocks(check, f"{at}left.suggestions")
+        out += _card_blocks(check)
     return out
+
+
+def _curve_table(deviation: Deviation) -> list[Block]:
+    """List of `Block`: section with all points of the overlapping Allan deviation."""
+    rows = tuple(
+        tuple(_point_text(name, value) for name, value in point.items())
+        for point in deviation.to_dict()["points"]
+    )
+    unit = unit_text(deviation.unit)
+    head = ("τ (s)", "m", "differences", f"deviation ({unit})", "95 % low", "high", "edf")
+    words = "Overlapping Allan deviation. The interval uses the noise type identified at each τ and needs no model."
+    table = Table(head, rows, tuple(range(7)), small=True)
+    return [Heading("Allan deviation in numbers"), Paragraph(words, "quiet"), table]
+
+
+def _point_text(name: str, value: float | None) -> str:
+    """Text of the quantity `name` of a point of the curve: τ with six digits, a deviation with five; a dash for None."""
+    if value is None:
+        return "–"
+    if name in ("m", "n", "edf"):
+        return count_text(value) if value >= 100 or value == int(value) else f"{value:.3g}"
+    return number(value, 6 if name == "tau_s" else 5)

@@ -57,24 +57,20 @@ class Entry:
         ``adev`` is the document of ``adev --json``. ``check`` is that of the first model, ``improve`` that of the stepwise
         model building, and ``fit`` that of the last model. ``left`` holds the findings of the last check.
         """
-        shown, last = self.to_shown_dict(), self.study.check
-        shown["check"] = _without_shared_fields(self.first.to_dict())
-        shown["fit"] = _without_shared_fields(self.study.fit.to_dict())
-        shown["left"]["suggestions"] = [s.to_dict() for s in last.suggestions]
-        return shown
-
-    def to_shown_dict(self) -> dict[str, Any]:
-        """Dict as from `to_dict`, but without the suggested and alternative effects, which take long to compute."""
         last = self.study.check
         return {
             "schema": "allanite/report/1",
             "version": _kernels.version(),
             "recording": self.recording.describe(),
             "adev": self.deviation.to_dict(),
-            "check": self.first.fit.body(searched=False),
+            "check": _without_shared_fields(self.first.to_dict()),
             "improve": _without_shared_fields(self.study.to_dict()),
-            "fit": self.study.fit.body(searched=False),
-            "left": {"adequate": last.verdict == "adequate", "where": last.where.to_dict()},
+            "fit": _without_shared_fields(self.study.fit.to_dict()),
+            "left": {
+                "adequate": last.verdict == "adequate",
+                "where": last.where.to_dict(),
+                "suggestions": [s.to_dict() for s in last.suggestions],
+            },
         }
 
     def __repr__(self) -> str:
@@ -159,20 +155,13 @@ class Report:
             Another suffix, an interactive Markdown file, a folder that does not exist, or a drawing library not installed.
         """
         target = Path(path)
-        kind = format_of(target)
-        check_target(target)
-        if interactive and kind != "html":
-            raise InputError(f"{target}: only HTML can be interactive: end the name in .html")
-        if kind == "html":
+        if checked_format(target, interactive) == "html":
             with whole_file(target) as draft:
                 draft.write_text(self.to_html(interactive), encoding="utf-8")
             return target
-        from allanite.report.markdown import write_figures
+        from allanite.report.markdown import save_markdown
 
-        folder = target.with_name(f"{target.stem}_figures")
-        with whole_file(target) as draft:
-            draft.write_text(self.to_markdown(folder.name), encoding="utf-8")
-            write_figures(self, folder)
+        save_markdown(self, target)
         return target
 
     def _repr_html_(self) -> str:
@@ -186,17 +175,20 @@ class Report:
         return f"Report({names})"
 
 
-def format_of(path: Path) -> str:
-    """Format of a report, ``"html"`` or ``"markdown"``, from the suffix of its path.
+def checked_format(path: Path, interactive: bool = False) -> str:
+    """Format of a report, ``"html"`` or ``"markdown"``, from the suffix of its path; nothing is written.
 
     Raises
     ------
     InputError
-        Another suffix.
+        The suffix is another one, or is not that of HTML for an `interactive` report; or the file cannot be written.
     """
     kind = SUFFIXES.get(path.suffix.lower())
     if kind is None:
         raise InputError(f"{path}: a report's name must end in .html or .md")
+    check_target(path)
+    if interactive and kind != "html":
+        raise InputError(f"{path}: only HTML can be interactive: end the name in .html")
     return kind
 
 

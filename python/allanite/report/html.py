@@ -9,22 +9,11 @@ from typing import TYPE_CHECKING
 
 from allanite import _kernels
 from allanite.plots.svg_painter import color_rules, inline_svg
-from allanite.report.blocks import (
-    Block,
-    Bullets,
-    Card,
-    Cell,
-    Heading,
-    Number,
-    Paragraph,
-    Picture,
-    Table,
-)
+from allanite.report.blocks import Block, Bullets, Card, Heading, Paragraph, Picture, Table
 from allanite.report.content import column_title
-from allanite.report.ending import column_blocks, method_section
+from allanite.report.ending import report_sections
 from allanite.report.interactive import PlotlyFigures
-from allanite.report.overview import overview_blocks
-from allanite.report.summary import first_page_blocks, title_and_line
+from allanite.report.summary import title_and_line
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -93,28 +82,22 @@ def _content_html(report: Report, plots: PlotlyFigures | None) -> str:
     Several columns get contents, an overview if they were characterized together, and a heading each.
     """
     several = len(report.entries) > 1
-    places = [f"columns.{i}" if several else "" for i in range(len(report.entries))]
-    columns = column_blocks(report.entries, places)
     title, line = title_and_line(report)
     line += f" · allanite {_kernels.version()}"
     line = _with_unbroken_units(escape(line))
     out = [f"<header>\n<h1>{escape(title)}</h1>\n<p>Noise report · {line}</p>\n</header>"]
-    out += [_block_html(b, plots) for b in first_page_blocks(report)]
-    if several:
-        items = "".join(
-            f'<li><a href="#column-{i}">{escape(e.recording.columns[0])}</a>: {escape(e.study.fit.model.name)}</li>'
-            for i, e in enumerate(report.entries)
-        )
-        out.append(f"<nav><ol>{items}</ol></nav>")
-    if several and report.axes is not None:
-        out += [_block_html(b, plots) for b in overview_blocks(report.axes)]
-    for i, (entry, blocks) in enumerate(zip(report.entries, columns, strict=True)):
-        if several:
-            out.append(f'<h2 id="column-{i}">{escape(entry.recording.columns[0])}</h2>')
+    column = 0
+    for place, (name, blocks) in enumerate(report_sections(report)):
+        if several and name:
+            out.append(f'<h2 id="column-{column}">{escape(name)}</h2>')
+            column += 1
         out += [_block_html(block, plots) for block in blocks]
-    if several:
-        out.append("<h2>All columns</h2>")
-    out += [_block_html(block, plots) for block in method_section(report)]
+        if several and place == 0:
+            items = "".join(
+                f'<li><a href="#column-{i}">{escape(e.recording.columns[0])}</a>: {escape(e.study.fit.model.name)}</li>'
+                for i, e in enumerate(report.entries)
+            )
+            out.append(f"<nav><ol>{items}</ol></nav>")
     return "\n".join(out)
 
 
@@ -126,16 +109,16 @@ def _block_html(block: Block, plots: PlotlyFigures | None) -> str:
         case Paragraph():
             kind = {"good": "verdict good", "bad": "verdict bad"}.get(block.tone, block.tone)
             attribute = "" if kind == "plain" else f' class="{kind}"'
-            text = f"<p{attribute}>{_cell_html(block.cell)}</p>"
+            text = f"<p{attribute}>{escape(block.text)}</p>"
         case Bullets():
             attribute = "" if block.tone == "plain" else f' class="{block.tone}"'
-            items = "".join(f"<li>{_cell_html(c)}</li>" for c in block.cells)
+            items = "".join(f"<li>{escape(t)}</li>" for t in block.texts)
             text = f"<ul{attribute}>{items}</ul>"
         case Table():
             text = _table_html(block)
         case Card():
             terms = "".join(
-                f"<tr><th>{escape(n)}</th><td>{_cell_html(c)}</td></tr>" for n, c in block.terms
+                f"<tr><th>{escape(n)}</th><td>{escape(t)}</td></tr>" for n, t in block.terms
             )
             text = (
                 f'<section class="card"><h5>{escape(block.title)}</h5><p>{escape(block.text)}</p>'
@@ -155,20 +138,20 @@ def _block_html(block: Block, plots: PlotlyFigures | None) -> str:
 #: Regular expression of the begin of a unit. A line of text may not break between a number and such a unit; the page has
 #: the same expression in `page/static/core.js`.
 UNITS = r"[°µ%σ√]|\(°|(?:s|ms|ns|min|h|d|Hz|kHz|MHz|rad|mrad|g|mg|m|K|ppm|nats|dB|MB|GB)\b"
-_GAP = re.compile(f"([0-9⁰¹²³⁴⁵⁶⁷⁸⁹](?:</data>)?) (?={UNITS})", re.ASCII)
+_GAP = re.compile(f"([0-9⁰¹²³⁴⁵⁶⁷⁸⁹]) (?={UNITS})", re.ASCII)
 
 
 def _with_unbroken_units(html: str) -> str:
-    """Copy of an HTML text with a no-break space between each number, also in a data element, and its unit."""
+    """Copy of an HTML text with a no-break space between each number and its unit."""
     return _GAP.sub("\\1\N{NO-BREAK SPACE}", html)
 
 
 def _table_html(table: Table) -> str:
     """HTML text of a table in a scrollable container; a table without a head has names in its first column."""
 
-    def row(cells: tuple[Cell, ...]) -> str:
+    def row(cells: tuple[str, ...]) -> str:
         """HTML text of one row of the table; without a head, the first cell is a name and only two cells are used."""
-        inside = [_cell_html(c) for c in cells]
+        inside = [escape(c) for c in cells]
         if not table.head:
             return f"<tr><th>{inside[0]}</th><td>{inside[1]}</td></tr>"
         return (
@@ -188,15 +171,3 @@ def _table_html(table: Table) -> str:
 def _alignment(column: int, table: Table) -> str:
     """Text of the HTML attribute that right-aligns a column of a table; empty for a left-aligned column."""
     return ' class="r"' if column in table.right else ""
-
-
-def _cell_html(cell: Cell) -> str:
-    """HTML text of a cell, escaped; parts of a tuple are joined.
-
-    A `Number` becomes a data element with its full value and its path in the JSON document.
-    """
-    if isinstance(cell, tuple):
-        return "".join(_cell_html(part) for part in cell)
-    if isinstance(cell, Number):
-        return f'<data value="{cell.value!r}" data-at="{cell.place}">{escape(cell.text)}</data>'
-    return escape(cell)

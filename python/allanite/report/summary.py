@@ -13,7 +13,7 @@ from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
 from allanite.effects import Stochastic, standard
 from allanite.effects.sheet_units import in_sheet_unit
-from allanite.report.blocks import Block, Bullets, Cell, Heading, Paragraph, Picture, Table
+from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
 from allanite.report.content import column_title, curve_picture
 from allanite.report.overview import axes_picture
 from allanite.report.words import as_sentence, with_unit
@@ -39,9 +39,7 @@ def first_page_blocks(report: Report) -> list[Block]:
     first column. Coefficients that no axis has are left out.
     """
     first = report.entries[0].recording
-    rows: list[tuple[Cell, ...]] = [
-        (name, report.options.get(name, "not stated")) for name in GIVEN
-    ]
+    rows = [(name, report.options.get(name, "not stated")) for name in GIVEN]
     rows += [
         ("temperature", temperature_text(first)),
         ("duration", f"{duration_text(first.duration)} at {first.rate:.6g} Hz"),

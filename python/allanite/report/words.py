@@ -1,20 +1,13 @@
-"""Texts and table cells of a report, generated from the JSON document so that both always agree."""
+"""Texts of a report."""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from allanite.common.numbers import number, numbers_text, with_readable_numbers
-from allanite.common.units import conversion, parse_unit
+from allanite.common.numbers import number, with_readable_numbers
 from allanite.effects import title_of
-from allanite.effects.sheet_units import units_of_sheets
 from allanite.plots.words import effect_text, unit_text, values_text
-from allanite.report.blocks import Cell, Number
-
-if TYPE_CHECKING:
-    from allanite.effects import Parameter
 
 #: Note for figures of fits with missing samples, whose points differ from the table that `adev` prints.
 COMPLETED = (
@@ -24,45 +17,6 @@ COMPLETED = (
 
 #: Maximum number of effects that one sentence names; four effects with their values have about 30 words.
 EFFECTS_PER_SENTENCE = 4
-#: If any of several numbers is below this, all of them are written with a power of ten.
-SMALL = 1e-4
-
-
-def number_cell(value: float | None, place: str, figures: int = 3) -> str | Number:
-    """`Number` with `figures` significant digits and its path `place` in the document; a dash for None."""
-    return "–" if value is None else Number(number(value, figures), float(value), place)
-
-
-def texts_to_uncertainty(values: tuple[float, ...], spread: float) -> tuple[str, ...]:
-    """Tuple of texts of several numbers, each rounded to two digits of the uncertainty `spread`: 3.0999, 3.1002.
-
-    A number has at least two significant digits. Without a positive finite spread, a number has four.
-    """
-    if not (math.isfinite(spread) and spread > 0):
-        return tuple(number(v, 4) for v in values)
-    # Use one notation for all: 9.949·10⁻⁵ … 0.00010015 would mix two.
-    power = any(v and math.isfinite(v) and abs(v) < SMALL for v in values)
-    return tuple(_rounded_text(v, math.floor(math.log10(spread)), power) for v in values)
-
-
-def _rounded_text(value: float, last: int, power: bool) -> str:
-    """Text of a number whose last printed digit is that of 10^(`last` − 1), but with at least 2 and at most 12 digits.
-
-    It has a power of ten below 10⁻⁴ (with `power`: below 0.1), and from 10⁶ on unless the digits reach the units. Zero
-    and non-finite numbers are not rounded.
-    """
-    if value == 0 or not math.isfinite(value):
-        return number(value)
-    first = math.floor(math.log10(abs(value)))
-    figures = min(max(first - last + 2, 2), 12)
-    if power or not -5 < first < 6:
-        return number(value, figures, power=power)
-    return f"{value:.{max(0, figures - 1 - first)}f}".replace("-", "−")
-
-
-def parameter_text(name: str) -> str:
-    """Printed name of a parameter: underscores become blanks, except in names of up to three characters (``q_c``)."""
-    return name if len(name) < 4 else name.replace("_", " ")
 
 
 def with_unit(unit: str | None) -> str:
@@ -73,58 +27,6 @@ def with_unit(unit: str | None) -> str:
 def as_sentence(text: str) -> str:
     """Copy of a text as a sentence: with a capital letter and one full stop; ``1.3e-05`` becomes ``1.3·10⁻⁵``."""
     return with_readable_numbers(f"{text[:1].upper()}{text[1:].rstrip('.')}.")
-
-
-def parameter_cells(value: dict[str, Any], place: str) -> tuple[str | Number, Cell, str]:
-    """Tuple (value, 95 % interval, text of the unit) of a parameter, as cells of a table.
-
-    `value` is the dict of the parameter in the JSON document of a fit, and `place` its path there. If it was not
-    detected, the first cell is "not detected" and the second its upper limit; without a limit it is "not present".
-    Lists, texts and values without both ends have an empty interval. A missing value is ``–``.
-    """
-    found, interval = value.get("value"), value.get("interval")
-    unit = unit_text(str(value.get("unit") or ""))
-    unit = "" if unit == "1" else unit
-    if isinstance(found, list):
-        return numbers_text(found, times=unit == "s"), "", unit
-    if isinstance(found, str) or found is None:
-        return str(found or "–"), "", unit
-    if value.get("detected") is False:
-        limit = None if interval is None else interval[1]
-        if limit is None:
-            return "not present", "", unit
-        return "not detected", ("< ", Number(number(limit, 3), limit, f"{place}.interval.1")), unit
-    if interval is None or interval[0] is None or interval[1] is None:
-        return Number(number(found, 4), found, f"{place}.value"), "", unit
-    low, high = interval
-    texts = texts_to_uncertainty((found, low, high), (high - low) / 4.0)
-    cell, *ends = (
-        Number(text, v, at)
-        for text, v, at in zip(
-            texts,
-            (found, low, high),
-            (f"{place}.value", f"{place}.interval.0", f"{place}.interval.1"),
-            strict=True,
-        )
-    )
-    return cell, (ends[0], " … ", ends[1]), unit
-
-
-def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -> str:
-    """Text of a parameter in the unit of data sheets, ``0.72 °/√h``, or ``< limit`` if it was not detected.
-
-    `value` is the dict of the parameter in the JSON document, `sensor` the unit of the samples. The text is empty if
-    the parameter has no such unit, no value, or no limit although it was not detected.
-    """
-    wanted = units_of_sheets(parameter).get(parse_unit(sensor).kind)
-    found, interval = value.get("value"), value.get("interval")
-    if wanted is None or not isinstance(found, float | int):
-        return ""
-    factor = conversion(str(value["unit"]), wanted)
-    if value.get("detected") is False:
-        limit = None if interval is None else interval[1]
-        return "" if limit is None else f"< {number(limit * factor, 3)} {unit_text(wanted)}"
-    return f"{number(found * factor, 4)} {unit_text(wanted)}"
 
 
 def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:

@@ -349,7 +349,7 @@ class Study:
         out: list[tuple[str, ...]] = []
         for rung, left in zip(self.ladder, self.misfit_left, strict=True):
             e = rung.fit.error
-            added = " ".join(rung.changes) or "(start)"
+            added = " ".join(rung.changes) or ("(values changed by hand)" if out else "(start)")
             worst = (
                 "–"
                 if e.adev_worst is None

@@ -203,6 +203,14 @@ class Check:
         return self.fit._repr_html_() + html_list(where) + html_table(title, head, rows, (2, 3, 4))
 
 
+def evidence_text(s: Suggestion) -> str:
+    """Text of the evidence for a suggested effect: ΔlogL, ΔBIC, p-value and number of trials."""
+    return with_readable_numbers(
+        f"ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {log10_probability_text(s.log10_p)}"
+        f" after {trials_text(s.trials)}"
+    )
+
+
 def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
     """List of the lines of one suggestion in the printed check: explanation, evidence, alternatives, how to confirm it.
 
@@ -212,10 +220,7 @@ def _suggestion_lines(rank: int, s: Suggestion) -> list[str]:
     costly = s.p_value < FALSE_ALARM_PROBABILITY
     mark = " (its parameters cost more than it explains)" if costly else " (not significant)"
     mark = "" if s.significant else mark
-    evidence = with_readable_numbers(
-        f"ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {log10_probability_text(s.log10_p)}"
-        f" after {trials_text(s.trials)}"
-    )
+    evidence = evidence_text(s)
     if s.significant:
         evidence += f", {s.removes_text}"
     lines = [f"  {rank}. {s.explanation}{mark}", f"     {evidence}"]

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import csv
+import io
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from allanite.cli.options import LogCommand, LogOptions, Percent, log_options
+from allanite.cli import output
+from allanite.cli.options import LogCommand, LogOptions, log_options, percent, read_columns
+from allanite.common.errors import InputError
+from allanite.common.files import check_target, write_text
+from allanite.common.units import parse_unit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,7 +38,8 @@ EXIT_CODES = {"meets": 0, "does not meet": 1, "undecided": 3}
 )
 @click.option(
     "--margin",
-    type=Percent(zero=True),
+    type=percent,
+    metavar="PERCENT",
     default=0.0,
     help="Raise every limit of the sheet by this percentage, e.g. 10%. Default: 0.",
 )
@@ -73,15 +81,8 @@ def command(
 
     For several units, run the command for each log. allanite fleet does not compare with a sheet.
     """
-    from pathlib import Path
-
-    from allanite.cli import output
-    from allanite.cli.options import read_columns
-    from allanite.common.errors import InputError
-    from allanite.common.files import check_target
-    from allanite.common.units import parse_unit
     from allanite.comparison.acceptance import accept
-    from allanite.report.acceptance import overall_verdict, save_acceptance
+    from allanite.report.acceptance import acceptance_page, overall_verdict
     from allanite.sources.datasheet import read_datasheet
 
     part = read_datasheet(sheet)
@@ -104,7 +105,7 @@ def command(
         with output.progress(column.columns[0], options) as on_progress:
             found.append(accept(column, part, margin / 100.0, on_progress))
     if report is not None:
-        save_acceptance(found, report, serial, date)
+        write_text(report, acceptance_page(found, serial, date))
     if as_csv:
         click.echo(_csv_text(found, log, serial, date), nl=False)
     else:
@@ -118,9 +119,6 @@ def _csv_text(found: Sequence[Acceptance], log: str, serial: str, date: str) -> 
 
     Numbers have up to six significant digits, the needed record length four; a missing number is an empty cell.
     """
-    import csv
-    import io
-
     stream = io.StringIO()
     stream.write("log,serial,date,axis,figure,unit,limit,measured,low,high,verdict,needs_s\n")
     writer = csv.writer(stream, lineterminator="\n")

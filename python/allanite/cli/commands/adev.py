@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from allanite.cli import output
 from allanite.cli.options import (
     LogCommand,
     LogOptions,
     log_options,
     plot_option,
+    read_columns,
 )
 from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT, errors_name_input, log_file
 from allanite.common.errors import InputError
@@ -92,8 +94,6 @@ def command(
     theo1, theoh      τ up to three quarters of the log
     adev, hdev        without overlap; to compare with results of this kind
     """  # noqa: D301
-    from allanite.cli import output
-
     output.check_targets(plot)
     if _points_per_decade(taus) is None and taus not in GRIDS:
         raise InputError(
@@ -123,7 +123,6 @@ def _points_per_decade(taus: str) -> int | None:
 
 def _plot_all_columns(results: list[_Measured], path: str) -> None:
     """Write one figure with the deviation curves of all columns to `path`."""
-    from allanite.cli import output
     from allanite.comparison.curves import curves_of_deviations
     from allanite.plots import plot_compare
 
@@ -137,7 +136,6 @@ def _plot_kinds(results: list[_Measured], kinds: int, path: str) -> None:
     `results` holds `kinds` results for the first column, then `kinds` for the second, and so on. With several columns,
     the name of the column is appended to the file name `path`.
     """
-    from allanite.cli import output
     from allanite.plots import plot_stability
 
     columns = [results[i : i + kinds] for i in range(0, len(results), kinds)]
@@ -162,7 +160,6 @@ def _measured_columns(
     if simple and (points is not None or taus == "octave") and long_log.is_too_large(file):
         return _measured_in_chunks(log, file, taus, options)
     from allanite import deviation
-    from allanite.cli.options import read_columns
 
     columns = read_columns(log, options, for_fit=False, copy=file)
     grid = taus if points is None else points

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from allanite.cli import output as out
 from allanite.cli.options import (
     LogCommand,
     LogOptions,
@@ -16,13 +18,16 @@ from allanite.cli.options import (
     log_options,
     model_option,
     plot_option,
+    read_recordings,
     time_option,
     tolerance_option,
 )
+from allanite.cli.run_folder import RunFolder
 from allanite.cli.words import words_of
 from allanite.common.errors import InputError, about
 from allanite.common.files import check_target, write_text
 from allanite.common.plain import plain
+from allanite.common.units import FREQUENCY, parse_unit
 from allanite.exports import TARGETS, axes_of, export_files
 from allanite.study import MAX_ADDED_EFFECTS
 
@@ -104,9 +109,6 @@ def command(
     """
     from allanite.axes import characterize
     from allanite.axes.turn_on import turn_on_biases
-    from allanite.cli import output as out
-    from allanite.cli.options import read_recordings
-    from allanite.cli.run_folder import RunFolder
     from allanite.effects.files import parse_model
     from allanite.readers.starts import start_model
 
@@ -171,8 +173,6 @@ def _write_documents(
 
     Returns the list of the written paths.
     """
-    from allanite.cli import output as out
-
     if plot is not None:
         out.print_phase("writing the figure", options)
         out.save_figure(found.plot(), plot)
@@ -192,10 +192,7 @@ def _working_recordings(
     The log is read with the same options except --trim; motion is allowed. Raises `InputError` if its columns do not
     match those of the recordings at rest.
     """
-    from dataclasses import replace
-
     from allanite.axes.working import check_working
-    from allanite.cli.options import read_recordings
 
     if working is None:
         return []
@@ -225,13 +222,11 @@ def _check_output_options(
 
     --export needs --output. An --output that is no folder needs --export.
     """
-    from allanite.cli import output as out
-    from allanite.report.document import format_of
+    from allanite.report.document import checked_format
 
     out.check_targets(plot, save)
     if report is not None:
-        format_of(Path(report))
-        check_target(report)
+        checked_format(Path(report))
     if target is not None and output is None:
         raise InputError("--export needs --output: a file, or a folder with / at its end")
     if output is not None and not in_folder:
@@ -247,7 +242,6 @@ def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
 
     This is tested by exporting a simple model; nothing is written. For the target ``all``, only the units are tested.
     """
-    from allanite.common.units import FREQUENCY, parse_unit
     from allanite.effects.files import model_to_dict, parse_model
     from allanite.readers.sensor_names import sensor_kind
     from allanite.readers.unit_names import unit_remedy

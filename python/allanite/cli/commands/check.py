@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import click
 
-from allanite.cli.options import LogCommand, LogOptions, log_options, model_option, plot_option
+from allanite.cli import output
+from allanite.cli.models import start_models
+from allanite.cli.options import (
+    LogCommand,
+    LogOptions,
+    log_options,
+    model_option,
+    plot_option,
+    read_columns,
+)
 
 
 @click.command(
@@ -34,10 +43,6 @@ def command(
     found. One check of a true model in a hundred reports a missing effect. allanite improve adds these effects. LOG
     is a file, or - for standard input.
     """
-    from allanite.cli import output
-    from allanite.cli.models import start_models
-    from allanite.cli.options import read_columns
-
     columns = read_columns(log, options)
     output.check_targets(plot)
     starts = start_models(model, columns)

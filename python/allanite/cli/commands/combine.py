@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import click
 
+from allanite.cli import output as out
 from allanite.cli.options import (
     LogCommand,
     LogOptions,
     log_options,
     noise_model_option,
     plot_option,
+    read_recording,
 )
+from allanite.common.errors import InputError
 
 
 @click.command(
@@ -45,11 +48,8 @@ def command(
     Prints the best weights, and the Allan deviation of the combination at each τ against that of the single sensors. Names
     the sensors that are noisier or quieter than the others. allanite export reads the file of --save.
     """
-    from allanite.cli import output as out
-    from allanite.cli.options import read_recording
     from allanite.combination import combine
     from allanite.combination.combine import units_of
-    from allanite.common.errors import InputError
 
     out.check_targets(plot, save)
     recordings = [read_recording(log, options) for log in logs]

@@ -8,12 +8,15 @@ from typing import Any
 
 import click
 
+from allanite.cli import output
+from allanite.cli.models import models_of
 from allanite.cli.options import (
     LogCommand,
     LogOptions,
     log_options,
     model_option,
     plot_option,
+    read_columns,
 )
 from allanite.common.errors import InputError
 from allanite.common.files import exists, is_file
@@ -65,9 +68,6 @@ def command(
       in_run_bias_stability = "12 deg/h"      # the minimum of the Allan deviation
       rate_random_walk = "1 deg/h^1.5"
     """  # noqa: D301
-    from allanite.cli import output
-    from allanite.cli.models import models_of
-    from allanite.cli.options import read_columns
     from allanite.comparison.curves import Drawn, compare
     from allanite.sources.deviation_table import curves_of_table
 
@@ -122,8 +122,6 @@ def _is_table(item: str) -> bool:
 
 def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
     """List of `NamedModel` of the sheet for the kinds of sensor in these columns; empty if the sheet makes no model."""
-    from allanite.cli.models import models_of
-
     kinds = {parse_unit(column.unit).kind for column in columns}
     try:
         found = models_of(datasheet)

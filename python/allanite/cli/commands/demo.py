@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from shutil import which
 from typing import TYPE_CHECKING
 
 import click
 
 from allanite.cli.options import SEED, json_option
+from allanite.cli.output import json_text, write_csv
+from allanite.common.files import whole_file
 
 if TYPE_CHECKING:
     from allanite.study import Study
@@ -40,10 +43,6 @@ def command(output: str, seed: int, as_json: bool) -> None:
     Prints the fit of the usual model N+B+K, then each step of the search. Writes the simulated log, three figures and the
     final model to a folder.
     """
-    from pathlib import Path
-
-    from allanite.cli.output import json_text, write_csv
-    from allanite.common.files import whole_file
     from allanite.effects.files import parse_model
     from allanite.study import improve
 

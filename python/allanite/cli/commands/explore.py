@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
+
+from allanite.common.errors import InputError
 
 
 @click.command("explore", epilog="Example: allanite explore imu.csv")
@@ -42,9 +46,6 @@ def command(
     by how much the error falls. Logs can also be opened on the page, and a segment of the log can be chosen there. Only
     this computer can reach the page. Press Ctrl-C to end.
     """
-    from pathlib import Path
-
-    from allanite.common.errors import InputError
     from allanite.page import open_page
     from allanite.page.source import Reading, Source
 

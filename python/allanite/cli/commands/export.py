@@ -8,7 +8,10 @@ from typing import Any
 import click
 
 from allanite.cli.options import export_options
+from allanite.common.errors import InputError
+from allanite.common.files import write_text
 from allanite.common.plain import plain
+from allanite.common.validation import positive
 from allanite.exports import TARGETS
 
 
@@ -70,8 +73,6 @@ def command(
     was not detected counts with its expected size, 0.64 times its 95 % limit. The comment "Use:" in the written file
     says whether the file is fit for use. Further comments list what its format cannot state.
     """
-    from allanite.common.files import write_text
-    from allanite.common.validation import positive
     from allanite.exports import axes_named, axes_of, export, export_files
 
     if record_length is not None:
@@ -107,8 +108,6 @@ def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:
 
     None without --unit. Raises `InputError` for another number of units.
     """
-    from allanite.common.errors import InputError
-
     units = unit.split(",") if unit else [None]
     if len(units) == 1:
         return [units[0]] * len(models)

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import click
 
-from allanite.cli.options import LogCommand, LogOptions, log_options, model_option, plot_option
+from allanite.cli import output
+from allanite.cli.models import start_models
+from allanite.cli.options import (
+    LogCommand,
+    LogOptions,
+    log_options,
+    model_option,
+    plot_option,
+    read_columns,
+)
 
 
 @click.command(
@@ -53,10 +62,6 @@ def command(
     Several columns or logs are fitted one by one. For columns of one kind, such as several logs of one sensor, a table
     follows. Its row "all" has the common values, and the p-value of agreement is below 0.05 if the logs differ.
     """
-    from allanite.cli import output
-    from allanite.cli.models import start_models
-    from allanite.cli.options import read_columns
-
     columns = [column for log in logs for column in read_columns(log, options)]
     output.check_targets(plot, save)
     starts = start_models(model, columns)

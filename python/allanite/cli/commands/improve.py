@@ -6,15 +6,19 @@ from typing import TYPE_CHECKING
 
 import click
 
+from allanite.cli import output
+from allanite.cli.models import start_models
 from allanite.cli.options import (
     LogCommand,
     LogOptions,
     log_options,
     model_option,
     plot_option,
+    read_columns,
     time_option,
     tolerance_option,
 )
+from allanite.common.threads import results_or_raise
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,10 +60,6 @@ def command(
     code is 0 for every verdict; a script can use allanite check --strict.
     """
     from allanite.axes.run import improve_columns
-    from allanite.cli import output
-    from allanite.cli.models import start_models
-    from allanite.cli.options import read_columns
-    from allanite.common.threads import results_or_raise
     from allanite.study import SearchInterrupted, improve
 
     columns = read_columns(log, options)

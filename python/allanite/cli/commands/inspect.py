@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import click
 
+from allanite.cli import output
 from allanite.cli.options import LogCommand, LogOptions, log_options
 from allanite.cli.pipe import INPUT_NAME, STANDARD_INPUT, errors_name_input, log_file
 from allanite.cli.words import WORDS
@@ -19,9 +22,6 @@ def command(log: str, options: LogOptions) -> None:
     marked – is not used. The column "from" names the source of role and unit: header, file, option or guess. Doubts
     follow with the option that settles them, such as a missing unit or motion. LOG is a file, or - for standard input.
     """
-    from dataclasses import replace
-
-    from allanite.cli import output
     from allanite.readers.inspection import inspect
 
     with log_file(log) as file, errors_name_input(file, log):

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import click
 
+from allanite.cli.models import models_of
 from allanite.cli.options import json_option
+from allanite.cli.output import json_text
+from allanite.common.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -89,11 +93,6 @@ def command(
     With --duration, prints what a record of this length would reach. The result follows from the spectrum of MODEL;
     nothing is simulated.
     """
-    from dataclasses import replace
-
-    from allanite.cli.models import models_of
-    from allanite.cli.output import json_text
-    from allanite.common.errors import InputError
     from allanite.planning import detection_power, plan
 
     models = models_of(model)
@@ -132,7 +131,6 @@ def _effect_to_find(text: str, unit: str | None) -> Effect | str:
     A file name is returned unchanged, as a str. Raises `InputError` if the text is not exactly one effect, or if the effect
     has a unit and the model has none.
     """
-    from allanite.common.errors import InputError
     from allanite.effects.strings import parse_with_units
     from allanite.sources import is_source_file
 
@@ -150,8 +148,6 @@ def _effect_to_find(text: str, unit: str | None) -> Effect | str:
 
 def _effect_pair(text: str) -> tuple[str, str]:
     """Tuple of the two effect names in a text such as ``GM,K``. Raises `InputError` for any other text."""
-    from allanite.common.errors import InputError
-
     first, comma, second = (part.strip() for part in text.partition(","))
     if not comma or not first or not second or "," in second:
         raise InputError(f"--tell {text}: write two effects separated by a comma, such as GM,K")
@@ -163,8 +159,6 @@ def _fraction_of(text: str) -> float:
 
     Raises `InputError` for other text, and for 1 or more without %.
     """
-    from allanite.common.errors import InputError
-
     try:
         number = float(text.strip().removesuffix("%"))
     except ValueError:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from allanite.cli.options import LogCommand, LogOptions, log_options
+from allanite.cli.models import model_for_column, models_of
+from allanite.cli.options import LogCommand, LogOptions, log_options, read_columns
+from allanite.cli.output import json_text
+from allanite.common.errors import InputError, about
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
+from allanite.common.validation import positive
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -67,9 +73,6 @@ def command(
     Schuler oscillation. A gyroscope alone gives velocity and position by tilt: the error of its angle since the fix times
     gravity, integrated.
     """
-    from allanite.cli.output import json_text
-    from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
-    from allanite.common.validation import positive
     from allanite.statespace.budget import Axis, six_axis_budget
     from allanite.statespace.growth import error_growth, measured_growth
 
@@ -133,9 +136,6 @@ def _models_to_predict(
     Effects that were not detected have their expected size; with `overbound`, all effects have their upper limit. With
     a log, a model without values is fitted first. Raises `InputError` if the unit or rate is missing.
     """
-    from allanite.cli.models import model_for_column, models_of
-    from allanite.cli.options import read_columns
-    from allanite.common.errors import InputError, about
     from allanite.exports import model_of_expected_size
     from allanite.recording.samples import find_column
 
@@ -173,8 +173,6 @@ def _prediction_times(last: float, rate: float) -> list[float]:
 
     They begin at `last`/1000, or at one sample if that is longer.
     """
-    import math
-
     first = max(last / 1000.0, 1.0 / rate)
     decades = range(math.floor(math.log10(first)), math.ceil(math.log10(last)) + 1)
     times = [step * 10.0**decade for decade in decades for step in (1.0, 2.0, 5.0)]

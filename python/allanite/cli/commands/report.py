@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 
-from allanite.cli.options import LogCommand, LogOptions, log_options, model_option
+from allanite.cli import output as out
+from allanite.cli.options import LogCommand, LogOptions, log_options, model_option, read_recording
 from allanite.cli.pipe import STANDARD_INPUT
 from allanite.common.plain import file_name, plain
 
@@ -50,20 +51,13 @@ def command(
 
     With --json, the same numbers go to standard output. A file is then written only if --output names one.
     """
-    from allanite.cli import output as out
-    from allanite.cli.options import read_recording
-    from allanite.common.errors import InputError
-    from allanite.common.files import check_target
     from allanite.effects.files import parse_model
     from allanite.readers.starts import start_model
-    from allanite.report.document import Report, format_of, make_report
+    from allanite.report.document import Report, checked_format, make_report
 
     target = _report_path(logs[0], output) if output or not options.as_json else None
     if target is not None:
-        kind = format_of(target)
-        check_target(target)
-        if interactive and kind != "html":
-            raise InputError(f"{target}: only HTML can be interactive: end the name in .html")
+        checked_format(target, interactive)
     recordings = [read_recording(log, options) for log in logs]
     model = model or start_model(recordings[0])
     parsed = parse_model(model)

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+import numpy as np
 
+from allanite.cli.models import models_of
 from allanite.cli.options import SEED
-from allanite.common.errors import about
+from allanite.cli.output import json_text, write_csv
+from allanite.common.documents import json_of
+from allanite.common.errors import InputError, about
+from allanite.common.files import check_target, whole_file
 from allanite.common.plain import plain
+from allanite.common.validation import positive, positive_rate, whole
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from allanite.recording import Recording
 
 
@@ -88,10 +93,6 @@ def command(
     and --covariates. Give the length with --duration or --samples. With --all-axes, the default length is that of the
     measured log.
     """
-    from allanite.cli.models import models_of
-    from allanite.common.errors import InputError
-    from allanite.common.files import check_target
-    from allanite.common.validation import positive, positive_rate, whole
     from allanite.simulate import SAMPLES
 
     if covariates is not None and not all_axes:
@@ -152,8 +153,6 @@ def _simulate_all_axes(
     file, or a log without such columns.
     """
     from allanite.axes.twin import twin
-    from allanite.common.documents import json_of
-    from allanite.common.errors import InputError
     from allanite.readers import read
 
     with about(path):
@@ -184,9 +183,6 @@ def _write_and_describe(
 
     If `output` is None, print the recording as CSV.
     """
-    from allanite.cli.output import json_text, write_csv
-    from allanite.common.files import whole_file
-
     if output is None:
         write_csv(recording, None)
         return
@@ -211,10 +207,6 @@ def _write_and_describe(
 
 def _check_format(path: str) -> None:
     """Raise `InputError` unless a file name ends in .npy, .npz, .csv or .txt, in any case."""
-    from pathlib import Path
-
-    from allanite.common.errors import InputError
-
     suffix = Path(path).suffix.lower()
     if suffix not in (".npy", ".npz", ".csv", ".txt"):
         found = f"unknown format {suffix}" if suffix else "the name has no suffix"
@@ -223,10 +215,6 @@ def _check_format(path: str) -> None:
 
 def _write_log(recording: Recording, path: Path) -> None:
     """Write a recording as .npy, .npz, .csv or .txt, as the suffix says; `allanite.read` can read the file."""
-    import numpy as np
-
-    from allanite.cli.output import write_csv
-
     suffix = path.suffix.lower()
     if suffix == ".npy":
         np.save(path, recording.samples)

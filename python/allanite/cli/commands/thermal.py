@@ -5,13 +5,17 @@ from __future__ import annotations
 import click
 
 from allanite.calibration.targets import TARGETS
+from allanite.cli import output as out
 from allanite.cli.options import (
     LogCommand,
     LogOptions,
     log_options,
     noise_model_option,
     plot_option,
+    read_recording,
 )
+from allanite.common.errors import InputError
+from allanite.common.files import check_target, write_text
 
 
 @click.command(
@@ -50,10 +54,6 @@ def command(
     each axis with its 95 % band, and the error that remains after correction.
     """
     from allanite.calibration import thermal
-    from allanite.cli import output as out
-    from allanite.cli.options import read_recording
-    from allanite.common.errors import InputError
-    from allanite.common.files import check_target, write_text
 
     out.check_targets(plot)
     if output is not None:
@@ -69,15 +69,7 @@ def command(
         for log, recording in zip(logs, recordings, strict=True):
             out.print_findings(list(recording), options, log if len(logs) > 1 else "")
     count = len([n for n in recordings[0].columns if all(n in r.columns for r in recordings)])
-    with out.progress("temperature laws", options) as report:
-        done: dict[str, float] = {}
-
-        def on_progress(name: str, step: int, steps: int) -> None:
-            """Note that an axis has done `step` of `steps`; if there is a progress bar, draw the progress of all axes."""
-            done[name] = step / steps
-            if report is not None:
-                report(round(100 * sum(done.values())), 100 * count)
-
+    with out.progress_of_axes(count, options) as on_progress:
         found = thermal(
             recordings,
             model,

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import click
 
-from allanite.cli.options import LogCommand, LogOptions, log_options
+from allanite.cli import output
+from allanite.cli.options import LogCommand, LogOptions, log_options, read_recording
+from allanite.common.errors import InputError, about
 
 if TYPE_CHECKING:
     from allanite.recording import Recording
@@ -65,9 +68,7 @@ def command(
     those of the free-running clock. Holdover is predicted for the free-running clock with the last frequency that the
     servo set.
     """
-    from allanite.cli import output
     from allanite.clocks import AFTER, mask_named, timing
-    from allanite.common.errors import InputError, about
     from allanite.trends.design import seconds_of
 
     if hat:
@@ -98,10 +99,6 @@ def _phase_and_corrections(
     `corrections` is the pair (column name, phase in s that one unit adds per second). It is None if the log is not that
     of a servo, or with `as_logged`.
     """
-    from dataclasses import replace
-
-    from allanite.cli.options import read_recording
-
     first = read_recording(log, options, for_fit=False)
     names = frozenset(column.name for column in first.log_columns)
     if as_logged or names not in SERVOS:
@@ -116,10 +113,7 @@ def _print_three_cornered_hat(logs: tuple[str, ...], options: LogOptions) -> Non
 
     The columns of the log are the clocks. Raises `InputError` for several logs.
     """
-    from allanite.cli import output
-    from allanite.cli.options import read_recording
     from allanite.clocks import three_cornered_hat
-    from allanite.common.errors import InputError, about
 
     if len(logs) > 1:
         raise InputError("--hat: give one log, with a column for each clock")

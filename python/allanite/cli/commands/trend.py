@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import click
 
-from allanite.cli.options import LogCommand, LogOptions, log_options
+from allanite.cli import output
+from allanite.cli.options import LogCommand, LogOptions, log_options, read_recording
+from allanite.cli.pipe import log_file
+from allanite.common.errors import InputError, about
 
 
 @click.command(
@@ -60,13 +66,6 @@ def command(
     steps. --unit is the unit of the series, as any text (m, mm, nm/s^2). It is needed unless the header states it. Prints
     the rate, the offset, the steps, the sinusoids, the noise, and the standard error for other record lengths.
     """
-    from dataclasses import replace
-    from pathlib import Path
-
-    from allanite.cli import output
-    from allanite.cli.options import read_recording
-    from allanite.cli.pipe import log_file
-    from allanite.common.errors import InputError, about
     from allanite.readers.texts.hector import offsets_of
     from allanite.trends import trend_columns
     from allanite.trends.design import seconds_of
@@ -111,8 +110,6 @@ def _output_unit_and_factor(unit: str, requested: str | None) -> tuple[str, floa
     Without another requested unit, these are the given unit and 1. Raises `InputError` if another unit is requested,
     unless both units are lengths or both are times.
     """
-    from allanite.common.errors import InputError
-
     if requested is None or requested == unit:
         return unit, 1.0
     one, other = _unit_size(unit), _unit_size(requested)

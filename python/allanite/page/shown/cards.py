@@ -6,7 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.numbers import duration_text, number, p_text, with_readable_numbers
+from allanite.common.numbers import (
+    duration_text,
+    number,
+    p_text,
+    value_and_interval_texts,
+    with_readable_numbers,
+)
 from allanite.common.parameters import Estimate
 from allanite.criticism import over_frequency, over_time
 from allanite.effects import Deterministic, Effect, find, limitable
@@ -15,7 +21,6 @@ from allanite.fit.table import is_wider, undecided_sentence
 from allanite.page.edits import factor_of, shown_unit
 from allanite.plots.curves import component_styles
 from allanite.plots.words import effect_text, unit_text
-from allanite.report.words import texts_to_uncertainty
 from allanite.study import misfit_left
 from allanite.suggestion.explanation import name_with_lines
 
@@ -189,8 +194,7 @@ def _value_record(
         text = f"< {number(value.interval[1], 2)}{unit}"
         spread = "not detected (95 % limit)"
     elif value.interval is not None:
-        low, high = value.interval
-        found, first, last = texts_to_uncertainty((value.value, low, high), (high - low) / 4.0)
+        found, first, last = value_and_interval_texts(value.value, value.interval)
         text, spread = f"{found}{unit}", f"{first} … {last}"
     return {
         "name": name,

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError, InputError, about
 from allanite.common.files import OwnedFolder
-from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.page.edits import deviation_unit
 from allanite.page.shown.figures import VIEWS, displayed_fit, figure_of
@@ -18,13 +17,10 @@ from allanite.page.shown.jobs import LAWS, thermal_calibration
 from allanite.page.shown.tables import csv_of, tables_of
 from allanite.page.source import Reading, Uploads
 from allanite.page.studies import study_document
-from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from allanite.common.parameters import Estimate
-    from allanite.comparison.datasheet import Row
     from allanite.exports import Target
     from allanite.page.source import Source
     from allanite.page.tab import Tab
@@ -146,37 +142,16 @@ def sheet_rows(tab: Tab) -> dict[str, Any] | None:
     if not own.figures:
         return {"name": own.name, "rows": [], "remarks": [f"the sheet has no figure for {kind}"]}
     found = compare_datasheet(tab.step.fit, own)
+    names = ("sheet", "measured", "ratio")
     rows = [
         {
             "figure": row.figure.name.replace("_", " "),
-            "sheet": f"{number(row.figure.value, 4)} {unit_text(row.figure.unit)}",
-            "measured": _measured_text(row),
-            "ratio": _ratio_text(row.ratio) if row.ratio.detected else "–",
+            **dict(zip(names, row.texts, strict=True)),
             "remark": row.remark,
         }
         for row in found.rows
     ]
     return {"name": tab.sheet.name, "rows": rows, "remarks": list(found.remarks)}
-
-
-def _measured_text(row: Row) -> str:
-    """Text of the measured value in the unit of the data sheet.
-
-    If it is not detected, ``< limit`` (95 %) or ``not detected``.
-    """
-    factor = row.figure.value / row.sheet
-    unit = unit_text(row.figure.unit)
-    if row.measured.detected:
-        return f"{number(row.measured.value * factor)} {unit}"
-    limit = row.measured.interval
-    return "not detected" if limit is None else f"< {number(limit[1] * factor, 2)} {unit}"
-
-
-def _ratio_text(ratio: Estimate) -> str:
-    """Text of a ratio with its interval: ``1.2 (1.1 … 1.3)``; only the number without an interval."""
-    if ratio.interval is None:
-        return number(ratio.value)
-    return f"{number(ratio.value)} ({number(ratio.interval[0])} … {number(ratio.interval[1])})"
 
 
 def generated_file(

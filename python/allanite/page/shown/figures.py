@@ -42,7 +42,7 @@ from allanite.plots.words import effect_text, unit_text, values_text
 from allanite.recording import Recording
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -84,12 +84,7 @@ def _with_effect_colors(figure: Figure, work: Work, fit: Fit) -> Figure:
             return replace(mark, color=roles[mark.label])
         return mark
 
-    return _with_marks(figure, with_effect_color)
-
-
-def _with_marks(figure: Figure, change: Callable[[Mark], Mark]) -> Figure:
-    """Copy of a figure in which each mark is replaced by `change(mark)`."""
-    panels = tuple(replace(p, marks=tuple(map(change, p.marks))) for p in figure.panels)
+    panels = tuple(replace(p, marks=tuple(map(with_effect_color, p.marks))) for p in figure.panels)
     return replace(figure, panels=panels)
 
 
@@ -296,34 +291,9 @@ def _compare_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
             missing.append(f"{figure.name.replace('_', ' ')} (no figure of {kind})")
         else:
             curves.append(Drawn(name, "datasheet", log.unit, *line))
-    plain = plot_compare(tuple(curves))
     left = ([f"{', '.join(more)} (too many curves)"] if more else []) + missing
-    return replace(
-        _with_source_colors(plain), subtitle=f"not shown: {'; '.join(left)}" if left else ""
-    )
-
-
-def _with_source_colors(figure: Figure) -> Figure:
-    """Copy of a comparison with curves of the simulated sensor in the color of the model and of the data sheet in gray.
-
-    Labels lose ``(recording)``, ``(simulated)`` and ``(datasheet)``.
-    """
-
-    def with_source_color(mark: Mark) -> Mark:
-        """Copy of a curve without the source in its label, in the color of the source; other marks unchanged.
-
-        A curve of the recording keeps its color.
-        """
-        if not isinstance(mark, Line | Points):
-            return mark
-        label = mark.label.removesuffix(" (recording)")
-        if label.endswith(" (simulated)"):
-            return replace(mark, color="model", label=label.removesuffix(" (simulated)"))
-        if label.endswith(" (datasheet)"):
-            return replace(mark, color="guide", label=label.removesuffix(" (datasheet)"))
-        return replace(mark, label=label)
-
-    return _with_marks(figure, with_source_color)
+    subtitle = f"not shown: {'; '.join(left)}" if left else ""
+    return replace(plot_compare(tuple(curves)), subtitle=subtitle)
 
 
 def _error_figure(tab: Tab, options: Mapping[str, str]) -> Figure:

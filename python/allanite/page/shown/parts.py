@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError
-from allanite.common.numbers import duration_text, number
+from allanite.common.numbers import duration_text
 from allanite.common.units import parse_unit
 from allanite.comparison import accept_study
 from allanite.exports._text import verdict_in
@@ -20,14 +20,13 @@ from allanite.page.shown.tables import tables_of
 from allanite.page.source import Reading
 from allanite.page.state import UNITS
 from allanite.page.studies import study_document
-from allanite.plots.words import unit_text
 from allanite.readers import sensor_kind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from allanite.axes import Common
-    from allanite.comparison.acceptance import Acceptance, FigureVerdict
+    from allanite.comparison.acceptance import Acceptance
     from allanite.fit import Fit
     from allanite.page.tab import Tab
     from allanite.page.work import Work
@@ -218,21 +217,6 @@ def _axis_acceptance(name: str, found: Acceptance) -> dict[str, Any]:
     ``figures`` has one dict per value of the data sheet. ``needs`` is the record duration that would settle the
     verdict; empty if it is not known or not needed.
     """
-
-    def interval(f: FigureVerdict) -> str:
-        """Text of the 95 % interval of a measured value with its unit; ``< …`` if it begins at 0.
-
-        A dash if its upper end is not finite.
-        """
-        unit = unit_text(f.unit)
-        if not np.isfinite(f.high):
-            return "–"
-        return (
-            f"{number(f.low, 3)} … {number(f.high, 3)} {unit}"
-            if f.low > 0.0
-            else f"< {number(f.high, 3)} {unit}"
-        )
-
     return {
         "name": name,
         "verdict": found.verdict,
@@ -240,9 +224,7 @@ def _axis_acceptance(name: str, found: Acceptance) -> dict[str, Any]:
         "figures": [
             {
                 "name": f.figure.name.replace("_", " "),
-                "limit": f"{number(f.limit, 3)} {unit_text(f.unit)}",
-                "measured": "not detected" if f.measured is None else number(f.measured, 3),
-                "interval": interval(f),
+                **dict(zip(("limit", "measured", "interval"), f.texts, strict=True)),
                 "verdict": f.verdict,
                 "remark": f.remark,
             }

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from allanite.page.tab import Tab
     from allanite.page.work import ColumnSteps, Step
 
+    #: Row of the table of differences: what is compared, its texts in both steps, and a remark.
+    Row = tuple[str, tuple[str, ...], str]
+
 #: Residual |z| of the guide lines: 95 % of the residuals of a true model are smaller.
 GUIDE = 2.0
 #: Minimum degrees of freedom of points whose intervals must fit on the axis.
@@ -70,29 +73,23 @@ def differences(tab: Tab) -> dict[str, Any] | None:
     if other is None or column_steps.step is None:
         return None
     places = [column_steps.steps.index(s) for s in (column_steps.step, other)]
-    heads = [f"Step {k}" for k in places]
+    rows = (
+        *_value_rows(column_steps.step.fit, other.fit, tab.unit, places),
+        *_error_rows(column_steps.step, other, places),
+    )
     return {
         "at": places[1],
-        "heads": heads,
+        "heads": [f"Step {k}" for k in places],
         "models": [s.fit.model.name for s in (column_steps.step, other)],
         "rows": [
-            *_value_rows(column_steps.step.fit, other.fit, tab.unit, places),
-            *_error_rows(column_steps.step, other, places),
+            {"what": what, "texts": texts, "remark": remark, "differs": texts[0] != texts[1]}
+            for what, texts, remark in rows
         ],
     }
 
 
-def _difference_row(
-    what: str, texts: tuple[str, str], remark: str, differs: bool
-) -> dict[str, Any]:
-    """Dict of a row of the table of differences: ``what`` is compared, ``texts`` of both steps, ``remark``, ``differs``."""
-    return {"what": what, "texts": list(texts), "remark": remark, "differs": differs}
-
-
-def _value_rows(
-    one: Fit, two: Fit, unit: str | None, places: list[int]
-) -> Iterator[dict[str, Any]]:
-    """Yield one table row (dict, see `_difference_row`) for each fitted value in either model, those of `one` first.
+def _value_rows(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterator[Row]:
+    """Yield (what is compared, its texts in both models, remark) for each fitted value, those of the model `one` first.
 
     The text is ``–`` if a model lacks the value. The remark is the ratio of both values if both are detected, or says
     which step has the value. It is empty for equal texts. `places` are the numbers of the two steps.
@@ -109,7 +106,7 @@ def _value_rows(
             remark = f"× {number(a['number'] / b['number'], 3)}"
         else:
             remark = "Detected in one" if a["detected"] != b["detected"] else ""
-        yield _difference_row(key[0], (texts[0], texts[1]), remark, texts[0] != texts[1])
+        yield key[0], texts, remark
 
 
 def _value_text(value: Mapping[str, Any]) -> str:
@@ -138,23 +135,17 @@ def _displayed_values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[
     return out
 
 
-def _error_rows(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any]]:
-    """Yield five dicts (`_difference_row`): misfit and errors of both steps, and their predictions of unseen data."""
+def _error_rows(one: Step, two: Step, places: list[int]) -> Iterator[Row]:
+    """Yield five rows as `_value_rows`: misfit and errors of both steps, and their predictions of unseen data."""
     first, second = step_row(one), step_row(two)
-    for what, key in (
-        ("Misfit χ²/dof", "chi2_text"),
-        ("Allan error, rms", "error_text"),
-        ("Largest error", "max_text"),
-        ("Model discrepancy", "discrepancy_text"),
+    for what, key, remark in (
+        ("Misfit χ²/dof", "chi2_text", ""),
+        ("Allan error, rms", "error_text", ""),
+        ("Largest error", "max_text", ""),
+        ("Model discrepancy", "discrepancy_text", ""),
+        ("Unseen data", "predictive_text", _prediction_text(one, two, places)),
     ):
-        texts = (first[key], second[key])
-        yield _difference_row(what, texts, "", texts[0] != texts[1])
-    yield _difference_row(
-        "Unseen data",
-        (first["predictive_text"], second["predictive_text"]),
-        _prediction_text(one, two, places),
-        first["predictive_text"] != second["predictive_text"],
-    )
+        yield what, (first[key], second[key]), remark
 
 
 def _prediction_text(one: Step, two: Step, places: list[int]) -> str:

@@ -65,9 +65,6 @@ def _view(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None) ->
     painted = figure.to_plotly(theme)
     data, layout = painted["data"], painted["layout"]
     shown = displayed_fit(tab)
-    for trace in data:
-        # The suffix is not needed here.
-        trace["name"] = str(trace.get("name") or "").removesuffix(" (recording)")
     found: dict[str, Any] = {"name": name, "kind": figure.kind, "title": figure.title}
     found["headline"], _, rest = figure.subtitle.rpartition("\n")
     found["subtitle"] = rest

@@ -167,9 +167,9 @@ def test_comparison_is_in_one_unit_a_panel():
     assert rates.y.label == "Allan deviation (°/h)"
     assert accelerations.y.label == "Allan deviation (µg)"
     lines = {m.label: m for m in rates.find(Line) if m.label}
-    np.testing.assert_allclose(lines["model b (model)"].y, 3600 * 180 / np.pi)
-    assert lines["sheet (datasheet)"].dash == "dot"
-    assert [p.label for p in rates.find(Points)] == ["log a (recording)"]
+    np.testing.assert_allclose(lines["model b"].y, 3600 * 180 / np.pi)
+    assert lines["sheet"].dash == "dot"
+    assert [p.label for p in rates.find(Points)] == ["log a"]
 
 
 def test_interval_of_many_degrees_of_freedom_is_normal():

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+
 import click
 
-from allanite.cli.options import RateType, json_option, noise_model_option
+from allanite.cli.options import json_option, noise_model_option, rate_type
+from allanite.cli.output import json_text
 from allanite.common.plain import plain
 
 
@@ -22,7 +25,7 @@ from allanite.common.plain import plain
 @noise_model_option("Model with which the search starts on every axis.")
 @click.option(
     "--rate",
-    type=RateType(),
+    type=rate_type,
     metavar="HZ",
     help="Sampling rate of all logs. Default: from their time stamps.",
 )
@@ -66,9 +69,6 @@ def command(
     be read, or that crashes the process, gets a row with the reason, and the next run tries it again. Exit codes: 0, also
     if logs failed; 3 if no axis could be characterized.
     """
-    import sys
-
-    from allanite.cli.output import json_text
     from allanite.effects.files import parse_model
     from allanite.scale import fleet, run_fleet
     from allanite.scale.logs import DEADLINE

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import signal
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
+
+from allanite.cli.first_rows import WatchedColumn, watched_column
+from allanite.cli.live_source import Stop, is_file_source, samples_of_source
+from allanite.cli.models import models_of
+from allanite.cli.pipe import shown_path
+from allanite.common.errors import InputError, about
+from allanite.common.files import check_target, exists, write_text
+from allanite.common.plain import plain
+from allanite.common.units import rate_unit
+from allanite.common.validation import positive
 
 if TYPE_CHECKING:
-    from allanite.cli.live_source import Stop
     from allanite.scale import Watch
 
 
@@ -86,14 +98,6 @@ def command(
     With --state, rows of a file that an earlier run has read are skipped. Samples of a pipe or of UDP that arrive
     between two runs are lost. A file that is truncated or replaced is read from its first row.
     """
-    from allanite.cli.first_rows import WatchedColumn, watched_column
-    from allanite.cli.live_source import Stop, is_file_source, samples_of_source
-    from allanite.cli.models import models_of
-    from allanite.cli.pipe import shown_path
-    from allanite.common.errors import InputError, about
-    from allanite.common.files import check_target, exists
-    from allanite.common.units import rate_unit
-    from allanite.common.validation import positive
     from allanite.scale import Watch
 
     every = positive(every, "--every", "s", "write a positive number of seconds")
@@ -173,9 +177,6 @@ class _MotionWarning:
 
     def finish(self) -> None:
         """Test the samples collected so far for motion, print a warning if there is any, and collect no more."""
-        import numpy as np
-
-        from allanite.common.plain import plain
         from allanite.recording import Recording
         from allanite.recording.at_rest import motion_findings
 
@@ -213,10 +214,6 @@ class _WatchOutput:
 
     def _print(self) -> None:
         """Write the state file and the metrics file if they are wanted, and print the state of the test as a JSON line."""
-        import json
-
-        from allanite.common.files import write_text
-
         self.shown = self.watch.taken
         # The files come first, as printing fails if the reader of the output has ended.
         if self.state is not None:
@@ -228,8 +225,6 @@ class _WatchOutput:
 
 def _exit_by_signal(stop: Stop) -> None:
     """Raise `KeyboardInterrupt` after SIGINT and `SystemExit` (128 + signal) after SIGTERM; return without a signal."""
-    import signal
-
     if stop.signal == signal.SIGINT:
         raise KeyboardInterrupt
     if stop.signal is not None:
