@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
+from allanite.common.plain import spreadsheet_cell
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, conversion, parse_unit
 from allanite.recording.axis_names import AXIS, axis_letter
 
@@ -273,8 +274,9 @@ def _csv(found: ThermalCalibration) -> str:
         reference = axis.curve.reference
         band = 0.5 * float((axis.curve.high - axis.curve.low).max())
         cells = [reference, *axis.polynomial(reference), low, high, band]
-        name = f"'{axis.name}" if axis.name[:1] in "=+-@" else axis.name
-        writer.writerow([name, axis.unit, *(f"{v:.17g}" for v in cells), axis.form.name])
+        writer.writerow(
+            [spreadsheet_cell(axis.name), axis.unit, *(f"{v:.17g}" for v in cells), axis.form.name]
+        )
     return stream.getvalue()
 
 

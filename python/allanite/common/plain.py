@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+#: First characters of texts that a spreadsheet evaluates as formulas.
+FORMULA_STARTS = tuple("=+-@\t\r")
+
 
 def plain(text: object, most: int | None = None) -> str:
     r"""Text of an object, with every unprintable character replaced by its escape (``\n``, ``\x1b``, ``\u202e``).
@@ -33,3 +36,11 @@ def file_name(text: str) -> str:
     """
     safe = "".join(c if c.isalnum() or c in "-_." else "_" for c in text)
     return safe.strip(".").encode()[:80].decode("utf-8", "ignore") or "_"
+
+
+def spreadsheet_cell(text: str) -> str:
+    """Text of a CSV cell; one that a spreadsheet would evaluate as a formula gets an apostrophe in front.
+
+    If such a text already has apostrophes in front, it gets another one.
+    """
+    return f"'{text}" if text.lstrip("'").startswith(FORMULA_STARTS) else text

@@ -10,11 +10,9 @@ import contextvars
 import os
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
-from queue import SimpleQueue
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -168,50 +166,35 @@ class Pool(ThreadPoolExecutor):
 
 
 def has_running_jobs() -> bool:
-    """True if a thread of a `Pool` or of `side_by_side` exists, even if nobody waits for its result."""
+    """True if a thread of a `Pool` exists, even if nobody waits for its result."""
     return any(thread.name.startswith(NAME) for thread in threading.enumerate())
 
 
 def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
     """List of the results of functions that run in parallel threads, at most 2 at a time, in the order of `tasks`.
 
-    If a task raises an `AllaniteError`, this error is its element of the list. An interrupt or any other error is raised
-    at once; then the remaining tasks do not begin.
+    If a task raises an `AllaniteError`, this error is its element of the list. An interrupt or any other error ends the
+    other tasks, as in `Pool`, and is raised.
     """
-    waiting = deque(enumerate(tasks))
-    done: SimpleQueue[tuple[int, T | BaseException]] = SimpleQueue()
     at_work: set[int] = set()
 
-    def work() -> None:
-        """Compute waiting tasks one after another until none is left, and put each (index, result or error) into `done`."""
-        _at_work.set(at_work)
-        while True:
-            try:
-                place, task = waiting.popleft()
-            except IndexError:
-                return
-            at_work.add(place)
-            try:
-                done.put((place, task()))
-            except BaseException as error:  # raised again in the waiting thread
-                done.put((place, error))
-            finally:
-                at_work.discard(place)
+    def run(place: int, task: Callable[[], T]) -> T | AllaniteError:
+        """Result of a task, or the `AllaniteError` that it raises."""
+        token = _at_work.set(at_work)
+        at_work.add(place)
+        try:
+            return task()
+        except AllaniteError as error:
+            return error
+        finally:
+            at_work.discard(place)
+            _at_work.reset(token)
 
-    for _ in range(min(max_parallel_columns(), len(tasks))):
-        # Workers inherit the context of the caller, such as the units of tables.
-        context = contextvars.copy_context()
-        threading.Thread(target=context.run, args=(work,), daemon=True, name=NAME).start()
-    found: dict[int, T | AllaniteError] = {}
-    try:
-        while len(found) < len(tasks):
-            place, result = done.get()
-            if isinstance(result, BaseException) and not isinstance(result, AllaniteError):
-                raise result
-            found[place] = result
-    finally:
-        waiting.clear()
-    return [found[place] for place in range(len(tasks))]
+    with Pool(max_parallel_columns()) as pool:
+        futures = [pool.submit(run, *one) for one in enumerate(tasks)]
+        for future in as_completed(futures):
+            future.result()
+    return [future.result() for future in futures]
 
 
 def results_or_raise(found: Sequence[T | AllaniteError]) -> list[T]:

@@ -18,10 +18,11 @@ from allanite.common.isolation import POLL_S
 from allanite.effects import Model
 from allanite.page.child import inspect_in_child, read_in_child
 from allanite.readers import FORMATS
-from allanite.recording import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from allanite.recording import Recording
 
 #: Maximum size of an upload in bytes, enough for about 100 million samples as text.
 MAX_UPLOAD_BYTES = 2_000_000_000
@@ -261,16 +262,7 @@ def _with_excluded_segments(part: Recording, out: list[Segment]) -> Recording:
         # A segment may end after the record or belong to another record.
         first, last = (round(min(max(t, 0.0), part.duration) * part.rate) for t in stretch)
         samples[first:last] = np.nan
-    return Recording(
-        samples,
-        part.rate,
-        unit=part.units,
-        quantity=part.quantity,
-        columns=part.columns,
-        covariates=part.covariates,
-        covariate_units=part.covariate_units,
-        path=part.path,
-    )
+    return part.with_samples(samples)
 
 
 def model_for_part(model: Model, moved: bool) -> Model | None:

@@ -70,8 +70,7 @@ class ComponentStyle:
     frequency : float or None
         Frequency of a spectral line in Hz.
     limit : float or None
-        For an effect that is not detected, the ratio of the 95 % limit of its coefficient to the fitted value; infinite
-        if the fitted value is 0. The effect is drawn at the limit.
+        Upper 95 % limit of the coefficient of a noise process that is not detected, with which the effect is drawn.
     """
 
     color: str
@@ -98,7 +97,7 @@ def component_styles(fit: Fit) -> tuple[ComponentStyle, ...]:
         label = f"{name}: {numbers}" if numbers else name
         dash = "solid" if i < len(COMPONENTS) else "dot"
         frequency = effect.base_frequency if isinstance(effect, Deterministic) else None
-        limit = _limit_ratio(effect, fit.estimates[place])
+        limit = _upper_limit(effect, fit.estimates[place])
         if limit is not None:
             label, dash = f"{label} (95 % limit)", "dash"
         out.append(
@@ -107,15 +106,15 @@ def component_styles(fit: Fit) -> tuple[ComponentStyle, ...]:
     return tuple(out)
 
 
-def _limit_ratio(effect: Effect, values: dict[str, Any]) -> float | None:
-    """Ratio of the upper 95 % limit of an undetected coefficient to its fitted value; infinite for the value 0.
+def _upper_limit(effect: Effect, values: dict[str, Any]) -> float | None:
+    """Upper 95 % limit of the coefficient of an effect that was not detected.
 
     None for effects that were detected, are no noise process, or have no interval.
     """
     value = values.get(effect.coefficient) if isinstance(effect, Stochastic) else None
     if not isinstance(value, Estimate) or value.detected or value.interval is None:
         return None
-    return value.interval[1] / value.value if value.value > 0.0 else np.inf
+    return value.interval[1]
 
 
 def failing_tau_ranges(fit: Fit) -> list[tuple[float, float, float]]:
@@ -205,9 +204,8 @@ def _model_curves(fit: Fit) -> tuple[Array, Array, list[Array]]:
             continue
         effect = model.effects[part.place]
         assert isinstance(effect, Stochastic)
-        top = fit.estimates[part.place][effect.coefficient].interval[1]
         unit = expected_variance(data.unit_terms(model, effect), factors)
-        drawn.append(values * part.limit if np.isfinite(part.limit) else top * np.sqrt(unit))
+        drawn.append(part.limit * np.sqrt(unit))
     return factors / data.rate, np.sqrt(total), drawn
 
 
@@ -416,7 +414,7 @@ def _effect_marks(grid: _SpectrumGrid) -> list[Mark]:
     for part in component_styles(fit):
         own = fit.solution.effects[part.place]
         if isinstance(own, Process):
-            theta = own.theta if part.limit is None else _theta_at_limit(fit, part, own)
+            theta = own.theta if part.limit is None else part.limit**2
             terms = fit.data.unit_terms(fit.model, own.effect)
             values = grid.line_densities(own.column * theta, terms, theta)
             marks.append(Line(grid.at, values, part.color, part.label, 1.2, part.dash))
@@ -489,15 +487,6 @@ def spectrum_panels(
     ratio = np.add.reduceat(power, grid.first) / count
     z = normal_scores(ratio, count, np.ones(count.size))
     return panel, _residual_panel(x, frequency, z, column, spans)
-
-
-def _theta_at_limit(fit: Fit, part: ComponentStyle, own: Process) -> float:
-    """Square of the upper 95 % limit of the coefficient of an effect that was not detected, in the unit of the fit."""
-    assert part.limit is not None
-    if np.isfinite(part.limit):
-        return own.theta * part.limit**2
-    top: float = fit.estimates[part.place][own.effect.coefficient].interval[1]
-    return top**2
 
 
 def _line_frequencies(

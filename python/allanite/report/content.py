@@ -43,7 +43,7 @@ def column_section(entry: Entry, *, with_curve: bool = True) -> list[Block]:
     `with_curve` is False if the first page of the report already shows the curve of this column.
     """
     tone, words = tone_and_verdict(entry.study, entry.first)
-    curve = [Heading("Allan deviation and spectrum"), curve_picture(entry)]
+    curve: list[Block] = [Heading("Allan deviation and spectrum"), curve_picture(entry)]
     return [
         Paragraph(words, tone),
         *_record_section(entry.recording),

@@ -24,7 +24,7 @@ from allanite.common.errors import AllaniteError, InputError
 from allanite.common.files import check_target, is_file, whole_file
 from allanite.common.memory import VARIABLE, budget
 from allanite.common.parameters import Estimate
-from allanite.common.plain import plain
+from allanite.common.plain import FORMULA_STARTS, plain, spreadsheet_cell
 from allanite.common.threads import processors
 from allanite.common.validation import positive_rate
 from allanite.scale.journal import JOURNAL, Journal, read_journal
@@ -43,8 +43,6 @@ MIN_TRIALS = 1000.0
 FIRST_PATHS = 100
 #: Maximum length of a path, characters (PATH_MAX of Linux).
 MAX_PATH_LENGTH = 4096
-#: First characters of texts that a spreadsheet evaluates as formulas.
-FORMULA_STARTS = tuple("=+-@")
 
 
 def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
@@ -504,25 +502,14 @@ def write_table(rows: list[dict[str, Any]], target: Path) -> None:
             with draft.open("w", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file)
                 writer.writerow(names)
-                writer.writerows(map(_quoted_cells, zip(*table.values(), strict=True)))
+                for row in zip(*table.values(), strict=True):
+                    cells = (spreadsheet_cell(c) if isinstance(c, str) else c for c in row)
+                    writer.writerow(cells)
         else:
             import pyarrow as pa
             from pyarrow import parquet
 
             parquet.write_table(pa.table(table), draft)
-
-
-def _quoted_cells(row: Sequence[Any]) -> list[Any]:
-    """List of the cells of a row; a text that a spreadsheet would evaluate gets an apostrophe in front.
-
-    If such a text already has apostrophes in front, it gets another one, so that `without_quote` restores all texts.
-    """
-    return [
-        f"'{cell}"
-        if isinstance(cell, str) and cell.lstrip("'").startswith(FORMULA_STARTS)
-        else cell
-        for cell in row
-    ]
 
 
 def without_quote(text: str) -> str:

@@ -13,6 +13,7 @@ from allanite.cli import output
 from allanite.cli.options import LogCommand, LogOptions, log_options, percent, read_columns
 from allanite.common.errors import InputError
 from allanite.common.files import check_target, write_text
+from allanite.common.plain import spreadsheet_cell
 from allanite.common.units import parse_unit
 
 if TYPE_CHECKING:
@@ -128,10 +129,5 @@ def _csv_text(found: Sequence[Acceptance], log: str, serial: str, date: str) -> 
             numbers: list[Any] = [f.limit, f.measured, f.low, f.high]
             cells = ["" if v is None else f"{v:.6g}" for v in numbers]
             needs = "" if f.needs is None else f"{f.needs:.4g}"
-            writer.writerow([*map(_safe_cell, texts), *cells, f.verdict, needs])
+            writer.writerow([*map(spreadsheet_cell, texts), *cells, f.verdict, needs])
     return stream.getvalue()
-
-
-def _safe_cell(cell: str) -> str:
-    """Text of a CSV cell, with an apostrophe in front if a spreadsheet would take the text for a formula."""
-    return f"'{cell}" if cell[:1] in ("=", "+", "-", "@", "\t", "\r") else cell

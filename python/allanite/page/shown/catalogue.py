@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import AllaniteError
+from allanite.deviation import oadev
 from allanite.effects import CATALOGUE, Model, white_noise
 from allanite.effects._base import Stochastic
 from allanite.effects._known import Deterministic
@@ -156,11 +157,7 @@ def _variance_and_power_of_signal(signal: Array) -> tuple[Array, Array]:
     The density is the largest value of the periodogram (Hann window) in each of `FREQUENCY.size` bins of frequency. It is
     0 in a bin that contains no frequency of the periodogram.
     """
-    phase = np.concatenate([[0.0], np.cumsum(signal)])
-    variance = []
-    for m in np.round(TAU).astype(int):
-        second = phase[2 * m :] - 2 * phase[m:-m] + phase[: -2 * m]
-        variance.append(float(np.mean(second**2)) / (2.0 * m**2))
+    variance = oadev(signal, rate=1.0, taus=TAU).deviation ** 2
     power = np.abs(np.fft.rfft(signal * np.hanning(N))) ** 2 / N * 8.0 / 3.0
     frequency = np.fft.rfftfreq(N)
     edges = np.geomspace(FREQUENCY[0] / 1.1, 0.5, FREQUENCY.size + 1)
@@ -168,7 +165,7 @@ def _variance_and_power_of_signal(signal: Array) -> tuple[Array, Array]:
         float(power[(frequency >= a) & (frequency <= b)].max(initial=0.0))
         for a, b in pairwise(edges)
     ]
-    return np.array(variance), np.array(found)
+    return variance, np.array(found)
 
 
 def _svg_paths(x: Array, *lines: Array) -> list[str]:

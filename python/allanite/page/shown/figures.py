@@ -12,7 +12,7 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import count_text, duration_text, number, p_text
 from allanite.common.units import parse_unit
 from allanite.comparison import limit_line
-from allanite.effects import Deterministic
+from allanite.effects import Deterministic, Stochastic
 from allanite.effects.sheet_units import figure_unit, requested_units
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.page.edits import chosen_units
@@ -362,15 +362,19 @@ def _error_lines(growth: Growth, fit: Fit, colors: Sequence[str], *, labeled: bo
     """
     known = dict(zip((e.short for e in fit.model), colors, strict=True))
     limits = {fit.model.effects[p.place].short: p.limit for p in component_styles(fit)}
+    estimates = zip(fit.model, fit.estimates, strict=True)
+    fitted = {e.short: v[e.coefficient] for e, v in estimates if isinstance(e, Stochastic)}
     _, factor = growth.display_unit
     lines: list[Mark] = []
     for name, error in growth.budget.items():
         short = name.rstrip("0123456789")
         limit = limits.get(short)
-        if limit == np.inf:
-            continue  # its fitted value is 0, so that the limit cannot be scaled from it
-        # The error is proportional to the coefficient.
-        size = factor * error if limit is None else factor * limit * error
+        size = factor * error
+        if limit is not None:
+            if not fitted[short]:
+                continue  # without a fitted value, the error at the limit is not known
+            # The error is proportional to the coefficient.
+            size = size * limit / fitted[short]
         label = name if limit is None else f"{name} (95 % limit)"
         color, dash = known.get(short, "raw"), "solid" if limit is None else "dash"
         lines.append(Line(growth.tau, size, color, label if labeled else "", 1.2, dash))

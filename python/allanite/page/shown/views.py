@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.errors import AllaniteError
 from allanite.common.units import conversion, parse_unit
 from allanite.effects.sheet_units import requested_units
 from allanite.page.edits import chosen_units, deviation_unit
@@ -140,18 +139,12 @@ def _adapt_layout(layout: dict[str, Any], name: str, kind: str, look: Any) -> No
 def _cursor_units(unit: str) -> list[dict[str, Any]]:
     """List of dicts with the units in which the readout under the mouse shows deviations.
 
-    ``text`` is the unit, ``factor`` converts a value from `unit` to it. `unit` comes first; units without a conversion
-    are left out.
+    ``text`` is the unit, ``factor`` converts a value from `unit` to it. `unit` comes first.
     """
     kind = parse_unit(unit).kind
     others = [u for u in UNITS if u != unit and parse_unit(u).kind == kind]
-    out = [{"text": unit_text(unit) if unit != "1" else "", "factor": 1.0}]
-    for other in others:
-        try:
-            out.append({"text": unit_text(other), "factor": conversion(unit, other)})
-        except AllaniteError:
-            continue
-    return out
+    texts = {unit: unit_text(unit) if unit != "1" else "", **{u: unit_text(u) for u in others}}
+    return [{"text": text, "factor": conversion(unit, u)} for u, text in texts.items()]
 
 
 def _label_traces(data: list[dict[str, Any]], fit: Fit) -> None:
