@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 #: Length of a Julian year, s.
 YEAR = 31557600.0
@@ -83,23 +83,40 @@ def numbers_text(values: Iterable[float], *, times: bool) -> str:
     return f"{len(found)}: {number(min(found), 5)} … {number(max(found), 5)}"
 
 
+#: Maximum deviation of the distances of evenly spaced lines from multiples of the smallest one. Chosen by judgment; not
+#: measured.
+MAX_STEP_ERROR = 0.1
+#: Most harmonics of a line that are listed one by one. Chosen by judgment; not measured.
+MAX_LISTED_HARMONICS = 12
+
+
+def common_step(values: Sequence[float]) -> float | None:
+    """Smallest distance of ascending `values`, if all distances are multiples of it, to 0.1 of it; otherwise None."""
+    apart = [b - a for a, b in itertools.pairwise(values)]
+    least = min(apart)
+    even = all(abs(d / least - round(d / least)) <= MAX_STEP_ERROR for d in apart)
+    return least if even else None
+
+
 def harmonics_text(
     frequency: float, overtones: Iterable[float], unit: str, factor: float = 1.0
 ) -> str:
     """Text of the harmonics of a spectral line: ``34.6 Hz 28.6 °/h (harmonic 2)``.
 
     `frequency` is that of the line, Hz. `overtones` is a flat sequence: multiple, amplitude and phase of the first
-    harmonic, then of the second, and so on. If a multiple is no whole number, the text states instead how many
-    further lines there are, their smallest spacing, highest frequency and range of amplitudes. Amplitudes times `factor`
-    are in `unit`.
+    harmonic, then of the second, and so on. If a multiple is no whole number, or for more than 12 harmonics, the text
+    states instead how many further lines there are, their spacing if they are evenly spaced, highest frequency and range
+    of amplitudes. Amplitudes times `factor` are in `unit`.
     """
     given = list(overtones)
     multiples, amplitudes = given[::3], [factor * a for a in given[1::3]]
-    if any(m != round(m) for m in multiples):
-        apart = min(b - a for a, b in itertools.pairwise(sorted([1.0, *multiples]))) * frequency
+    spaced = any(m != round(m) for m in multiples)
+    if spaced or len(multiples) > MAX_LISTED_HARMONICS:
+        step = common_step(sorted([1.0, *multiples])) if spaced else None
+        apart = "" if step is None else f" {number(step * frequency, 4)} Hz apart"
         sizes = f"{number(min(amplitudes))} … {number(max(amplitudes))} {unit}".rstrip()
-        highest = number(max(multiples) * frequency, 4)
-        return f"{len(multiples)} further lines {number(apart, 4)} Hz apart, up to {highest} Hz, {sizes}"
+        what = f"further lines{apart}" if spaced else "harmonics"
+        return f"{len(multiples)} {what}, up to {number(max(multiples) * frequency, 4)} Hz, {sizes}"
     return ", ".join(
         f"{number(multiple * frequency, 4)} Hz {number(amplitude)} {unit}".rstrip()
         + f" (harmonic {multiple:.0f})"

@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.numbers import common_step
 from allanite.effects._declared import Array, Parameter, frequency_parameter, texts_for_clocks
 from allanite.effects._known import Periodic
 from allanite.effects._tone import AMPLITUDE, PHASE
@@ -19,7 +20,7 @@ class Sinusoid(Periodic):
     """x(t) = A sin(2πft + φ); σ²(τ) = A² sin⁴(πfτ)/(m sin(πfτ0))². First peak 0.7246 A at τ = 0.371/f.
 
     `overtones` lists multiple, amplitude and phase of each further line in turn: 2, A₂, φ₂, 3, A₃, φ₃ … for harmonics. For
-    evenly spaced lines that are not harmonics, a multiple is the ratio of the line's frequency to the first one.
+    lines that are not harmonics, a multiple is the ratio of the line's frequency to the first one.
 
     References
     ----------
@@ -93,13 +94,27 @@ class Sinusoid(Periodic):
         return any(m != round(m) for m, _, _ in self.lines)
 
     @property
+    def uneven(self) -> bool:
+        """True if the lines are neither harmonics nor evenly spaced: they share no frequency."""
+        return self.spaced and common_step([m for m, _, _ in self.lines]) is None
+
+    @property
     def numbers(self) -> int:
-        """Number of parameters: the frequency, two for each line, and the spacing of lines that are not harmonics."""
-        return 1 + 2 * len(self.lines) + self.spaced
+        """Number of parameters: the frequency, two for each line, and the spacing of lines that are not harmonics.
+
+        Lines that share no frequency have three each.
+        """
+        count = len(self.lines)
+        return 3 * count if self.uneven else 1 + 2 * count + self.spaced
 
     def name_for(self, kind: str = "") -> str:
-        """Display name for a `kind` of sensor; for evenly spaced lines that are not harmonics "comb of n lines"."""
-        return f"comb of {len(self.lines)} lines" if self.spaced else super().name_for(kind)
+        """Display name for a `kind` of sensor; for evenly spaced lines that are not harmonics "comb of n lines".
+
+        "n lines" for lines that share no frequency.
+        """
+        if not self.spaced:
+            return super().name_for(kind)
+        return f"{len(self.lines)} lines" if self.uneven else f"comb of {len(self.lines)} lines"
 
     def with_amplitudes(self, amplitudes: Array) -> Self:
         """A copy with new amplitudes and phases of the fundamental and of its overtones.

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.numbers import number, with_readable_numbers
+from allanite.common.numbers import common_step, number, with_readable_numbers
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed
 from allanite.effects import Deterministic
@@ -53,7 +52,8 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
 def name_with_lines(effect: Effect, fit: Fit) -> str:
     """Display name of an effect, followed by its harmonics if it has several lines: ``sinusoid with harmonics 2, 3``.
 
-    If not all frequencies are multiples of the first, the smallest spacing follows instead: ``…, 2.5 Hz apart``.
+    If not all frequencies are multiples of the first, the smallest spacing follows instead: ``…, 2.5 Hz apart``. For
+    unevenly spaced lines it is the range: ``…, 0.2 to 13 Hz``.
     """
     name = fit.display_name(effect)
     if isinstance(effect, Deterministic) and len(effect.lines) > 1:
@@ -61,8 +61,12 @@ def name_with_lines(effect: Effect, fit: Fit) -> str:
         if all(m == round(m) for m in further):
             name += f" with harmonics {', '.join(map(str, further))}"
         else:
-            apart = min(b - a for a, b in itertools.pairwise([1.0, *further]))
-            name += f", {number(apart * (effect.base_frequency or 0.0), 4)} Hz apart"
+            base = effect.base_frequency or 0.0
+            step = common_step([1.0, *further])
+            if step is None:
+                name += f", {number(base, 3)} to {number(max(further) * base, 3)} Hz"
+            else:
+                name += f", {number(step * base, 4)} Hz apart"
     return name
 
 

@@ -57,3 +57,19 @@ def test_twelve_harmonics_are_one_effect_whichever_is_strongest(seed):
     study = al.improve(_lines(frequencies, 0.012, seed), "N")
     (comb,) = (e for e in study.fit.model if e.kind == "sinusoid")
     assert [m * comb.frequency for m, _, _ in comb.lines] == pytest.approx(frequencies, abs=1e-3)
+
+
+@pytest.mark.slow
+def test_many_lines_that_share_no_frequency_are_one_effect():
+    """Of 20 lines with 60 of logL each, all are found in one step, since a search of one at a time takes 20."""
+    rng, n, rate = np.random.default_rng(8), 60_000, 50.0
+    lines = np.sort(rng.uniform(1.0, 24.0, 20))
+    x = 0.01 * np.sqrt(rate) * rng.standard_normal(n)
+    x += sum(g.sinusoid(n, rate, f, 4.5e-3, rng.uniform(0.0, 6.28)) for f in lines)
+    study = al.improve(al.Recording(x, rate=rate, unit="deg/s"), "N")
+    first = study.ladder[1]
+    assert first.changes == ("+ 20 lines",), study
+    found = np.array([m for m, _, _ in first.added.lines]) * first.added.frequency
+    # A line is known to √(6/60)/π of 1/T.
+    assert found == pytest.approx(lines, abs=5.0 * 0.1 * rate / n), study
+    assert len(study.ladder) <= 3, study

@@ -18,6 +18,7 @@ from allanite.fit.rivals.line_trials import known_bands, trials_at
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, ordinates_near, regress
 from allanite.fit.shapes.shape import ORDINATES_BESIDE_LINE, polish_line
 from allanite.suggestion.constants import (
+    MAIN_SHARE,
     MAX_EVENTS,
     MAX_FUNDAMENTAL_DIVISOR,
     MAX_LINE_HARMONIC,
@@ -106,11 +107,15 @@ def look(context: Context) -> tuple[Candidate, ...]:
         base: float
         multiples: Sequence[float]
         base, multiples = _fundamental_and_multiples(ratio, top, width)
-        spaced = (
-            evenly_spaced(_line_indices(ratio, data)) if k == 0 and len(multiples) == 1 else None
-        )
-        if spaced is not None:
-            (base, multiples), width, surplus = spaced, 0, 0.0
+        places = _line_indices(ratio, data) if k == 0 else []
+        together = evenly_spaced(places) if len(multiples) == 1 else None
+        if together is None and len(places) > MAX_LINES_REFITTED:
+            # More lines than are refitted one by one, and most of their power is in no harmonics of one.
+            harmonics = ratio[[round(m * base) for m in multiples]].sum()
+            alone = harmonics < MAIN_SHARE * ratio[places].sum()
+            together = _line_set(places, ratio) if alone else None
+        if together is not None:
+            (base, multiples), width, surplus = together, 0, 0.0
             reaches = [(round(m * base), 8) for m in multiples]
         else:
             reaches = [(round(m * base), round(m * (8 + width))) for m in multiples]
@@ -236,6 +241,17 @@ def evenly_spaced(places: list[int]) -> tuple[float, list[float]] | None:
         return None
     _, lowest, step, order = best
     return lowest, [float(1.0 + k * step / lowest) for k in order]
+
+
+def _line_set(places: list[int], ratio: NDArray[np.float64]) -> tuple[float, list[float]]:
+    """Pair (lowest, multiples) of the lines at the indices `places`; `multiples` are ascending, divided by the lowest one.
+
+    The maximum of each line is that of a parabola through the logarithm of three values of the periodogram `ratio`.
+    """
+    at = np.sort(np.array(places))
+    before, here, after = (np.log(np.maximum(ratio[at + d], 1e-3)) for d in (-1, 0, 1))
+    peaks = at + 0.5 * (before - after) / np.minimum(before - 2.0 * here + after, -1e-3)
+    return float(peaks[0]), [float(peak / peaks[0]) for peak in peaks]
 
 
 def _remove_line(ratio: NDArray[np.float64], place: int, reach: int) -> None:
