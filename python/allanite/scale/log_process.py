@@ -1,8 +1,7 @@
 """Child process that works on one log at a time: a log that crashes, hangs or fills its memory affects only its own row.
 
 The parent writes pickles to the standard input of the child: a `Setup`, then the path of each log. The child answers with
-one line of JSON for each log, and may ask for more time before. The child ends when its input is closed, so that no child
-outlives its parent.
+one line of JSON for each log. The child ends when its input is closed, so that no child outlives its parent.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import sys
 import threading
 import time
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -32,14 +31,12 @@ from allanite.common.memory import VARIABLE
 from allanite.common.plain import plain
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from allanite.effects import Effect, Model
 
 #: Time limit for the start of a process, s. A start takes 1 to 3 s on an idle machine.
 START_SECONDS = 300.0
-#: A child ends itself this long after its deadline, s, in case its parent was killed.
-GRACE_SECONDS = 10.0
+#: Time limit for the end of a process that has closed its output, s.
+END_SECONDS = 10.0
 #: Resolution of time stamps, s: a file changed more recently may change again without a later stamp (2 s on FAT).
 TIME_STAMP_SECONDS = 2.0
 #: Command of the child.
@@ -53,8 +50,8 @@ SIGNALS = {
 #: Remedy for a log that takes too long.
 MORE_TIME = "give it a longer deadline"
 
-#: "child": this process works on logs. "warm": it has imported the modules that logs need.
-_state = {"child": False, "warm": False}
+#: Whether this process is a child that works on logs.
+_is_child = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +103,11 @@ class Answer:
     key: str
     rows: list[dict[str, Any]] | None
 
+    @classmethod
+    def failed(cls, path: str, why: str) -> Answer:
+        """`Answer` with one row that states why a log failed."""
+        return cls(path, "", [failed_row(path, why)])
+
 
 def failed_row(path: str, why: str) -> dict[str, Any]:
     """Dict: row of a log with the status ``failed``, the reason in ``remarks``, and no values."""
@@ -126,7 +128,7 @@ def journal_key(settings: str, path: str, content: str) -> str:
 
 def is_child() -> bool:
     """True if this process is a child that works on the logs of a parent process."""
-    return _state["child"]
+    return _is_child
 
 
 class LogProcess:
@@ -141,14 +143,28 @@ class LogProcess:
     def answer(self, path: str) -> Answer:
         """`Answer` with the rows of a log, or with one failed row; waits for the child, which is started if needed.
 
-        If a used child ends, a new child tries the log again, because earlier logs may have damaged the used child.
-        Raises `InputError` if the child refuses the setup.
+        The rows are None if an earlier run has finished the log: its key is in `Setup.done`. If a used child ends, a new
+        child tries the log again, because earlier logs may have damaged the used child. Raises `InputError` if the child
+        refuses the setup.
         """
+        try:
+            before, read_at = _file_stamp(path), time.time()
+            content = _content_digest(path)
+        except (OSError, InputError) as error:
+            return Answer.failed(path, getattr(error, "strerror", None) or str(error))
+        key = journal_key(self._setup.settings, path, content)
+        if key in self._setup.done:
+            return Answer(path, key, None)
         used = self._process is not None
-        answer = self._answer_or_none(path)
-        if answer is None and used:
-            answer = self._answer_or_none(path)
-        return answer or Answer(path, "", [failed_row(path, self._why)])
+        rows = self._rows_or_none(path)
+        if rows is None and used:
+            rows = self._rows_or_none(path)
+        if rows is None:
+            return Answer.failed(path, self._why)
+        if _has_changed(path, before, read_at, content):
+            why = "changed while it was read: run again when it is complete"
+            return Answer.failed(path, why)
+        return Answer(path, key, [{**row, "content": content} for row in rows])
 
     def close(self) -> None:
         """Kill the child; no further child is started."""
@@ -156,29 +172,23 @@ class LogProcess:
             self._closed = True
         self._end()
 
-    def _answer_or_none(self, path: str) -> Answer | None:
-        """`Answer` of the child for a log; None if no child starts, or if the child ends during the log (reason in `_why`).
+    def _rows_or_none(self, path: str) -> list[dict[str, Any]] | None:
+        """List of the rows of a log from the child; None if no child starts, or if the child ends during the log.
 
-        If a log exceeds the deadline, the child is killed and the answer is a failed row.
+        `_why` is the reason then. If a log exceeds the deadline, the child is killed and the only row is a failed one.
         """
         if self._process is None and not self._start():
             return None
         self._send(path)
-        seconds = self._setup.deadline
-        while True:
-            message, late = self._read_line(seconds)
-            if message is None or "wait" not in message:
-                break
-            seconds = message["wait"]
+        message, late = self._read_line(self._setup.deadline)
         if message is not None and "rows" in message:
-            return Answer(path, message["key"], message["rows"])
-        if late:
-            rows = [failed_row(path, f"not done after {self._setup.deadline:g} s: {MORE_TIME}")]
-            self._end()
-            return Answer(path, "", rows)
-        self._why = self._ending() if message is None else message["why"]
+            rows: list[dict[str, Any]] = message["rows"]
+            return rows
+        if not late:
+            self._why = self._ending() if message is None else message["why"]
         self._end()
-        return None
+        why = f"not done after {self._setup.deadline:g} s: {MORE_TIME}"
+        return [failed_row(path, why)] if late else None
 
     def _start(self) -> bool:
         """Start a child. Returns True if it is ready; otherwise `_why` is set to the reason.
@@ -204,7 +214,7 @@ class LogProcess:
                 **alone,
             )
         self._send((self._setup.paths, self._setup.main))
-        self._send(self._setup)
+        self._send(replace(self._setup, done=frozenset()))
         message, _ = self._read_line(START_SECONDS)
         if message is not None and "refused" in message:
             self._end()
@@ -261,7 +271,7 @@ class LogProcess:
         """
         assert self._process is not None
         try:
-            code = self._process.wait(GRACE_SECONDS)
+            code = self._process.wait(END_SECONDS)
         except subprocess.TimeoutExpired:
             return "its process closed its output"
         if code >= 0:
@@ -296,8 +306,10 @@ def serve() -> NoReturn:
     The process also ends, after a message to the parent, if the setup fails or a log needs too much memory.
     """
     from allanite import _kernels
+    from allanite.scale.logs import rows_of
 
-    _state["child"] = True
+    global _is_child
+    _is_child = True
     say = partial(_write_line, os.dup(1))
     # Output of libraries must not mix with the answers.
     os.dup2(2, 1)
@@ -312,14 +324,12 @@ def serve() -> NoReturn:
     say({})
     while True:
         path = pickle.loads(orders.get())
-        _set_time_limit(setup.deadline + GRACE_SECONDS)
         try:
-            say(_rows_of_log(path, setup, say))
+            say({"rows": rows_of(path, setup.model, setup.rate, setup.unit, anyway=setup.anyway)})
         except MemoryError:
             most = f"{setup.memory / 1e9:.3g} GB"
             say({"why": f"needs more memory than the {most} of a log: set {VARIABLE} to more"})
             os._exit(0)
-        _set_time_limit(0.0)
         # The memory of this log would count for the limit of the next one.
         gc.collect()
         _kernels.free_buffers()
@@ -352,7 +362,8 @@ def _receive_setup(
 ) -> Setup:
     """Unpickle the `Setup` that the parent sent, and return it.
 
-    Side effects: extends `sys.path`, imports the caller's program, registers its effects, and sets the memory limit.
+    Side effects: extends `sys.path`, imports the caller's program and the modules that every log needs, registers the
+    caller's effects, and limits the memory of this process.
     """
     # At the end, so that no module next to a log or a program replaces one of Python's.
     sys.path += [path for path in paths if path not in sys.path]
@@ -367,67 +378,29 @@ def _receive_setup(
     for effect in setup.effects:
         CATALOGUE.add(effect)
     os.environ[VARIABLE] = str(setup.memory)
-    return setup
-
-
-def _import_and_limit_memory(memory: int) -> None:
-    """Import the modules that every log needs, then limit the memory of this process to `memory` bytes.
-
-    Time limits of logs do not include the import.
-    """
     from allanite import _kernels, readers, study
 
     assert readers
     assert study
     _kernels.own_process()
-    limit_memory(memory)
-    _state["warm"] = True
-
-
-def _set_time_limit(seconds: float) -> None:
-    """Let the system end this process after `seconds`, even while Python is blocked; 0 cancels this. POSIX only."""
-    if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_REAL, seconds)
-
-
-def _rows_of_log(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
-    """Dict for JSON with the journal ``key`` of a log and its ``rows`` (list of dicts, one per axis).
-
-    ``rows`` is None if an earlier run has finished the log (its key is in `setup.done`). ``key`` is "" if the log cannot be
-    read or changes meanwhile; its only row then states the reason. Side effect: before slow steps, `say` asks the parent
-    process for more time.
-    """
-    from allanite.scale.logs import rows_of
-
-    try:
-        before, read_at = _file_stamp(path), time.time()
-        content = _content_digest(path)
-        key = journal_key(setup.settings, path, content)
-        if key in setup.done:
-            return {"key": key, "rows": None}
-        if not _state["warm"]:
-            say({"wait": START_SECONDS})
-            _set_time_limit(0.0)
-            _import_and_limit_memory(setup.memory)
-        say({"wait": setup.deadline})
-        _set_time_limit(setup.deadline + GRACE_SECONDS)
-        rows = rows_of(path, setup.model, setup.rate, setup.unit, anyway=setup.anyway)
-        # A time stamp reveals a later change only if it is older than its resolution.
-        stamped = _file_stamp(path) == before and read_at - before[-1] / 1e9 > TIME_STAMP_SECONDS
-        if not stamped and _content_digest(path) != content:
-            why = "changed while it was read: run again when it is complete"
-            return {"key": "", "rows": [failed_row(path, why)]}
-    except OSError as error:
-        return {"key": "", "rows": [failed_row(path, error.strerror or str(error))]}
-    except InputError as error:
-        return {"key": "", "rows": [failed_row(path, str(error))]}
-    return {"key": key, "rows": [{**row, "content": content} for row in rows]}
+    limit_memory(setup.memory)
+    return setup
 
 
 def _file_stamp(path: str) -> tuple[int, ...]:
     """Tuple (device, inode, size in bytes, time of the last change in ns) of a file."""
     found = Path(path).stat()
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def _has_changed(path: str, before: tuple[int, ...], read_at: float, content: str) -> bool:
+    """True if a log differs from that with the `_file_stamp` `before`, read at the time `read_at`, and this `content`."""
+    # A time stamp reveals a later change only if it is older than its resolution.
+    recent = read_at - before[-1] / 1e9 <= TIME_STAMP_SECONDS
+    try:
+        return (recent or _file_stamp(path) != before) and _content_digest(path) != content
+    except (OSError, InputError):
+        return True
 
 
 def _content_digest(path: str) -> str:

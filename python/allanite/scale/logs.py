@@ -24,7 +24,7 @@ from allanite.common.errors import AllaniteError, InputError
 from allanite.common.files import check_target, is_file, whole_file
 from allanite.common.memory import VARIABLE, budget
 from allanite.common.parameters import Estimate
-from allanite.common.plain import FORMULA_STARTS, plain, spreadsheet_cell
+from allanite.common.plain import plain, spreadsheet_cell
 from allanite.common.threads import processors
 from allanite.common.validation import positive_rate
 from allanite.scale.journal import JOURNAL, Journal, read_journal
@@ -179,6 +179,8 @@ def study_columns(study: Study) -> dict[str, Any]:
     """
     from scipy.special import chdtrc
 
+    from allanite.fit.models import parameter_label
+
     fit = study.fit
     numbers: dict[str, list[float | None]] = {}
     labels = zip(fit.model.labels, fit.estimates, fit.model, strict=True)
@@ -186,8 +188,7 @@ def study_columns(study: Study) -> dict[str, Any]:
         for name, value in values.items():
             if isinstance(value, Estimate) and effect.parameter(name).role != "time":
                 low, high = value.interval or (None, None)
-                key = name if name == label else f"{label}.{name}"
-                numbers[key] = [float(value), low, high, value.std_error]
+                numbers[parameter_label(label, name)] = [float(value), low, high, value.std_error]
     mean = float(np.nanmean(np.asarray(fit.recording.rate_samples(), dtype=np.float64)))
     numbers["mean"] = [mean, None, None, None]
     effects: dict[str, float] = {}
@@ -472,7 +473,7 @@ def _answers_by_dask(logs: list[str], setup: Setup, scheduler: str) -> Iterator[
                 yield task.result()
             except Exception as error:  # the worker of Dask was lost, or has no allanite
                 what = plain(f"{type(error).__name__}: {error}", 200)
-                yield Answer(path, "", [failed_row(path, f"the workers of Dask failed ({what})")])
+                yield Answer.failed(path, f"the workers of Dask failed ({what})")
 
 
 def _answer_in_child(setup: Setup, path: str) -> Answer:
@@ -514,6 +515,4 @@ def write_table(rows: list[dict[str, Any]], target: Path) -> None:
 
 def without_quote(text: str) -> str:
     """Original text of a CSV cell: `text` without the apostrophe that `write_table` put in front, if any."""
-    return (
-        text[1:] if text.startswith("'") and text.lstrip("'").startswith(FORMULA_STARTS) else text
-    )
+    return text[1:] if text.startswith("'") and spreadsheet_cell(text) != text else text

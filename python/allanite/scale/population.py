@@ -155,12 +155,10 @@ class Fleet:
         by = one.by.replace("_", " ")
         if one.value is None:
             return f"{one.file}, {one.column}: {by} (p = {one.p_value:.1g})"
-        known = next(
-            (p for p in self.population if (p.column, p.name) == (one.column, one.by)), None
-        )
-        if known is None or known.median <= 0.0:
-            return f"{one.file}, {one.column}: {by} = {one.value:.4g} (p = {one.p_value:.1g})"
-        return f"{one.file}, {one.column}: {by} × {one.value / known.median:.2g} (p = {one.p_value:.1g})"
+        medians = {(p.column, p.name): p.median for p in self.population}
+        median = medians.get((one.column, one.by), 0.0)
+        size = f"× {one.value / median:.2g}" if median > 0.0 else f"= {one.value:.4g}"
+        return f"{one.file}, {one.column}: {by} {size} (p = {one.p_value:.1g})"
 
     def __getitem__(self, name: str) -> Population:
         """`Population` named ``column.parameter``, or the first one with this parameter name; `KeyError` if none."""
@@ -251,10 +249,13 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
     if not good:
         raise TooShortError("no axis was characterized: the table has no values")
     found: list[Deviating] = []
+    biases: dict[str, TurnOn] = {}
     population = []
     for column in dict.fromkeys(str(row["column"]) for row in good):
         axis = [row for row in good if row["column"] == column]
         numbers = [json.loads(row["numbers"]) for row in axis]
+        if (bias := _bias_between_logs(axis, numbers)) is not None:
+            biases[column] = bias
         for name in dict.fromkeys(name for one in numbers for name in one):
             known = [(i, one[name]) for i, one in enumerate(numbers) if name in one]
             if len(known) < MIN_UNITS:
@@ -279,33 +280,23 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
         if row.get("status") == "failed"
     }
     files = len({row["file"] for row in rows})
-    return Fleet(
-        files,
-        len(good),
-        tuple(population),
-        _significant_deviations(found),
-        failed,
-        _biases_by_column(good),
-    )
+    deviating = _significant_deviations(found)
+    return Fleet(files, len(good), tuple(population), deviating, failed, biases)
 
 
-def _biases_by_column(rows: list[dict[str, Any]]) -> dict[str, TurnOn]:
-    """Dict from column name to `TurnOn`: mean and spread of the column's bias over all logs.
+def _bias_between_logs(
+    rows: list[dict[str, Any]], numbers: list[dict[str, list[float]]]
+) -> TurnOn | None:
+    """`TurnOn`: mean and spread of the bias of one column over all logs, from their rows and the `numbers` of these.
 
-    Columns with fewer than two logs, with several units, or without a finite mean in each log are omitted.
+    None for fewer than two logs, for several units, or without a finite mean in each log.
     """
-    out = {}
-    for column in dict.fromkeys(str(row["column"]) for row in rows):
-        own = [row for row in rows if row["column"] == column]
-        numbers = [json.loads(row["numbers"]) for row in own]
-        units = {str(row.get("unit") or "") for row in own}
-        if len(own) < 2 or len(units) > 1 or not all("mean" in one for one in numbers):
-            continue
-        means = [float(one["mean"][0]) for one in numbers]
-        temperatures = [json.loads(row.get("temperatures") or "{}") for row in own]
-        if np.isfinite(means).all():
-            out[column] = turn_on_bias(means, temperatures, units.pop())
-    return out
+    units = {str(row.get("unit") or "") for row in rows}
+    if len(rows) < 2 or len(units) > 1 or not all("mean" in one for one in numbers):
+        return None
+    means = [float(one["mean"][0]) for one in numbers]
+    temperatures = [json.loads(row.get("temperatures") or "{}") for row in rows]
+    return turn_on_bias(means, temperatures, units.pop()) if np.isfinite(means).all() else None
 
 
 def _significant_deviations(found: list[Deviating]) -> tuple[Deviating, ...]:
@@ -361,28 +352,16 @@ def _population(
     # If most units have the value 0, the width is 0, and these units do not deviate.
     z = np.divide(y - middle, width, out=np.zeros_like(y), where=width > 0.0)
     # The width is estimated from the units: Student's distribution with half their number.
-    chance = (
-        2.0 * stdtr(max(len(values) // 2, 2), -np.abs(z))
-        if len(values) < 200
-        else 2.0 * ndtr(-np.abs(z))
-    )
+    below = stdtr(max(len(values) // 2, 2), -np.abs(z)) if len(values) < 200 else ndtr(-np.abs(z))
+    chance = 2.0 * below
     order = np.sort(x)
     low, high = _median_ranks(len(values))
     quarter = np.quantile(x, [0.25, 0.75])
     spread = own if relative or name == "mean" else scatter / max(abs(middle), 1e-300)
-    return (
-        Population(
-            column,
-            name,
-            len(values),
-            float(np.median(x)),
-            spread,
-            (float(order[low]), float(order[high])),
-            (float(quarter[0]), float(quarter[1])),
-            _upper_limit(order),
-        ),
-        chance,
-    )
+    interval = float(order[low]), float(order[high])
+    typical = float(quarter[0]), float(quarter[1])
+    count, median, limit = len(values), float(np.median(x)), _upper_limit(order)
+    return Population(column, name, count, median, spread, interval, typical, limit), chance
 
 
 def _upper_limit(order: Array) -> float | None:
