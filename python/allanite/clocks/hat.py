@@ -11,7 +11,6 @@ of freedom are those of the overlapping Allan variance at this τ (Vernotte & La
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
@@ -24,6 +23,7 @@ from allanite.common.documents import finite_or_none, rows_of
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.common.printing import printed
+from allanite.common.several import Several
 from allanite.common.showing import text_html
 from allanite.common.threads import stop_if_unwanted
 from allanite.common.validation import require_recording
@@ -97,7 +97,7 @@ class ClockDeviation:
         return {"clock": self.name, "unit": self.unit, "points": points}
 
 
-class Clocks(Mapping[str, ClockDeviation]):
+class Clocks(Several[ClockDeviation]):
     """Mapping from the name of a clock to its `ClockDeviation`.
 
     Examples
@@ -108,17 +108,9 @@ class Clocks(Mapping[str, ClockDeviation]):
     (['x0', 'x1', 'x2'], 'allanite/hat/1')
     """
 
-    def __init__(self, clocks: list[ClockDeviation]) -> None:
-        self._clocks = {one.name: one for one in clocks}
-
-    def __getitem__(self, name: str) -> ClockDeviation:
-        return self._clocks[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._clocks)
-
-    def __len__(self) -> int:
-        return len(self._clocks)
+    def _missing(self, name: str) -> str:
+        """Message of the KeyError for an unknown clock `name`; it lists the clocks."""
+        return f"no clock {name!r}: choose one of {', '.join(self)}"
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/hat/1``, with a list of the results of all clocks."""
@@ -134,15 +126,13 @@ class Clocks(Mapping[str, ClockDeviation]):
             unit = "of the fractional frequency" if one.unit == "1" else f"in {printed(one.unit)}"
             lines.append(f"{one.name}: Allan deviation {unit}, with its 95 % interval")
             lines.append(f"{'τ / s':>12} {'deviation':>12} {'low':>12} {'high':>12}")
-            for t, d, lo, hi, seen in zip(
-                one.tau, one.deviation, one.low, one.high, one.detected, strict=True
-            ):
-                value = (
-                    " ".join(f"{number(v, power=True):>12}" for v in (d, lo, hi))
-                    if seen
-                    else f"not detected (95 % limit {number(hi, power=True)})"
-                )
-                lines.append(f"{t:12.6g}  {value}" if not seen else f"{t:12.6g} {value}")
+            columns = (one.tau, one.deviation, one.low, one.high, one.detected)
+            for t, *values, seen in zip(*columns, strict=True):
+                texts = [number(v, power=True) for v in values]
+                value = f" not detected (95 % limit {texts[-1]})"
+                if seen:
+                    value = " ".join(f"{text:>12}" for text in texts)
+                lines.append(f"{t:12.6g} {value}")
         return "\n".join(lines)
 
     _repr_html_ = text_html
@@ -190,28 +180,25 @@ def three_cornered_hat(
     """
     require_recording(recording)
     names, differences = _differences_of_clocks(recording, pairs)
-    curves = {pair: oadev(one) for pair, one in differences.items()}
-    factors = next(iter(curves.values())).factors
-    for curve in curves.values():
-        factors = np.intersect1d(factors, curve.factors)
+    curves = [oadev(one) for one in differences.values()]
+    freedom = [dict(zip(c.factors.tolist(), c.edf.tolist(), strict=True)) for c in curves]
     rng = np.random.default_rng(seed)
     rows: list[tuple[float, float, Array, Array, Array, NDArray[np.bool_]]] = []
     phases = {pair: _phase_of(one) for pair, one in differences.items()}
-    for m in factors.tolist():
+    for m in sorted(set.intersection(*map(set, freedom))):
         stop_if_unwanted()
-        edf = min(float(c.edf[np.flatnonzero(c.factors == m)[0]]) for c in curves.values())
+        edf = min(each[m] for each in freedom)
         if not edf >= MIN_EDF:
             continue
         allan = {
             pair: _allan_differences(phase, m, recording.rate) for pair, phase in phases.items()
         }
+        allan |= {(b, a): -values for (a, b), values in allan.items() if (b, a) not in allan}
         variance = _variances_of_clocks(names, allan)
         if variance is None:
             continue
         # If one counter measures all clocks, the differences against the first clock contain all information.
-        own = np.array(
-            [_differences_of_pair(allan, names[i], names[0]) for i in range(1, len(names))]
-        )
+        own = np.array([allan[name, names[0]] for name in names[1:]])
         good = ~np.isnan(own).any(axis=0)
         scatter = 0.5 * own[:, good] @ own[:, good].T / np.count_nonzero(good)
         rows.append(
@@ -224,22 +211,13 @@ def three_cornered_hat(
     tau, edf_of_tau, variances, lows, highs, detected = map(np.array, zip(*rows, strict=True))
     with np.errstate(invalid="ignore"):
         deviations = np.sqrt(variances)
-    unit = next(iter(curves.values())).unit
+    columns = (names, variances.T, deviations.T, lows.T, highs.T, detected.T)
+    unit = curves[0].unit
     return Clocks(
-        [
-            ClockDeviation(
-                name,
-                tau,
-                variances[:, i],
-                deviations[:, i],
-                lows[:, i],
-                highs[:, i],
-                detected[:, i],
-                edf_of_tau,
-                unit,
-            )
-            for i, name in enumerate(names)
-        ]
+        {
+            name: ClockDeviation(name, tau, variance, deviation, low, high, seen, edf_of_tau, unit)
+            for name, variance, deviation, low, high, seen in zip(*columns, strict=True)
+        }
     )
 
 
@@ -315,11 +293,6 @@ def _allan_differences(phase: Array, m: int, rate: float) -> Array:
     return np.asarray((phase[2 * m :] - 2.0 * phase[m:-m] + phase[: -2 * m]) * (rate / m))
 
 
-def _differences_of_pair(allan: dict[tuple[str, str], Array], a: str, b: str) -> Array:
-    """Allan differences of clock a minus clock b, shape (n − 2m,); those of the pair (b, a) with the opposite sign."""
-    return allan[a, b] if (a, b) in allan else -allan[b, a]
-
-
 def _variances_of_clocks(names: list[str], allan: dict[tuple[str, str], Array]) -> Array | None:
     """Allan variance of each clock, shape (clocks,), from the differences of all pairs of clocks.
 
@@ -330,7 +303,7 @@ def _variances_of_clocks(names: list[str], allan: dict[tuple[str, str], Array]) 
     for own in names:
         found = []
         for a, b in combinations([n for n in names if n != own], 2):
-            product = _differences_of_pair(allan, own, a) * _differences_of_pair(allan, own, b)
+            product = allan[own, a] * allan[own, b]
             product = product[~np.isnan(product)]
             if product.size == 0:
                 return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -48,9 +48,8 @@ class Holdover:
 
     def shifted(self, phase: float) -> Holdover:
         """Copy (`Holdover`) with a known `phase`, s, added to the expected phase and to both ends of its interval."""
-        return Holdover(
-            self.after, self.expected + phase, self.std, self.low + phase, self.high + phase
-        )
+        moved = {name: getattr(self, name) + phase for name in ("expected", "low", "high")}
+        return replace(self, **moved)
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON with ``after_s``, ``expected_s``, ``std_s``, ``low_s`` and ``high_s``, all in s.

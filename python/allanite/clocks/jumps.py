@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from allanite.common.documents import fields_dict
 
 Array = NDArray[np.float64]
 #: Probability that a record with normal increments and without jumps has a false jump.
@@ -37,6 +40,10 @@ class Jump:
     height: float
     stays: bool
     row: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """Dict for JSON: time_s, height_s and stays."""
+        return fields_dict(self, time="time_s", height="height_s", row="")
 
 
 def jumps_of(times: Array, values: Array) -> list[Jump]:

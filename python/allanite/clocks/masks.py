@@ -45,9 +45,9 @@ class Piece:
     high: float
     terms: tuple[tuple[float, float], ...]
 
-    def at(self, tau: float) -> float:
-        """Limit in ns at the averaging time τ (s), also outside of `low` to `high`."""
-        return float(sum(coefficient * tau**power for coefficient, power in self.terms))
+    def at(self, tau: Array) -> Array:
+        """Limit in ns at the averaging times τ (s), shape of `tau`; also outside of `low` to `high`."""
+        return np.sum([coefficient * tau**power for coefficient, power in self.terms], axis=0)
 
 
 @dataclass(frozen=True)
@@ -72,12 +72,12 @@ class Limit:
 
     def at(self, tau: Array) -> Array:
         """Limit (s) at the averaging times `tau` (s), shape of `tau`; NaN outside of all pieces."""
-        flat = np.atleast_1d(np.asarray(tau, dtype=float))
-        out = np.full(flat.shape, np.nan)
+        tau = np.asarray(tau, dtype=float)
+        out = np.full(tau.shape, np.nan)
         for piece in self.pieces:
-            inside = (flat > piece.low) & (flat <= piece.high)
-            out[inside] = [NS * piece.at(t) for t in flat[inside].tolist()]
-        return out.reshape(np.shape(tau))
+            inside = (tau > piece.low) & (tau <= piece.high)
+            out = np.where(inside, NS * piece.at(tau), out)
+        return out
 
 
 @dataclass(frozen=True)

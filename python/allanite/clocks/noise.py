@@ -68,15 +68,9 @@ def clock_noise(
     starts = [places for many in (1, 2) for places in combinations(every, many)]
     best: tuple[int, ...] = max(starts, key=lambda one: fit(one).evidence)
     while True:
-        more = [tuple(sorted((*best, i))) for i in every if i not in best]
-        fewer = [tuple(p for p in best if p != i) for i in best if len(best) > 1]
-        others = [
-            tuple(sorted((*(p for p in best if p != i), j)))
-            for i in best
-            for j in every
-            if j not in best
-        ]
-        around = [*more, *fewer, *others]
+        # One noise more, one less, or another one in its place.
+        changes = [{i} for i in every] + [{i, j} for i in best for j in every if j not in best]
+        around = [tuple(sorted({*best} ^ change)) for change in changes if {*best} != change]
         better = max(around, key=lambda one: fit(one, fits[best]).evidence)
         if fits[better].evidence <= fits[best].evidence:
             break

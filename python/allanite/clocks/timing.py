@@ -20,7 +20,7 @@ from allanite.clocks.words import powered_text, time_text
 from allanite.common.documents import fields_dict, plain_value
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.numbers import duration_text, number
-from allanite.common.parameters import Estimate
+from allanite.common.parameters import NORMAL, Estimate
 from allanite.common.printing import printed
 from allanite.common.several import Several, results_by_column, results_with_warning
 from allanite.common.showing import text_html
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from allanite.deviation import Deviation
-    from allanite.effects import Model, Stochastic
+    from allanite.effects import Model
     from allanite.fit.stamped.candidates import FittedNoise
     from allanite.recording import Recording
 
@@ -129,39 +129,23 @@ class Timing:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON, schema ``allanite/timing/1``, with all attributes."""
+        time_error = {
+            "mean_s": self.mean,
+            "largest_s": self.largest,
+            "range_s": self.spread,
+            "constant_s": self.constant,
+            "mean_std_error_s": self.constant_error,
+        }
+        candidates = [{"model": name, "log_evidence": value} for name, value in self.candidates]
+        grouped = ("mean", "largest", "spread", "constant", "constant_error", "candidates")
+        keys = {"duration": "duration_s", "spacing": "spacing_s", "verdicts": "masks"}
         return {
             "schema": "allanite/timing/1",
             "version": _kernels.version(),
-            "path": self.path,
-            "column": self.column,
-            "n": self.n,
-            "missing": self.missing,
-            "duration_s": self.duration,
-            "spacing_s": list(self.spacing),
-            "uneven": self.uneven,
-            "time_error": {
-                "mean_s": self.mean,
-                "largest_s": self.largest,
-                "range_s": self.spread,
-                "constant_s": self.constant,
-                "mean_std_error_s": self.constant_error,
-            },
-            "frequency": self.frequency.to_dict(),
-            "drift": self.drift.to_dict(),
-            "temperature": None if self.temperature is None else self.temperature.to_dict(),
-            "steered": self.steered,
-            "noise": {
-                "model": str(self.noise),
-                "candidates": [
-                    {"model": name, "log_evidence": value} for name, value in self.candidates
-                ],
-            },
-            "deviations": [curve.to_dict() for curve in self.deviations.values()],
-            "masks": plain_value(self.verdicts),
-            "jumps": [
-                fields_dict(jump, time="time_s", height="height_s", row="") for jump in self.jumps
-            ],
-            "holdover": plain_value(self.holdover),
+            **fields_dict(self, **keys, **dict.fromkeys(grouped, "")),
+            "time_error": time_error,
+            "noise": {"model": str(self.noise), "candidates": candidates},
+            "deviations": plain_value(list(self.deviations.values())),
         }
 
     def __str__(self) -> str:
@@ -177,17 +161,14 @@ class Timing:
             lines.append(
                 "  uneven times: noise and holdover use the exact times; TDEV, MDEV and MTIE use a regular grid"
             )
-        mean = time_text(self.mean)
-        if self.constant_error is not None:
-            mean += f" ± {time_text(self.constant_error)}"
-        lines.append(
-            f"  time error: mean {mean}, largest {time_text(self.largest)}, range {time_text(self.spread)}"
-            + (
-                ""
-                if self.constant is None
-                else f", constant (1000 s) up to {time_text(self.constant)}"
-            )
+        error = "" if self.constant_error is None else f" ± {time_text(self.constant_error)}"
+        line = (
+            f"  time error: mean {time_text(self.mean)}{error}, largest {time_text(self.largest)}"
         )
+        line += f", range {time_text(self.spread)}"
+        if self.constant is not None:
+            line += f", constant (1000 s) up to {time_text(self.constant)}"
+        lines.append(line)
         of = "" if self.steered is None else f" without the servo's {self.steered}"
         lines.append(
             f"  frequency{of}: {_value_text(self.frequency)}; drift {_value_text(self.drift)} per day"
@@ -591,7 +572,7 @@ class _PhaseFit:
         regressed = self.models[1].series.regressed(self.best.noise)
         value = 86400.0 * float(regressed.amplitudes[-1])
         error = 86400.0 * float(np.sqrt(regressed.covariance[-1, -1]))
-        half = 1.959964 * error
+        half = NORMAL * error
         return Estimate(value, error, (value - half, value + half), "1/d", False, "drift")
 
     def error_of_mean(self) -> float | None:
@@ -647,22 +628,12 @@ def _verdict_text(verdict: Verdict, duration: float) -> str:
 
 def _noise_text(model: Model) -> str:
     """Text of the noises of a clock with their usual names, symbols and coefficients: ``white FM N 1.2·10⁻¹⁰ √s``."""
-    names = {
-        "quantization": "white PM",
-        "flicker_phase": "flicker PM",
-        "angle_random_walk": "white FM",
-    }
-    names |= {"bias_instability": "flicker FM", "rate_random_walk": "random-walk FM"}
-    return ", ".join(
-        f"{names[e.kind]} {e.short} {number(getattr(e, e.coefficient))} {_unit_text(e)}".rstrip()
-        for e in model.stochastic
-    )
-
-
-def _unit_text(effect: Stochastic) -> str:
-    """Printed unit of the coefficient of a clock noise, such as ``/√Hz``; empty if there is none, as for flicker FM."""
-    unit = sheet_unit(effect.parameter(effect.coefficient), "1")
-    return "" if unit == "1" else printed(unit)
+    texts = []
+    for e in model.stochastic:
+        unit = sheet_unit(e.parameter(e.coefficient), "1")
+        text = f"{e.name_for(FREQUENCY)} {e.short} {number(getattr(e, e.coefficient))}"
+        texts.append(text if unit == "1" else f"{text} {printed(unit)}")
+    return ", ".join(texts)
 
 
 def _deviation_text(kind: str, value: float) -> str:

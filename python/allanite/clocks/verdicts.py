@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from allanite import deviation
 from allanite.common.documents import fields_dict
 from allanite.common.errors import TooShortError
+from allanite.effects._follower import lagged
+from allanite.spectrum import bridge_gaps
 
 if TYPE_CHECKING:
     from allanite.clocks.masks import Limit, Mask
@@ -25,7 +27,7 @@ AVERAGING_TIME = 1000.0
 POINTS_PER_DECADE = 10
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Verdict:
     """Result for one limit of a mask.
 
@@ -52,12 +54,12 @@ class Verdict:
     mask: str
     kind: str
     result: str
-    tau: float | None
-    measured: float | None
-    limit: float | None
-    low: float | None
-    high: float | None
-    checked: tuple[float, float] | None
+    tau: float | None = None
+    measured: float | None = None
+    limit: float | None = None
+    low: float | None = None
+    high: float | None = None
+    checked: tuple[float, float] | None = None
     needs: float
     source: str
 
@@ -80,35 +82,42 @@ def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
     rate : float
         Sampling rate, Hz.
     """
-    duration = phase.size / rate
-    out = []
     filtered = phase if mask.filter_hz is None else low_pass_filtered(phase, rate, mask.filter_hz)
-    for kind, limit in mask.limits.items():
-        out.append(_verdict_on_deviation(mask.name, kind, limit, filtered, rate))
+    out = [
+        _verdict_on_deviation(mask.name, kind, limit, filtered, rate)
+        for kind, limit in mask.limits.items()
+    ]
     if mask.time_error is not None:
-        largest = float(np.nanmax(np.abs(phase)))
-        out.append(_verdict_on_value(mask, "time error", largest, mask.time_error, duration))
+        out.append(_verdict_on_error(mask, "time error", phase, mask.time_error, phase.size / rate))
     if mask.constant is not None:
-        constant = window_means(phase, rate)
-        value = None if constant.size == 0 else float(np.abs(constant).max())
-        out.append(_verdict_on_value(mask, "constant time error", value, mask.constant, duration))
+        means = window_means(phase, rate)
+        out.append(
+            _verdict_on_error(mask, "constant time error", means, mask.constant, phase.size / rate)
+        )
     return out
 
 
-def _verdict_on_value(
-    mask: Mask, kind: str, value: float | None, limit: float, duration: float
+def _verdict_on_error(
+    mask: Mask, kind: str, errors: Array, limit: float, duration: float
 ) -> Verdict:
-    """`Verdict` on one value (s) against its limit (s), for a record of this duration (s).
+    """`Verdict` on the largest of |`errors`| (s) against its limit (s), for a record of this duration (s).
 
-    ``fails`` above the limit. Otherwise ``passes``, or ``undecided`` for a record shorter than 1000 s or the value None.
+    ``fails`` above the limit. Otherwise ``passes``, or ``undecided`` for a record shorter than 1000 s or no `errors`.
     """
+    largest = float(np.nanmax(np.abs(errors))) if errors.size else None
     result = "undecided"
-    if value is not None and value > limit:
+    if largest is not None and largest > limit:
         result = "fails"
-    elif value is not None and duration >= AVERAGING_TIME:
+    elif largest is not None and duration >= AVERAGING_TIME:
         result = "passes"
     return Verdict(
-        mask.name, kind, result, None, value, limit, None, None, None, AVERAGING_TIME, mask.source
+        mask=mask.name,
+        kind=kind,
+        result=result,
+        measured=largest,
+        limit=limit,
+        needs=AVERAGING_TIME,
+        source=mask.source,
     )
 
 
@@ -122,9 +131,7 @@ def _verdict_on_deviation(mask: str, kind: str, limit: Limit, phase: Array, rate
     _, high_tau = limit.span
     last = high_tau if np.isfinite(high_tau) else limit.pieces[-1].low
     needs = MIN_LENGTH_OVER_TAU[kind] * last
-    undecided = Verdict(
-        mask, kind, "undecided", None, None, None, None, None, None, needs, limit.source
-    )
+    undecided = Verdict(mask=mask, kind=kind, result="undecided", needs=needs, source=limit.source)
     try:
         found = _measured_deviation(kind, limit, phase, rate)
     except TooShortError:
@@ -145,18 +152,15 @@ def _verdict_on_deviation(mask: str, kind: str, limit: Limit, phase: Array, rate
         whole = phase.size / rate >= needs
         result = "passes" if whole and (high[inside] <= bounds[inside]).all() else "undecided"
         at = int(np.argmax(np.where(inside, high / bounds, -1.0))) if inside.any() else 0
-    return Verdict(
-        mask,
-        kind,
-        result,
-        float(tau[at]),
-        float(value[at]),
-        float(bounds[at]),
-        float(low[at]) if known else None,
-        float(high[at]) if known and np.isfinite(high[at]) else None,
-        (float(tau[0]), float(tau[-1])),
-        needs,
-        limit.source,
+    return replace(
+        undecided,
+        result=result,
+        tau=float(tau[at]),
+        measured=float(value[at]),
+        limit=float(bounds[at]),
+        low=float(low[at]) if known else None,
+        high=float(high[at]) if known and np.isfinite(high[at]) else None,
+        checked=(float(tau[0]), float(tau[-1])),
     )
 
 
@@ -186,14 +190,8 @@ def low_pass_filtered(phase: Array, rate: float, cutoff: float) -> Array:
 
     Missing samples are interpolated for the filter and stay missing.
     """
-    from scipy.signal import lfilter
-
     there = np.isfinite(phase)
-    rows = np.arange(phase.size)
-    whole = np.interp(rows, rows[there], phase[there])
-    keep = float(np.exp(-2.0 * np.pi * cutoff / rate))
-    out, _ = lfilter([1.0 - keep], [1.0, -keep], whole, zi=[keep * whole[0]])
-    return np.where(there, out, np.nan)
+    return np.where(there, lagged(bridge_gaps(phase), rate / (2.0 * np.pi * cutoff)), np.nan)
 
 
 def window_means(phase: Array, rate: float) -> Array:
