@@ -166,14 +166,7 @@ def _cross_band(
     r = float(np.clip(shared.real, -0.999999, 0.999999))
     half = NORMAL / float(np.sqrt(2 * count - 3))
     low, high = (float(np.tanh(np.arctanh(r) + s * half)) for s in (-1.0, 1.0))
-    return CrossBand(
-        edge[0] * step,
-        edge[1] * step,
-        coherence,
-        1.0 - 0.05 ** (1.0 / (count - 1)),
-        float(np.angle(shared)),
-        r,
-        (low, high),
-        p,
-        p < level,
-    )
+    chance = 1.0 - 0.05 ** (1.0 / (count - 1))
+    phase = float(np.angle(shared))
+    ends = edge[0] * step, edge[1] * step
+    return CrossBand(*ends, coherence, chance, phase, r, (low, high), p, p < level)

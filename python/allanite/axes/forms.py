@@ -16,6 +16,7 @@ from allanite.effects import Effect, Model, Modifier, Stochastic
 from allanite.fit import refitted
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.discrepancy import HALF_CHI2_95
+from allanite.fit.models import parameter_label
 from allanite.fit.rivals.alternatives import MAX_POLISH_DELTA_LOGL
 from allanite.fit.several.many import pooled_by_errors
 from allanite.suggestion.exclusions_first import excludes_or_changes_level
@@ -101,12 +102,8 @@ def common_form(fits: Mapping[str, Fit]) -> Form | None:
         return None
     labels = labels_of([fit.model for fit in fits.values()])
     axes = [_Axis(*one) for one in zip(fits, fits.values(), labels, strict=True)]
-    lasting = {
-        label: effect
-        for axis in axes
-        for label, effect in axis.effects.items()
-        if _may_be_shared(effect)
-    }
+    every = (pair for axis in axes for pair in axis.effects.items())
+    lasting = {label: effect for label, effect in every if _may_be_shared(effect)}
     kept = [label for label in lasting if _belongs_to_form(label, axes)]
     if not any(isinstance(lasting[label], Stochastic) for label in kept):
         return None
@@ -169,10 +166,8 @@ class _Axis:
         names = tuple(p.name for p in effect.parameters if p.role != "derived")
         given = effect.with_values(**least, hold=names, limits={}, at_limit=())
         remaining = (e for e in self.fit.model if e is not self.effects.get(label))
-        model, threshold = (
-            Model((*remaining, given)),
-            self.fit.solution.log_likelihood - HALF_CHI2_95,
-        )
+        model = Model((*remaining, given))
+        threshold = self.fit.solution.log_likelihood - HALF_CHI2_95
         # With fixed shapes, logL is a lower bound. The full fit is needed only if the bound is a little too low.
         rough = solve(self.fit.data, model, like=self.fit.solution, polish=False)
         if not -MAX_POLISH_DELTA_LOGL < rough.log_likelihood - threshold < 0.0:
@@ -215,9 +210,8 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
         except InputError:
             # Levels of power laws with different exponents have different dimensions.
             continue
-        name = parameter.name if parameter.name == label else f"{label}.{parameter.name}"
-        columns = tuple(axis.column for axis in known)
-        yield Agreement(pooled_by_errors(name, estimates), columns, parameter)
+        pooled = pooled_by_errors(parameter_label(label, parameter.name), estimates)
+        yield Agreement(pooled, tuple(axis.column for axis in known), parameter)
 
 
 def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
@@ -253,9 +247,5 @@ def _labels_of_model(model: Model, shapes_of: Mapping[str, Sequence[float]]) -> 
 
 def _first_shape(effect: Effect) -> float:
     """Natural logarithm of the first free shape parameter of an effect; 0 if none, or if it is not a positive float."""
-    shapes = [effect.values[name] for name in effect.free_shapes]
-    return (
-        float(np.log(shapes[0]))
-        if shapes and isinstance(shapes[0], float) and shapes[0] > 0.0
-        else 0.0
-    )
+    first = next((effect.values[name] for name in effect.free_shapes), None)
+    return float(np.log(first)) if isinstance(first, float) and first > 0.0 else 0.0

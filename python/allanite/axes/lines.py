@@ -93,16 +93,15 @@ def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
     They are frequencies of lines and of bands of noise, and the rates at which bands or noise levels repeat. Empty if no
     frequency agrees.
     """
-    return tuple(_common_line(group) for group in _agreeing_groups(fits, _frequencies))
+    return tuple(CommonLine(*_merged(group)) for group in _agreeing_groups(fits, _frequencies))
 
 
 def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
     """Tuple of `CommonEvent`: times at which the bias of several columns changed, earliest first; often empty."""
+    groups = _agreeing_groups(fits, _event_times)
     return tuple(
-        CommonEvent(
-            *_weighted_mean(group), tuple(s.column for s in group), tuple(s.kind for s in group)
-        )
-        for group in _agreeing_groups(fits, _event_times)
+        CommonEvent(time, error, columns, kinds)
+        for time, error, columns, kinds, _ in map(_merged, groups)
     )
 
 
@@ -213,16 +212,13 @@ def _agree(one: _Occurrence, other: _Occurrence) -> bool:
     return abs(one.value - other.value) <= MAX_DIFFERENCE * float(np.hypot(one.error, other.error))
 
 
-def _common_line(group: list[_Occurrence]) -> CommonLine:
-    """`CommonLine` with the weighted mean frequency of a group and the χ² p-value of equal frequencies."""
+def _merged(
+    group: list[_Occurrence],
+) -> tuple[float, float, tuple[str, ...], tuple[str, ...], float]:
+    """Tuple (weighted mean of a group, its standard error, columns, kinds, χ² p-value of equal frequencies or times)."""
     from scipy.special import chdtrc
 
     mean, error = _weighted_mean(group)
     chi2 = float(sum(((s.value - mean) / s.error) ** 2 for s in group))
-    return CommonLine(
-        mean,
-        error,
-        tuple(s.column for s in group),
-        tuple(s.kind for s in group),
-        float(chdtrc(len(group) - 1, chi2)),
-    )
+    columns, kinds = tuple(s.column for s in group), tuple(s.kind for s in group)
+    return mean, error, columns, kinds, float(chdtrc(len(group) - 1, chi2))

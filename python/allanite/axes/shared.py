@@ -105,14 +105,11 @@ def shared_noise(
         for group in _connected_groups(octaves, _are_neighbors)
     ]
     groups.sort(key=lambda group: min(band.low for _, band in group))
-    named = [_noise_of_pairs(line.columns, pairs, line) for line, pairs in of_lines.items()]
-    return (
-        *named,
-        *(
-            _noise_of_pairs(tuple(c for c in fits if c in _columns_of_pairs(g)), g, None)
-            for g in groups
-        ),
-    )
+    found = [_noise_of_pairs(line.columns, pairs, line) for line, pairs in of_lines.items()]
+    for group in groups:
+        own = _columns_of_pairs(group)
+        found.append(_noise_of_pairs(tuple(c for c in fits if c in own), group, None))
+    return tuple(found)
 
 
 def _noise_of_pairs(
@@ -150,12 +147,9 @@ def _connected_groups(items: Iterable[T], joins: Callable[[T, T], bool]) -> list
     """List of lists: connected components of the items, where `joins(a, b)` is True for connected items."""
     groups: list[list[T]] = []
     for item in items:
-        near = [any(joins(item, one) for one in group) for group in groups]
-        together = [
-            one for group, is_near in zip(groups, near, strict=True) if is_near for one in group
-        ]
-        separate = [group for group, is_near in zip(groups, near, strict=True) if not is_near]
-        groups = [*separate, [*together, item]]
+        near = [group for group in groups if any(joins(item, one) for one in group)]
+        groups = [group for group in groups if group not in near]
+        groups.append([*(one for group in near for one in group), item])
     return groups
 
 

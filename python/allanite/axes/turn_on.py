@@ -69,11 +69,9 @@ class TurnOn:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: logs, mean, sigma, interval, unit and temperature (dict, or None if none explains the bias)."""
-        names = ("column", "share", "residual", "slope")
-        temperature = {name: getattr(self, name) for name in names}
-        return fields_dict(self, **dict.fromkeys(names, "")) | {
-            "temperature": temperature if self.column else None
-        }
+        found = fields_dict(self)
+        temperature = {name: found.pop(name) for name in ("column", "share", "residual", "slope")}
+        return found | {"temperature": temperature if self.column else None}
 
 
 def turn_on_biases(

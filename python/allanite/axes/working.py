@@ -159,14 +159,13 @@ class Working:
 
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON of all results; the entry ``notes`` repeats `reasons`, and ``motion`` is None without motion."""
+        below, _ = self.motion
         return {
             **fields_dict(self, broad="broad_hz", interval="", rate="", unit=""),
             "N": {"value": self.N, "interval": list(self.interval)},
             "lines": [fields_dict(line, frequency="frequency_hz", base="") for line in self.lines],
             "bands": [{"low_hz": a, "high_hz": b, "rms": rms} for a, b, rms in self.bands],
-            "motion": {"below_hz": self.motion[0], "rms": self.motion[1]}
-            if self.motion[0]
-            else None,
+            "motion": dict(zip(("below_hz", "rms"), self.motion, strict=True)) if below else None,
             "model": self.model.name,
             "notes": [f"working state, from {self.source}:", *self.reasons],
         }
@@ -197,35 +196,28 @@ def check_working(quiet: Sequence[Recording], recordings: Sequence[Recording]) -
     At least one column must be in both logs. Each common column needs the same kind of unit, the same rate within 1 %,
     and enough samples.
     """
-    kinds = {
-        name: (parse_unit(unit).kind, unit, one.rate)
-        for one in quiet
-        for name, unit in zip(one.columns, one.units, strict=True)
-    }
-    found = [
-        (name, unit, one)
-        for one in recordings
-        for name, unit in zip(one.columns, one.units, strict=True)
-    ]
-    if not any(name in kinds for name, _, _ in found):
+    at_rest = {column.columns[0]: column for one in quiet for column in one}
+    at_work = {column.columns[0]: column for one in recordings for column in one}
+    if at_rest.keys().isdisjoint(at_work):
         raise InputError(
-            f"no column of the log at rest ({', '.join(kinds)}): it has {', '.join(n for n, _, _ in found)}"
+            f"no column of the log at rest ({', '.join(at_rest)}): it has {', '.join(at_work)}"
         )
-    for name, unit, one in found:
-        if name not in kinds:
+    needed = MIN_SEGMENT_SAMPLES * (SEGMENTS + 1) // 2
+    for name, own in at_work.items():
+        other = at_rest.get(name)
+        if other is None:
             continue
-        kind, own, rate = kinds[name]
-        if parse_unit(unit).kind != kind:
-            raise InputError(f"{name} is in {unit}, at rest in {own}: give both logs one unit")
-        if not np.isclose(one.rate, rate, rtol=MAX_RATE_DIFFERENCE):
+        if parse_unit(own.unit).kind != parse_unit(other.unit).kind:
             raise InputError(
-                f"{name} is at {one.rate:.6g} Hz, at rest at {rate:.6g} Hz, and vibration folds elsewhere: record both"
-                " at one rate"
+                f"{name} is in {own.unit}, at rest in {other.unit}: give both logs one unit"
             )
-        if one.n < MIN_SEGMENT_SAMPLES * (SEGMENTS + 1) // 2:
-            raise TooShortError(
-                f"{name}: {one.n} samples at work are too few: {MIN_SEGMENT_SAMPLES * (SEGMENTS + 1) // 2} are needed"
+        if not np.isclose(own.rate, other.rate, rtol=MAX_RATE_DIFFERENCE):
+            raise InputError(
+                f"{name} is at {own.rate:.6g} Hz, at rest at {other.rate:.6g} Hz, and vibration folds elsewhere: record"
+                " both at one rate"
             )
+        if own.n < needed:
+            raise TooShortError(f"{name}: {own.n} samples at work are too few: {needed} are needed")
 
 
 def _working_state(fit: Fit, log: Recording) -> Working:

@@ -109,13 +109,8 @@ def _bias_curves(coefficients: Array, center: float, grid: Array, reference: flo
 
     `coefficients` (laws, 3) are those of the powers of T − `center`.
     """
-
-    def powers(u: Array) -> Array:
-        """First, second and third power of u, shape (n, 3)."""
-        return np.column_stack([u, u**2, u**3])
-
-    rows = powers(grid - center) - powers(np.array([reference - center]))
-    return coefficients @ rows.T
+    powers = np.vander(np.append(grid, reference) - center, 4, increasing=True)[:, 1:]
+    return coefficients @ (powers[:-1] - powers[-1]).T
 
 
 def _power_matrix(fit: Fit) -> Array:

@@ -120,7 +120,7 @@ FORMS = tuple(
 
 
 def tried_forms(
-    runs: Runs, noise: Model, on_progress: Callable[[int, int], None] | None = None
+    runs: Runs, noise: Model, on_progress: Callable[[int, int], None]
 ) -> tuple[Tried, ...]:
     """Tuple of `Tried`: fits of all forms of the thermal law, each with the effects of `noise`; the constant form is first.
 
@@ -150,8 +150,7 @@ def tried_forms(
         more = discrepancy_gain(fit.solution, fit.data) - discrepancy_gain(base.solution, base.data)
         if not _opposes_temperature(fit):
             found.append(Tried(form, fit, gain, gain - max(more, 0.0) - law_cost(fit)))
-        if on_progress is not None:
-            on_progress(place + 1, len(FORMS))
+        on_progress(place + 1, len(FORMS))
     return tuple(found)
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import factorial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from allanite.calibration.forms import law_of, with_near_best_evidence
 from allanite.common.documents import fields_dict, plain_value
@@ -170,18 +172,15 @@ class AxisLaw:
         near = (one.form for one in with_near_best_evidence(self.tried))
         return tuple(form for form in near if form != self.form)
 
+    @property
+    def _law(self) -> Polynomial:
+        """`Polynomial`: bias in powers of (T − reference temperature of the curve), with the mean offset of the logs."""
+        return Polynomial([self.offset, *self.curve.coefficients])
+
     def polynomial(self, reference: float) -> Array:
         """Array, shape (4,): coefficients x0 … x3 of the bias in powers of (T − reference); x0 includes the mean offset."""
-        c1, c2, c3 = self.curve.coefficients
-        d = reference - self.curve.reference
-        return np.array(
-            [
-                self.offset + d * (c1 + d * (c2 + d * c3)),
-                c1 + d * (2.0 * c2 + 3.0 * d * c3),
-                c2 + 3.0 * d * c3,
-                c3,
-            ]
-        )
+        law, shift = self._law, reference - self.curve.reference
+        return np.array([law.deriv(k)(shift) / factorial(k) for k in range(4)])
 
     def bias(self, temperature: float | Array) -> Array:
         """Array, shape of `temperature` (°C): bias with the mean offset of the logs, in the unit of the samples.
@@ -190,8 +189,7 @@ class AxisLaw:
         """
         low, high = self.range
         u = np.clip(np.asarray(temperature, dtype=float), low, high) - self.curve.reference
-        c1, c2, c3 = self.curve.coefficients
-        return np.asarray(self.offset + u * (c1 + u * (c2 + u * c3)))
+        return np.asarray(self._law(u))
 
     @property
     def random(self) -> dict[str, Estimate]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -86,8 +86,8 @@ class Runs:
             columns=self.recording.columns,
             covariates={self.column: np.concatenate([r.covariates[self.column] for r in runs])},
         )
-        starts = np.cumsum([run.n for run in runs])[:-1]
-        return Runs(joined, tuple(starts.tolist()), self.column, self.step, np.zeros(joined.n))
+        starts = np.cumsum([run.n for run in runs])[:-1].tolist()
+        return replace(self, recording=joined, starts=tuple(starts), rounding=np.zeros(joined.n))
 
     @property
     def parts(self) -> list[slice]:

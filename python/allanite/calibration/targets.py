@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import chain, count
 from typing import TYPE_CHECKING
 
+from allanite.common.documents import plain_value
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.common.plain import spreadsheet_cell
@@ -296,7 +297,7 @@ def _json(found: ThermalCalibration) -> str:
                 "high_celsius": high,
                 "form": axis.form.name,
                 "memory": axis.form.memory,
-                "numbers": {name: value.to_dict() for name, value in axis.numbers.items()},
+                "numbers": plain_value(axis.numbers),
             }
         )
     return json.dumps({"schema": "allanite/thermal-law/1", "axes": axes}, indent=1) + "\n"

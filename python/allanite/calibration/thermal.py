@@ -174,32 +174,22 @@ def thermal(
         raise InputError("the logs have no column in common")
     found = thermometers(given, temperature)
     axes = []
+
+    def report(name: str, place: int, done: int, total: int) -> None:
+        """Call `on_progress`, if given, after `done` of `total` fits of an axis with thermometer number `place`."""
+        if on_progress is not None:
+            on_progress(name, place * total + done, len(found) * total)
+
     for name in names:
         columns = [one.column(name) for one in given]
         joined = [join(columns, thermometer) for thermometer in found]
         fits = [
-            tried_forms(
-                one.averaged(MAX_SEARCH_SAMPLES),
-                noise,
-                None if on_progress is None else partial(_report, on_progress, name, k, len(found)),
-            )
+            tried_forms(one.averaged(MAX_SEARCH_SAMPLES), noise, partial(report, name, k))
             for k, one in enumerate(joined)
         ]
         best = max(range(len(found)), key=lambda k: chosen(fits[k]).log_evidence)
         axes.append(_axis_law(joined[best], fits[best], noise))
     return ThermalCalibration(tuple(axes), tuple(one.path for one in given))
-
-
-def _report(
-    on_progress: Callable[[str, int, int], None],
-    name: str,
-    place: int,
-    thermometers: int,
-    done: int,
-    total: int,
-) -> None:
-    """Call `on_progress` (axis, fits done, fits in all) after `done` of `total` fits with thermometer number `place`."""
-    on_progress(name, place * total + done, thermometers * total)
 
 
 def _axis_law(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
