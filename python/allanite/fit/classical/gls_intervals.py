@@ -114,6 +114,8 @@ class _TestInversion:
         probability is 1 and nothing is stored. With `bounded`, others that are fitted as 0 count as known to be 0. If such
         an effect is present in truth, an upper limit is conservative, but a lower limit is too high.
         """
+        from scipy.stats import pearson3
+
         columns, trial = self.mixtures.columns, self._fitted(t)
         if not trial.any():
             return 1.0
@@ -128,10 +130,9 @@ class _TestInversion:
         readout = np.linalg.solve(white.T, (design / norm) @ inverse[own]) / scale / norm[own]
         self.trial = trial
         deviation = float(readout @ (self.target - columns @ trial))
-        return _gamma_probability(
-            deviation / np.sqrt(float(readout @ covariance @ readout)),
-            self.mixtures.skewness(trial, readout),
-        )
+        score = deviation / np.sqrt(float(readout @ covariance @ readout))
+        # The gamma distribution with mean 0, variance 1 and this skewness, of either sign.
+        return float(pearson3.cdf(score, self.mixtures.skewness(trial, readout)))
 
     def limit_at(self, inside: float, outside: float, probability: float) -> float:
         """Squared coefficient between `inside` and `outside` at which `probability_below` equals `probability`.
@@ -165,20 +166,3 @@ def _cholesky(correlation: Array) -> Array:
         with suppress(np.linalg.LinAlgError):
             return np.asarray(np.linalg.cholesky(correlation + jitter * unit), dtype=np.float64)
     raise np.linalg.LinAlgError("the correlations of the Allan variances are not positive definite")
-
-
-def _gamma_probability(z: float, skewness: float) -> float:
-    """P(Z ≤ z) of a gamma variable with mean 0, variance 1 and this skewness, mirrored for a negative skewness.
-
-    If the skewness is within ±1e-4, the normal probability is returned. Outside the support of the distribution the
-    probability is 0 or 1.
-    """
-    from scipy.special import gammainc, gammaincc, ndtr
-
-    if abs(skewness) < 1e-4:
-        return float(ndtr(z))
-    shape = 4.0 / skewness**2
-    x = shape + np.sign(skewness) * z * np.sqrt(shape)
-    if x <= 0.0:
-        return 0.0 if skewness > 0 else 1.0
-    return float(gammainc(shape, x) if skewness > 0 else gammaincc(shape, x))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.documents import fields_dict
 from allanite.common.errors import AllaniteError
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
@@ -63,16 +64,7 @@ class MethodRow:
 
         The key ``misleads`` is True if there is a remark.
         """
-        line = self.line
-        return {
-            "name": self.name,
-            "unit": self.unit,
-            "whittle": None if self.whittle is None else self.whittle.to_dict(),
-            "gls": None if self.gls is None else self.gls.to_dict(),
-            "lines": None if line is None else line.to_dict(),
-            "misleads": bool(self.remark),
-            "remark": self.remark,
-        }
+        return fields_dict(self, line="lines") | {"misleads": bool(self.remark)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,16 +155,9 @@ def compare_methods(fit: Fit) -> MethodTable:
         least = gls.estimates[place][own] if gls and isinstance(effect, Stochastic) else None
         line = readings[kind] if kind is not None else None
         modeled.add(kind)
-        rows.append(
-            MethodRow(
-                own if kind is not None else f"{effect.short}.{own}",
-                whittle.unit,
-                whittle,
-                least,
-                line,
-                "" if line is None else _remark(whittle, line, effect.parameter(own)),
-            )
-        )
+        remark = "" if line is None else _remark(whittle, line, effect.parameter(own))
+        name = own if kind is not None else f"{effect.short}.{own}"
+        rows.append(MethodRow(name, whittle.unit, whittle, least, line, remark))
     return MethodTable(base, (*rows, *_lines_without_effect(readings, base, modeled)))
 
 
@@ -215,11 +200,8 @@ def _remark(whittle: Estimate, line: LineReading, parameter: Parameter) -> str:
     low, high = whittle.interval or (float(whittle), float(whittle))
     low, high = sorted((abs(low), abs(high)))
     if line.value is None or line.low is None or line.high is None:
-        return (
-            f"no line can be read, but the fit detects it: {line.reason}"
-            if whittle.detected
-            else ""
-        )
+        text = f"no line can be read, but the fit detects it: {line.reason}"
+        return text if whittle.detected else ""
     if not whittle.detected and line.low > high:
         unit = whittle.unit
         read, most = (in_sheet_unit(Estimate(v, unit=unit), parameter) for v in (line.value, high))

@@ -87,24 +87,14 @@ class Mixtures:
         j = np.arange(1, min(SINGLE_ORDINATES, last) + 1, dtype=np.float64)
         weights = np.ones(j.size)
         if last > SINGLE_ORDINATES:
-            edges = np.unique(
-                np.round(
-                    np.geomspace(
-                        SINGLE_ORDINATES + 0.5,
-                        last + 0.5,
-                        int(FREQUENCIES_PER_E * np.log(last / SINGLE_ORDINATES)) + 2,
-                    )
-                )
-            )
+            count = int(FREQUENCIES_PER_E * np.log(last / SINGLE_ORDINATES)) + 2
+            edges = np.geomspace(SINGLE_ORDINATES + 0.5, last + 0.5, count)
+            edges = np.unique(np.round(edges))
             weights = np.concatenate([weights, np.diff(edges)])
             j = np.concatenate([j, (edges[1:] + edges[:-1]) / 2.0])
         w = np.pi * j / n
-        transfer = (
-            2.0
-            * np.sin(np.multiply.outer(w / 2.0, factors)) ** 4
-            / (np.sin(w / 2.0)[:, None] * factors) ** 2
-            / n
-        )
+        one, mean = np.sin(w / 2.0)[:, None], np.sin(np.multiply.outer(w / 2.0, factors))
+        transfer = 2.0 * mean**4 / (one * factors) ** 2 / n
         spectra = np.column_stack(
             [np.sum([t.spectrum(w) for t in terms], axis=0) for terms in unit_terms]
         )

@@ -244,17 +244,16 @@ def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
     Effects with free shapes are left out. Empty if a fit is not a Whittle fit, or if any random effect has a held
     parameter.
     """
-    out: dict[str, int] = {}
-    if any(fit.method != "whittle" for fit in fits):
-        return out
+    held = any(e.held for fit in fits for e in fit.model.stochastic)
+    if held or any(fit.method != "whittle" for fit in fits):
+        return {}
     named = zip(fits[0].model, fits[0].model.labels, strict=True)
     processes = [(e, label) for e, label in named if isinstance(e, Stochastic)]
-    for place, (effect, label) in enumerate(processes):
-        name = effect.coefficient
-        if not effect.held and not effect.free_shapes:
-            out[parameter_label(label, name)] = place
-    held = any(e.held for fit in fits for e in fit.model if isinstance(e, Stochastic))
-    return {} if held else out
+    return {
+        parameter_label(label, effect.coefficient): place
+        for place, (effect, label) in enumerate(processes)
+        if not effect.free_shapes
+    }
 
 
 def _loss_function(fit: Fit, place: int) -> Callable[[float], float]:

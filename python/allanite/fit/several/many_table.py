@@ -36,13 +36,10 @@ def many_table(many: ManyFits) -> str:
     table.append([f"spread between {many.record_noun}", *spreads])
     table.append(["p-value of agreement", *(probability_text(row.p_value) for row in pooled)])
     units = ", ".join(f"{e.name} in {printed(e.unit)}" for e in common if e.unit not in ("1", ""))
-    verdict = (
-        f"the {many.record_noun} agree: the values of row 'all' are common to all"
-        if many.agree
-        else f"the {many.record_noun} differ: "
-        + ", ".join(row.name for row in pooled if not row.agree)
-        + f" (for these, row 'all' is a mean over {many.record_noun}, weighted by precision)"
-    )
+    noun, differing = many.record_noun, ", ".join(row.name for row in pooled if not row.agree)
+    verdict = f"the {noun} agree: the values of row 'all' are common to all"
+    if not many.agree:
+        verdict = f"the {noun} differ: {differing} (for these, row 'all' is a mean over {noun}, weighted by precision)"
     return "\n".join([f"model {fit.model.name}, {units}", "", *aligned_lines(table), "", verdict])
 
 
@@ -103,8 +100,7 @@ def _ranked(model: Model) -> list[int]:
         The number is 0 without a free shape, or if this shape is unknown or a text.
         """
         effect = model.effects[place]
-        shapes = [effect.values[name] for name in effect.free_shapes]
-        number = shapes[0] if shapes and isinstance(shapes[0], (int, float)) else 0.0
-        return effect.kind, float(number)
+        first = next((effect.values[name] for name in effect.free_shapes), None)
+        return effect.kind, float(first) if isinstance(first, (int, float)) else 0.0
 
     return sorted(range(len(model.effects)), key=rank)

@@ -124,13 +124,11 @@ class FittedNoise:
     @cached_property
     def neighbors(self) -> list[tuple[Regressed, Regressed]]:
         """List of a pair of `Regressed` for each noise parameter: one `CURVATURE_STEP` below and above its fitted value."""
-        return [
-            (
-                self._series.regressed(self.noise_at(i, -1.0)),
-                self._series.regressed(self.noise_at(i, 1.0)),
-            )
+        fits = (
+            [self._series.regressed(self.noise_at(i, sign)) for sign in (-1.0, 1.0)]
             for i in range(self._parameters.size)
-        ]
+        )
+        return [(below, above) for below, above in fits]
 
     @cached_property
     def covariance(self) -> Array:
