@@ -343,15 +343,12 @@ def _set_limits(order: dict[str, Any]) -> None:
     if order["wall"] is not None and hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_REAL, order["wall"])
-    with suppress(ModuleNotFoundError):  # on Windows, only the deadline of the parent applies
-        import resource
-
-        if order["cpu"] is not None:
-            _lower_limit(resource.RLIMIT_CPU, math.ceil(time.process_time() + order["cpu"]))
-        if order["memory"] is not None:
-            # The result file cannot be larger than the memory that held the result.
-            _lower_limit(resource.RLIMIT_FSIZE, int(order["memory"] + OVERHEAD))
-        limit_memory(order["memory"])
+    if order["cpu"] is not None:
+        _lower_limit("RLIMIT_CPU", math.ceil(time.process_time() + order["cpu"]))
+    if order["memory"] is not None:
+        # The result file cannot be larger than the memory that held the result.
+        _lower_limit("RLIMIT_FSIZE", int(order["memory"] + OVERHEAD))
+    limit_memory(order["memory"])
 
 
 def limit_memory(most: float | None) -> None:
@@ -360,28 +357,27 @@ def limit_memory(most: float | None) -> None:
     None sets no memory limit. The limit works on Linux only, where the present memory is known; nothing happens on
     Windows.
     """
-    with suppress(ModuleNotFoundError):
-        import resource
-
-        _lower_limit(resource.RLIMIT_CORE, 0)
-        if most is not None:
-            with suppress(OSError, ValueError, IndexError):
-                pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
-                taken = pages * resource.getpagesize()
-                _lower_limit(resource.RLIMIT_AS, int(taken + most + OVERHEAD))
+    _lower_limit("RLIMIT_CORE", 0)
+    if most is not None:
+        with suppress(OSError, ValueError, IndexError):
+            pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
+            taken = pages * os.sysconf("SC_PAGE_SIZE")
+            _lower_limit("RLIMIT_AS", int(taken + most + OVERHEAD))
 
 
-def _lower_limit(which: int, most: int) -> None:
+def _lower_limit(name: str, most: int) -> None:
     """Lower the soft limit of a resource of this process to `most`, unless this or the hard limit is lower already.
 
-    `which` is a constant such as ``RLIMIT_CPU``. A limit that the system does not know is left out.
+    `name` is that of a constant such as ``RLIMIT_CPU``. Nothing happens on Windows, where only the deadline of the parent
+    applies. A limit that the system does not know is left out.
     """
-    import resource
+    with suppress(ModuleNotFoundError, OSError, ValueError):  # macOS does not know all of them
+        import resource
 
-    soft, hard = resource.getrlimit(which)
-    smallest = min([most, *(limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY)])
-    with suppress(OSError, ValueError):  # macOS does not know all of them
-        resource.setrlimit(which, (smallest, hard))
+        which = getattr(resource, name)
+        soft, hard = resource.getrlimit(which)
+        known = (limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY)
+        resource.setrlimit(which, (min([most, *known]), hard))
 
 
 @contextmanager
@@ -400,7 +396,7 @@ def _cpu_limit(seconds: float) -> Iterator[None]:
         yield
         return
     before = resource.getrlimit(resource.RLIMIT_CPU)
-    _lower_limit(resource.RLIMIT_CPU, math.ceil(time.process_time() + seconds))
+    _lower_limit("RLIMIT_CPU", math.ceil(time.process_time() + seconds))
     try:
         yield
     finally:

@@ -104,18 +104,16 @@ class Job:
         The permission is kept until the job ends, so that later calls return at once. Raises `Ended` if the job is
         canceled.
         """
-        name, waited = self.name, False
-        while not self._has_turn:
-            if TURNS.acquire(blocking=False):
-                self._has_turn = True
-            else:
-                if not waited:
-                    self.begin_stage("Waiting for another tab")
-                    waited = True
-                time.sleep(0.05)
+        self._has_turn = self._has_turn or TURNS.acquire(blocking=False)
+        if self._has_turn:
             self.progress(self.done, self.total)
-        if waited:
-            self.begin_stage(name)
+            return
+        name = self.name
+        self.begin_stage("Waiting for another tab")
+        while not self._has_turn:
+            self._has_turn = TURNS.acquire(timeout=0.05)
+            self.progress(0, 0)
+        self.begin_stage(name)
 
     @contextmanager
     def uncancelable(self) -> Iterator[None]:

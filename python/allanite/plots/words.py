@@ -35,6 +35,11 @@ def unit_text(unit: str) -> str:
     return re.sub(r"^1·|^1(?=/)", "1" if text.startswith("1/") else "", text)
 
 
+def with_unit(number: str, unit: str) -> str:
+    """Text of a number with its printed unit, ``0.3 °/s``; without a unit (``""`` or ``"1"``), the number alone."""
+    return number if unit in ("", "1") else f"{number} {unit_text(unit)}"
+
+
 def label_in_unit(words: str, unit: str) -> str:
     """Axis label with its printed unit in brackets, e.g. ``Allan deviation (°/s)``; without a unit, the label alone."""
     return words if unit in ("", "1") else with_bracketed_unit(words, unit_text(unit))
@@ -78,13 +83,13 @@ def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int
         declared = effect.parameter(name)
         symbol = declared.symbol or name
         value = in_sheet_unit(value, declared)
-        unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
         # An upper limit of a time or a frequency is not meaningful.
         size = value.unit not in ("s", "Hz")
         if size and not value.detected and value.interval is not None:
-            found.append(f"{symbol} < {number(value.interval[1], 2)}{unit}")
+            text = f"{symbol} < {number(value.interval[1], 2)}"
         else:
-            found.append(f"{symbol} = {number(value.value)}{unit}")
+            text = f"{symbol} = {number(value.value)}"
+        found.append(with_unit(text, value.unit))
     return ", ".join(found)
 
 

@@ -13,10 +13,11 @@ from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
 from allanite.effects import Stochastic, standard
 from allanite.effects.sheet_units import in_sheet_unit
+from allanite.plots.words import with_unit
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
 from allanite.report.content import column_title, curve_picture
 from allanite.report.overview import axes_picture
-from allanite.report.words import as_sentence, with_unit
+from allanite.report.words import as_sentence
 
 if TYPE_CHECKING:
     from allanite.recording import Recording
@@ -131,7 +132,7 @@ def _axis_cells(entry: Entry) -> tuple[str, ...]:
             text = number(shown.value)
             if not shown.detected and shown.interval is not None:
                 text = f"< {number(shown.interval[1], 2)}"
-            found[name] = text + with_unit(shown.unit)
+            found[name] = with_unit(text, shown.unit)
     name = entry.recording.columns[0]
     return (name, entry.study.verdict, *(found.get(c, "–") for c in COEFFICIENTS))
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from allanite.common.numbers import number, with_readable_numbers
 from allanite.effects import title_of
-from allanite.plots.words import effect_text, unit_text, values_text
+from allanite.plots.words import effect_text, values_text
 
 #: Note for figures of fits with missing samples, whose points differ from the table that `adev` prints.
 COMPLETED = (
@@ -17,11 +17,6 @@ COMPLETED = (
 
 #: Maximum number of effects that one sentence names; four effects with their values have about 30 words.
 EFFECTS_PER_SENTENCE = 4
-
-
-def with_unit(unit: str | None) -> str:
-    """Text of a unit with a leading blank, for printing after a number; empty for None, "" and "1"."""
-    return "" if unit in (None, "", "1") else f" {unit_text(str(unit))}"
 
 
 def as_sentence(text: str) -> str:

@@ -20,7 +20,7 @@ from allanite.fit.curve import MIN_FAILING_SCORE
 from allanite.fit.table import is_wider, undecided_sentence
 from allanite.page.edits import factor_of, shown_unit
 from allanite.plots.curves import component_styles
-from allanite.plots.words import effect_text, unit_text
+from allanite.plots.words import effect_text, with_unit
 from allanite.study import misfit_left
 from allanite.suggestion.explanation import name_with_lines
 
@@ -186,24 +186,22 @@ def _value_record(
     frequencies. `over_all` is the interval over all models that fit equally well, in the own unit; None if not known.
     """
     value = own.to(shown)
-    unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
     role = effect.parameter(name).role
-    text = f"{number(value.value)}{unit}"
-    spread = ""
+    text, spread = number(value.value), ""
     if not value.detected and value.interval is not None and value.unit not in ("s", "Hz"):
-        text = f"< {number(value.interval[1], 2)}{unit}"
+        text = f"< {number(value.interval[1], 2)}"
         spread = "not detected (95 % limit)"
     elif value.interval is not None:
-        found, first, last = value_and_interval_texts(value.value, value.interval)
-        text, spread = f"{found}{unit}", f"{first} … {last}"
+        text, first, last = value_and_interval_texts(value.value, value.interval)
+        spread = f"{first} … {last}"
     return {
         "name": name,
         "symbol": _symbol(effect, name),
-        "text": text,
+        "text": with_unit(text, value.unit),
         "spread": spread,
         "over_all": _interval_over_all_text(own, over_all, shown),
         "number": float(f"{value.value:.6g}"),
-        "unit": unit.strip(),
+        "unit": with_unit("", value.unit).strip(),
         "detected": value.detected,
         "held": name in effect.hold,
         "kept": effect.kept(name),
@@ -284,8 +282,8 @@ def _values_text(fit: Fit, s: Suggestion, unit: str | None) -> str:
     for name, own in s.estimates.items():
         if isinstance(own, Estimate):
             value = own.to(shown_unit(s.effect.parameter(name), own, fit.recording.unit, unit))
-            shown = "" if value.unit in ("", "1") else f" {unit_text(value.unit)}"
-            texts.append(f"{_symbol(s.effect, name)} = {number(value.value, 3)}{shown}")
+            text = f"{_symbol(s.effect, name)} = {number(value.value, 3)}"
+            texts.append(with_unit(text, value.unit))
     return ", ".join(filter(None, [*texts, lines.lstrip(", ")]))
 
 

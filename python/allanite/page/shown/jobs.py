@@ -31,14 +31,13 @@ LAWS = {
 }
 
 
-thermal_calibration = lru_cache(maxsize=4)(thermal)
 _combination_of_units = lru_cache(maxsize=4)(combine)
 
 
 @lru_cache(maxsize=4)
-def _thermal_calibration_in(recording: Recording, unit: str) -> ThermalCalibration:
-    """`ThermalCalibration` (temperature laws of all axes) of a recording after conversion to a unit; cached."""
-    return thermal_calibration(recording if unit == recording.unit else recording.to(unit))
+def thermal_calibration(recording: Recording, unit: str | None = None) -> ThermalCalibration:
+    """`ThermalCalibration` (temperature laws of all axes) of a recording, converted to a unit if it is given; cached."""
+    return thermal(recording if unit in (None, recording.unit) else recording.to(unit))
 
 
 def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
@@ -46,7 +45,7 @@ def thermal_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 
     Raises `InputError` if the log has no temperature.
     """
-    found = _thermal_calibration_in(tab.log, figure_unit(tab.log.unit, samples=True))
+    found = thermal_calibration(tab.log, figure_unit(tab.log.unit, samples=True))
     (axis,) = found.axes
     figure = found.plot()
     return replace(
