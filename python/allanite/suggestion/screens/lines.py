@@ -21,6 +21,7 @@ from allanite.suggestion.constants import (
     MAIN_SHARE,
     MAX_EVENTS,
     MAX_FUNDAMENTAL_DIVISOR,
+    MAX_LINE_BAND_DISTANCE,
     MAX_LINE_HARMONIC,
     MAX_LINES_REFITTED,
     MAX_PULSE_HARMONIC,
@@ -113,6 +114,8 @@ def look(context: Context) -> tuple[Candidate, ...]:
             # More lines than are refitted one by one, and most of their power is in no harmonics of one.
             harmonics = ratio[[round(m * base) for m in multiples]].sum()
             alone = harmonics < MAIN_SHARE * ratio[places].sum()
+            # Closer ones may be peaks of one band.
+            alone = alone and np.median(np.diff(np.sort(places))) > 2.0 * MAX_LINE_BAND_DISTANCE
             together = _line_set(places, ratio) if alone else None
         if together is not None:
             (base, multiples), width, surplus = together, 0, 0.0
@@ -250,7 +253,8 @@ def _line_set(places: list[int], ratio: NDArray[np.float64]) -> tuple[float, lis
     """
     at = np.sort(np.array(places))
     before, here, after = (np.log(np.maximum(ratio[at + d], 1e-3)) for d in (-1, 0, 1))
-    peaks = at + 0.5 * (before - after) / np.minimum(before - 2.0 * here + after, -1e-3)
+    shift = 0.5 * (before - after) / np.minimum(before - 2.0 * here + after, -1e-3)
+    peaks = at + np.clip(shift, -0.5, 0.5)
     return float(peaks[0]), [float(peak / peaks[0]) for peak in peaks]
 
 
