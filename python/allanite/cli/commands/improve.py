@@ -50,9 +50,12 @@ def command(
     """Build a noise model of LOG step by step.
 
     Starting with MODEL, each step fits the model, searches for missing effects and adds the best one. The steps end
-    when the model is adequate, no effect helps, or the time is up. Ctrl-C prints and saves the steps so far. Prints
-    for each step the added effect, its evidence and the remaining error of the Allan deviation, then the final
-    coefficients. Two columns are computed at a time. LOG is a file, or - for standard input.
+    when the model is adequate, no effect helps, or the time is up. Ctrl-C prints and saves the steps so far. Two
+    columns are computed at a time. LOG is a file, or - for standard input.
+
+    Prints a row for each step, then the final coefficients. A row has the added effect, the unexplained misfit, the model
+    discrepancy δ, the rms error of the Allan deviation and where it is worst, and the model. "prediction" tells how badly
+    the model predicts samples that the fit has not used: lower is better.
 
     "adequate" means that this log shows no fault of the model. No effect is significantly missing, the Allan error is
     within twice its expected scatter, and no other model is clearly better. "unexplained" means that the model fails:
