@@ -1,6 +1,6 @@
 """Results with other values of constants that have no derivation.
 
-    python benches/decisions/chosen_values.py [courses] [drift] [forms] [gates] [posterior] [refits] [steps]
+    python benches/decisions/chosen_values.py [courses] [drift] [forms] [gates] [posterior] [refits]
 
 courses: forms of a moving band; names of hidden bands that drift.
 drift: spreads of the prior of a clock's drift; difference of the half-width of a holdover band at 3 h.
@@ -8,7 +8,6 @@ forms: forms of weak events that need no refit (MAX_NOISE_REFIT_FRACTION), and t
 gates: fine steps of a periodic noise level; coverage of N.
 posterior: draws behind a holdover band; difference of its half-width at 3 h from that of ten times as many draws.
 refits: ΔlogL after the refit over ΔlogL of the search, for tone bursts, drifting lines and narrow bands.
-steps: final models and logL of events with other distances of the points that test a shape for its optimum.
 """
 
 from __future__ import annotations
@@ -273,30 +272,6 @@ def refits():
         print(f"{name}: {len(rows)} refits, the largest ratios {top}", flush=True)
 
 
-def steps():
-    """Print how many of twelve searches of events end with the same effects and logL as with the value in use."""
-    shape = importlib.import_module("allanite.fit.shapes.shape")
-    kinds = ("bias_step", "excursion", "transient", "transition", "warm_up", "covariate")
-    kept, usual = shape.STEP_TOLERANCES, None
-    for value in (kept, 0.5 * kept, 2.0 * kept):
-        shape.STEP_TOLERANCES = value
-        fits = [
-            al.improve(records.record(kind, seed), records.HIDDEN[kind].start).fit
-            for kind in kinds
-            for seed in range(2)
-        ]
-        shape.STEP_TOLERANCES = kept
-        usual = usual or fits
-        same = sum(
-            one.model.name == other.model.name for one, other in zip(fits, usual, strict=True)
-        )
-        apart = max(
-            abs(one.solution.log_likelihood - other.solution.log_likelihood)
-            for one, other in zip(fits, usual, strict=True)
-        )
-        print(f"{value}: {same} of {len(fits)} equal, logL within {apart:.4f}", flush=True)
-
-
 if __name__ == "__main__":
     parts = {
         "courses": courses,
@@ -305,7 +280,6 @@ if __name__ == "__main__":
         "gates": gates,
         "posterior": posterior,
         "refits": refits,
-        "steps": steps,
     }
     for part in sys.argv[1:] or parts:
         parts[part]()

@@ -174,7 +174,7 @@ def _with_best_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[De
     gives the weights.
     """
     *others, last = effects
-    points = grid_points(last, plain.data)
+    points = grid_points(last, plain.data.n, plain.data.rate)
     noise = plain.solution.noise(plain.data)
     gain, _ = matched_gains(points, plain.data.ordinates, noise, plain.data, others)
     return (*others, points[int(np.argmax(gain))])

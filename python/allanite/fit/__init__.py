@@ -13,7 +13,7 @@ from allanite.common.several import results_by_column, results_with_warning
 from allanite.common.validation import require_recording
 from allanite.effects import Modifier, as_model
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.data import Data, SampleData, prepare
+from allanite.fit.likelihood.data import Data, prepare
 from allanite.fit.locked import locked_error
 from allanite.fit.measures import Error, Misfit
 from allanite.fit.missing.completion import complete_and_fit, is_still_complete
@@ -115,7 +115,7 @@ def _fit(recording: Recording | Summary, model: Model, method: str = "whittle") 
         # n angles give n − 1 rates.
         n = recording.n - (recording.quantity == "angle")
         data = prepare(recording, model.missing(n, recording.rate))
-    if isinstance(data, SampleData) and data.missing is not None:
+    if data.missing is not None:
         data, solution = complete_and_fit(data, model)
     else:
         solution = solve(data, model)

@@ -7,16 +7,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.arrays import Array, scaled_inverse
-from allanite.effects import Deterministic, Stochastic
-from allanite.fit.likelihood.expected import column
+from allanite.effects import Stochastic
+from allanite.fit.likelihood.expected import columns
 from allanite.fit.likelihood.peaks import bins_near, is_fitted_to_ordinates
 from allanite.fit.likelihood.whittle import information
 from allanite.fit.missing.mixing import known_ordinates, mixing_of
 from allanite.fit.shapes.narrow import Window
+from allanite.fit.shapes.polish import Shapes
+from allanite.fit.shapes.scan import free_shape_parameters
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from allanite.effects import Model
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
+    from allanite.spectrum import Bins
 
 
 def joint_covariance(solution: Solution, data: Data) -> tuple[list[tuple[int, str]], Array]:
@@ -24,41 +30,43 @@ def joint_covariance(solution: Solution, data: Data) -> tuple[list[tuple[int, st
 
     Names are (index of the effect, parameter). Effects that are 0, held values and texts are omitted. The covariance is
     that of ln(parameter), or of the parameter itself if it may be negative. It is the inverse Fisher information, with
-    slopes of ln S by central differences. With missing samples it is the sandwich covariance.
+    slopes of ln S by differences. With missing samples it is the sandwich covariance.
     """
-    model, spectrum = solution.model, solution.spectrum
-    names: list[tuple[int, str]] = []
-    slopes: list[Array] = []
-    processes = iter(solution.processes)
-    for position, effect in enumerate(model):
-        if isinstance(effect, Deterministic):
-            continue
-        if isinstance(effect, Stochastic):
-            own = next(processes)
-            if own.theta == 0.0:
-                continue
-            if effect.coefficient not in effect.held:
-                names.append((position, effect.coefficient))
-                slopes.append(2.0 * own.theta * own.column / spectrum)
-        for name in () if is_fitted_to_ordinates(effect, data) else effect.free_shapes:
-            value = effect.values[name]
-            if isinstance(value, str) or value is None:
-                continue
-            step = 1e-3
-            declared = effect.parameter(name)
-            signed = declared.low < 0.0
-            moved = [value + s if signed else value * np.exp(s) for s in (step, -step)]
-            moved = [min(max(float(v), declared.low), declared.high) for v in moved]
-            up, down = (
-                column(data.terms(model.replaced(position, **{name: v})), data) for v in moved
-            )
-            width = moved[0] - moved[1] if signed else float(np.log(moved[0] / moved[1]))
-            names.append((position, name))
-            slopes.append((up - down) / width / spectrum)
+    effects = solution.model.effects
+    names, slopes = spectral_slopes(solution.model, data)
+    of_bins = [
+        not (name in effects[place].free_shapes and is_fitted_to_ordinates(effects[place], data))
+        for place, name in names
+    ]
+    names = [name for name, is_kept in zip(names, of_bins, strict=True) if is_kept]
     if not names:
         return [], np.zeros((0, 0))
-    covariance = _covariance(solution, data, np.column_stack(slopes))
+    covariance = _covariance(solution, data, slopes[:, of_bins])
     return _with_narrow_bands(names, covariance, solution, data)
+
+
+def spectral_slopes(model: Model, data: Data) -> tuple[list[tuple[int, str]], Array]:
+    """Pair: free parameters of random effects and modifiers, and the slopes of ln(expected bin power), shape (bins, p).
+
+    Parameters are (index of the effect, name). Effects that are 0 and texts are omitted. A slope is the derivative by
+    ln(parameter), or by the parameter itself if it may be negative.
+    """
+    matrix = columns(model, data)
+    theta = np.array([getattr(e, e.coefficient) for e in model.stochastic]) ** 2
+    power = np.maximum(matrix @ theta, 1e-300)
+    random = {place: e for place, e in enumerate(model) if isinstance(e, Stochastic)}
+    active = [place for place, size in zip(random, theta, strict=True) if size > 0.0]
+    names = [
+        (p, random[p].coefficient) for p in active if random[p].coefficient not in random[p].held
+    ]
+    own = dict(zip(random, (2.0 * theta * matrix).T, strict=True))
+    places = [(p, n) for p, n in free_shape_parameters(model) if p in active or p not in random]
+    shapes = Shapes.of(model, places, data)
+    parts = [own[place] for place, _ in names]
+    parts += list(shapes.slopes(shapes.start(), power, theta, data).T)
+    every = sorted(zip([*names, *places], parts, strict=True), key=lambda pair: pair[0][0])
+    slopes = np.array([part for _, part in every]).reshape(-1, power.size).T
+    return [name for name, _ in every], slopes / power[:, None]
 
 
 def _with_narrow_bands(
@@ -66,10 +74,9 @@ def _with_narrow_bands(
 ) -> tuple[list[tuple[int, str]], Array]:
     """Pair: parameter names and covariance, in which narrow bands have the variances from single ordinates.
 
-    Parameters of narrow bands are uncorrelated with all others. Names that are not in `names` are appended. The given
-    `covariance` may be changed in place.
+    Parameters of narrow bands are uncorrelated with all others. Names that are not in `names` are appended.
     """
-    own = {(place, name): i for i, (place, name) in enumerate(names)}
+    variances: dict[tuple[int, str], float] = {}
     for place, effect in enumerate(solution.model):
         if not isinstance(effect, Stochastic) or not is_fitted_to_ordinates(effect, data):
             continue
@@ -78,15 +85,15 @@ def _with_narrow_bands(
         window = Window.of(solution.model, place, data, solution.ordinates)
         near = bins_near(effect, data.bins, data.rate)
         # Correlated ordinates contain less information.
-        share = solution.count[near].sum() / window.j.size
-        for name, error in window.errors().items():
-            at = own.get((place, name), covariance.shape[0])
-            if at == covariance.shape[0]:
-                covariance = np.pad(covariance, (0, 1))
-                names = [*names, (place, name)]
-            covariance[at, :], covariance[:, at] = 0.0, 0.0
-            covariance[at, at] = error**2 / min(share, 1.0)
-    return names, covariance
+        share = min(solution.count[near].sum() / window.j.size, 1.0)
+        variances |= {(place, name): e**2 / share for name, e in window.errors().items()}
+    every = list(dict.fromkeys([*names, *variances]))
+    covariance = np.pad(covariance, (0, len(every) - len(names)))
+    for key, variance in variances.items():
+        at = every.index(key)
+        covariance[at, :], covariance[:, at] = 0.0, 0.0
+        covariance[at, at] = variance
+    return every, covariance
 
 
 def _covariance(solution: Solution, data: Data, slopes: Array) -> Array:
@@ -94,12 +101,15 @@ def _covariance(solution: Solution, data: Data, slopes: Array) -> Array:
 
     The sandwich covariance if samples are missing, otherwise the inverse Fisher information.
     """
-    shared = _sandwich_covariance(data, solution.weight, slopes)
-    return _independent_covariance(solution, slopes) if shared is None else shared
+    if data.missing is None or data.gain is None:
+        return _independent_covariance(solution, slopes)
+    return _sandwich_covariance(data.missing, data.gain, data.bins, solution.weight, slopes)
 
 
-def _sandwich_covariance(data: Data, weight: Array, slopes: Array) -> Array | None:
-    """Covariance matrix of the parameters (sandwich estimator), or None for a record without missing samples.
+def _sandwich_covariance(
+    missing: NDArray[np.bool_], gain: Array, bins: Bins, weight: Array, slopes: Array
+) -> Array:
+    """Covariance matrix of the parameters of a record with missing samples (sandwich estimator), shape (p, p).
 
     Missing samples correlate the power of different bins, which the inverse Fisher information neglects.
 
@@ -109,21 +119,16 @@ def _sandwich_covariance(data: Data, weight: Array, slopes: Array) -> Array | No
 
     Parameters
     ----------
-    data : Data
+    missing, gain, bins
+        See `Data`.
     weight : ndarray, shape (bins,)
         Effective degrees of freedom.
     slopes : ndarray, shape (bins, p)
         ∂lnS_b/∂φ.
-
-    Returns
-    -------
-    ndarray, shape (p, p), or None
     """
-    if data.missing is None or data.gain is None:
-        return None
-    share = 1.0 - data.gain**2
-    seen = known_ordinates(share, data.bins)
-    shared = seen[:, None] * mixing_of(data.missing, share, data.bins)
+    share = 1.0 - gain**2
+    seen = known_ordinates(share, bins)
+    shared = seen[:, None] * mixing_of(missing, share, bins)
     shared = 0.5 * (shared + shared.T)
     rows = slopes * (weight / seen)[:, None]
     answer = np.linalg.pinv((slopes * weight[:, None]).T @ slopes, rcond=1e-10, hermitian=True)

@@ -18,11 +18,11 @@ from allanite.fit.likelihood.changing_power import effective_freedom
 from allanite.fit.likelihood.discrepancy import best_scale, bin_levels
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.shapes.deterministic import Design, Regression, design_of, regress, regressors_at
+from allanite.fit.shapes.deterministic import Design, Regression, design_of, regress
 from allanite.fit.shapes.limited import within_limits
 from allanite.fit.shapes.narrow import fit_narrow_bands, ordinates_delta_logl
 from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, with_open_shapes
-from allanite.fit.solution import Regressed, Residual, Solution, fitted, processes_of
+from allanite.fit.solution import Regressed, Residual, Solution, fitted
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,11 +33,6 @@ if TYPE_CHECKING:
 #: Maximum change of an amplitude, in standard errors, for which the residual is not recomputed. It costs ½·0.01² = 5e-5
 #: of logL.
 MAX_KEPT_CHANGE = 0.01
-#: The same maximum if an additional effect is only tried; it costs 5e-3 of logL.
-MAX_KEPT_CHANGE_TRIED = 0.1
-#: Maximum amplitude of a tried function, in standard errors, up to which it is removed only at the ordinates of its
-#: regression. The part of such a line or step at other ordinates is worth about 0.03 of logL.
-MAX_FAINT_AMPLITUDE = 12.0
 #: Design and regression of a model without functions of time.
 NO_DESIGN = Design(np.zeros(0, dtype=np.int64), np.zeros((0, 0)), ())
 NO_REGRESSION = Regression(np.zeros(0), np.zeros((0, 0)), np.zeros(0), 0.0)
@@ -101,36 +96,37 @@ def _fit(
     functions of time needs one round. Other fits end when logL changes by less than 1e-3, when the residual stays the
     same, or after `rounds`.
     """
-    given = model
-    free = effective_freedom(model, data)
+    given, free = model, effective_freedom(model, data)
     if not polish:
         settled = max(settled, len(model) - 1)
     part = whole = RandomPart(data, data.power, free)
-    functions, residual = _Functions(), _ResidualOrdinates((), data.ordinates, ())
+    functions, ordinates = _Functions(), data.ordinates
+    removed: tuple[Deterministic, ...] = ()
     if like is not None and model.deterministic:
-        removed = like.removed_functions
-        residual = _ResidualOrdinates(removed, like.ordinates, (False,) * len(removed))
+        removed, ordinates = like.removed_functions, like.ordinates
         part = RandomPart(data, like.power, np.minimum(like.count, free))
-    ordinates = before = residual.ordinates
+    before = ordinates
     best = start if start is not None else _maximum_from_values(model, part)
     total, previous = -np.inf, -np.inf
     for turn in range(rounds):
-        # Search shapes again: in the first round they may have imitated the still unknown functions of time.
-        reopened = with_open_shapes(model, given) if turn == 1 and polish else None
-        model, best = _fit_random_effects(model, reopened, best, part, ordinates, polish, settled)
+        if turn == 1 and polish:
+            # Search shapes again: in the first round they may have imitated the still unknown functions of time.
+            reopened = with_open_shapes(model, given)
+            model, best = reopened, best if reopened.effects == model.effects else None
+        model, best = fit_shapes(model, part, best, polished=polish)
+        model = with_coefficients(model, best.theta)
+        model, best = fit_narrow_bands(model, best, part, ordinates, settled)
+        model = with_coefficients(model, best.theta)
         if model.deterministic:
             # Use the discrepancy only from the second round on, when known functions of time no longer cause it.
             scale = best.scale if turn else None
             level = bin_levels(part.power, part.count, best.spectrum, scale)
             noise = Noise(data.terms(model), data.bins, level)
-            model = fit_deterministic_shapes(
-                model, noise, data, lines=polish, slow=polish and turn < 4, settled=settled
-            )
+            model = fit_deterministic_shapes(model, noise, data, polished=polish, settled=settled)
             functions = functions.refitted(model.deterministic, noise, data)
             model = _with_replaced(model, Deterministic, iter(functions.effects))
-            before = residual.ordinates
-            residual = residual.with_removed(functions, data, settled > 0)
-            ordinates = residual.ordinates
+            before = ordinates
+            removed, ordinates = _with_subtracted(functions, removed, ordinates, data)
             whole = RandomPart(data, data.bins.power(ordinates), free)
             part = functions.without_leverage(whole)
         total = whole.log_likelihood_of(best) + ordinates_delta_logl(model, data, ordinates, free)
@@ -139,44 +135,19 @@ def _fit(
             break
         previous = total
     assert best is not None
-    processes = processes_of(model, best.theta, part.linear(model).matrix)
     return Solution(
-        fitted(model, processes, functions.fitted(residual.effects)),
+        fitted(model, best.theta, part.linear(model).matrix, functions.fitted(removed)),
         best.spectrum,
         best.weight,
         best.scale,
         best.log_likelihood,
         part.power,
         part.count,
-        Residual(data, residual.effects).with_cached(ordinates),
+        Residual(data, removed).with_cached(ordinates),
         total,
         functions.design.ordinates,
         functions.regression.leverage,
     )
-
-
-def _fit_random_effects(
-    model: Model,
-    reopened: Model | None,
-    start: Maximum | None,
-    part: RandomPart,
-    ordinates: Array,
-    polish: bool,
-    settled: int,
-) -> tuple[Model, Maximum]:
-    """Pair: model with fitted random effects and modifiers, and its `Maximum`; functions of time stay fixed.
-
-    `reopened` is None, or a second model, in which some shapes have no start values. It is fitted too, and the fit with
-    the higher logL is used. Narrow bands are then fitted to `ordinates`. For the other arguments see `solve`.
-    """
-    found = fit_shapes(model, part, start, polished=polish)
-    if reopened is not None:
-        found = max(found, fit_shapes(reopened, part), key=lambda each: each[1].log_likelihood)
-    model, best = found
-    model, best = fit_narrow_bands(
-        with_coefficients(model, best.theta), best, part, ordinates, settled
-    )
-    return with_coefficients(model, best.theta), best
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,62 +211,29 @@ class _Functions:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class _ResidualOrdinates:
-    """Residual ordinates, and the known functions of time that were removed from them.
+def _with_subtracted(
+    functions: _Functions, removed: tuple[Deterministic, ...], ordinates: Array, data: Data
+) -> tuple[tuple[Deterministic, ...], Array]:
+    """Pair: functions that are subtracted from the record now, and the residual ordinates, shape (n,).
 
-    Attributes
-    ----------
-    effects : tuple of Deterministic
-        Functions removed.
-    ordinates : ndarray, shape (n,)
-        Residual ordinates.
-    is_local : tuple of bool
-        For each of `effects`: True if it was removed only at the ordinates of the regression.
+    The current `functions` are subtracted instead of those in `removed`, which are already subtracted from `ordinates`.
+    The old amplitudes of a function remain if none of the new ones differs by more than 0.01 standard errors.
     """
-
-    effects: tuple[Deterministic, ...]
-    ordinates: Array
-    is_local: tuple[bool, ...]
-
-    def with_removed(self, functions: _Functions, data: Data, is_tried: bool) -> _ResidualOrdinates:
-        """`_ResidualOrdinates` with the current `functions` subtracted instead of those that were subtracted before.
-
-        The old amplitudes of a function remain if none of the new ones differs by more than 0.01 standard errors. A search
-        that tries an additional effect sets `is_tried`; the limit is then 0.1 standard errors. In a trial, changes below 12
-        standard errors are subtracted only at the ordinates of the regression, except for those of short events.
-        """
-        scatter = np.sqrt(np.diag(functions.regression.covariance))
-        max_change = MAX_KEPT_CHANGE_TRIED if is_tried else MAX_KEPT_CHANGE
-        before = list(zip(self.effects, self.is_local, strict=True))
-        everywhere: list[tuple[Deterministic, Array]] = []
-        nearby: list[tuple[Deterministic, Array]] = []
-        now: list[tuple[Deterministic, bool]] = []
-        for effect, own in zip(functions.effects, functions.design.parts, strict=True):
-            change = effect.amplitudes()
-            alike = [k for k, (e, _) in enumerate(before) if e.seen_alike == effect.seen_alike]
-            was_local = False
-            if alike:
-                old, was_local = before.pop(alike[0])
-                change = change - old.amplitudes()
-                if (np.abs(change) <= max_change * scatter[own]).all():
-                    now.append((old, was_local))
-                    continue
-            is_faint = bool((np.abs(change) < MAX_FAINT_AMPLITUDE * scatter[own]).all())
-            # A short event has most of its power at higher ordinates.
-            is_short = effect.happens_once and not effect.lasting
-            is_local = was_local or (is_tried and is_faint and not is_short)
-            (nearby if is_local else everywhere).append((effect, change))
-            now.append((effect, is_local and (was_local or not alike)))
-        for old, was_local in before:
-            (nearby if was_local else everywhere).append((old, -old.amplitudes()))
-        left = data.minus_functions(self.ordinates, everywhere)
-        if nearby:
-            left = left.copy() if left is self.ordinates else left
-            j = functions.design.ordinates
-            for effect, change in nearby:
-                left[j] -= regressors_at(effect, j, data) @ change
-        return _ResidualOrdinates(tuple(e for e, _ in now), left, tuple(local for _, local in now))
+    scatter = np.sqrt(np.diag(functions.regression.covariance))
+    before, changes, now = list(removed), [], []
+    for effect, own in zip(functions.effects, functions.design.parts, strict=True):
+        change = effect.amplitudes()
+        alike = [k for k, e in enumerate(before) if e.seen_alike == effect.seen_alike]
+        if alike:
+            old = before.pop(alike[0])
+            change = change - old.amplitudes()
+            if (np.abs(change) <= MAX_KEPT_CHANGE * scatter[own]).all():
+                now.append(old)
+                continue
+        changes.append((effect, change))
+        now.append(effect)
+    changes += [(old, -old.amplitudes()) for old in before]
+    return tuple(now), data.minus_functions(ordinates, changes)
 
 
 def _maximum_from_values(model: Model, part: RandomPart) -> Maximum | None:

@@ -24,7 +24,7 @@ from allanite.fit.shapes.narrow import ordinates_delta_logl
 from allanite.fit.solution import Process, Regressed
 
 if TYPE_CHECKING:
-    from allanite.effects import Effect
+    from allanite.effects import Effect, Parameter
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.marginal import Mixture
     from allanite.fit.solution import Solution
@@ -44,6 +44,11 @@ MAX_RATIO_TO_SEARCH_END = 1.001
 #: Maximum half-width of an interval in ln; it stands for a value that is not known at all. Chosen by judgment; not
 #: measured.
 MAX_LOG_HALF_WIDTH = 50.0
+
+#: Standard error of a value, None if unknown, and its 95 % interval.
+Range = tuple[float | None, tuple[float, float]]
+#: Ranges of the values of an effect by parameter name.
+Ranges = dict[str, Range]
 
 
 def free_parameters(solution: Solution) -> int:
@@ -97,53 +102,78 @@ def estimates(
     """Tuple of a dict for each effect of the model: values by parameter name, numbers as `Estimate` with interval.
 
     `unit` is the unit of the samples; `column_units` are the known units of logged columns. With `places`, only the
-    effects at these indices of the model are estimated.
+    effects at these indices of the model are estimated. Texts, tuples and None are returned unchanged.
     """
     names, covariance = joint_covariance(solution, data)
-    shaped = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
-    out: list[dict[str, Any]] = []
-    slow: dict[Regressed, Mixture] = {}
-    if places is None:
-        places = range(len(solution.effects))
+    joint: dict[int, dict[str, float]] = {}
+    for (place, name), error in zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True):
+        joint.setdefault(place, {})[name] = error
+    places = range(len(solution.effects)) if places is None else places
     wanted = [solution.effects[place] for place in places]
+    slow: dict[Regressed, Mixture] = {}
     known = (own.effect for own in wanted if isinstance(own, Regressed))
     if any(e.low and not set(_amplitude_names(e)) <= set(e.held) for e in known):
         slow = slow_amplitudes(solution, data)
-    for position, own in zip(places, wanted, strict=True):
-        errors = {name: error for (place, name), error in shaped.items() if place == position}
+    out = []
+    for place, own in zip(places, wanted, strict=True):
+        errors, detected = joint.get(place, {}), True
         if isinstance(own, Process):
-            out.append(_process_values(solution, own, errors, unit, data))
+            detected, ranges = _process_ranges(solution, own, errors, data)
         elif isinstance(own, Regressed):
-            values = _deterministic_values(solution, own, data, unit, column_units)
+            detected, ranges = _function_ranges(solution, own, data)
             if own in slow:
-                values |= with_noise_uncertainty(own.effect, values, slow[own])
-            out.append(values)
+                ranges |= with_noise_uncertainty(own.effect, ranges, slow[own])
         else:
-            out.append(_modifier_values(own.effect, errors, data, unit, column_units))
-    return tuple(
-        _with_admissible_intervals(own.effect, values)
-        for own, values in zip(wanted, out, strict=True)
-    )
+            ranges = _modifier_ranges(own.effect, errors, data)
+        units = {
+            p.name: parameter_unit(own.effect, p.name, unit, column_units)
+            for p in own.effect.parameters
+        }
+        out.append(_estimates_of(own.effect, detected, ranges, units))
+    return tuple(out)
 
 
-def with_noise_uncertainty(
-    effect: Deterministic, values: Mapping[str, Any], law: Mixture
-) -> dict[str, Estimate]:
-    """Dict of the amplitudes of a slow effect whose errors and intervals include the uncertainty of the noise coefficients.
+def _estimates_of(
+    effect: Effect, detected: bool, ranges: Ranges, units: Mapping[str, str]
+) -> dict[str, Any]:
+    """Dict of the values of an effect by parameter name: numbers as `Estimate`, other values unchanged.
+
+    Held values count as detected, and have no standard error and no interval. If the effect is not `detected`, its
+    shapes, times and all values in Hz, s or rad have none either: the frequency of a line that does not exist has no
+    true value. Intervals are clipped to the limits that the user gave.
+    """
+    out: dict[str, Any] = {}
+    for parameter in effect.parameters:
+        name, value = parameter.name, effect.values[parameter.name]
+        if not _is_number(value):
+            out[name] = value
+            continue
+        is_held = name in effect.held
+        is_shape = parameter.role in ("shape", "time") or parameter.unit in ("Hz", "s", "rad")
+        error, interval = ranges.get(name) or (None, None)
+        if is_held or (is_shape and not detected):
+            error, interval = None, None
+        elif interval is not None and name in effect.limits:
+            low, high = (effect.checked_limits.clipped(name, end) for end in interval)
+            interval = low, high
+        out[name] = Estimate(value, error, interval, units[name], detected or is_held, name)
+    return out
+
+
+def with_noise_uncertainty(effect: Deterministic, ranges: Ranges, law: Mixture) -> Ranges:
+    """Dict of the ranges of the amplitudes of a slow effect that include the uncertainty of the noise coefficients.
 
     `law` is the distribution of the amplitudes averaged over the noise coefficients. If a fitted value lies outside the
     new interval, the interval is extended to the former one. Amplitudes without an interval are omitted.
     """
-    out = {}
+    out: Ranges = {}
     for place, name in enumerate(_amplitude_names(effect)):
-        value = values[name]
-        if value.interval is not None:
-            error, interval = law.standard_error(place), law.interval(place)
-            if not interval[0] <= float(value) <= interval[1]:
+        if name in ranges:
+            own, interval = ranges[name][1], law.interval(place)
+            if not interval[0] <= effect.values[name] <= interval[1]:
                 # Under equally likely noise another value is best; the interval includes both values.
-                own = value.interval
                 interval = min(interval[0], own[0]), max(interval[1], own[1])
-            out[name] = Estimate(value.value, error, interval, value.unit, value.detected, name)
+            out[name] = law.standard_error(place), interval
     return out
 
 
@@ -156,49 +186,38 @@ def _amplitude_names(effect: Deterministic) -> list[str]:
     ]
 
 
-def _process_values(
-    solution: Solution, own: Process, errors: dict[str, float], unit: str, data: Data
-) -> dict[str, Any]:
-    """Dict of the values of a random process by parameter name: numbers as `Estimate`; tuples, texts and None unchanged.
+def _process_ranges(
+    solution: Solution, own: Process, errors: dict[str, float], data: Data
+) -> tuple[bool, Ranges]:
+    """Pair (detected, ranges) of a random process. Derived parameters get the interval of the coefficient, scaled.
 
-    `errors` holds standard errors of ln(value) by parameter name. Derived parameters get the interval of the
-    coefficient, scaled. Held values have no interval.
-    """
-    effect = own.effect
-    coefficient = _coefficient(solution, own, errors.get(effect.coefficient), unit, data)
-    detected, ends = coefficient.detected, coefficient.interval
-    out: dict[str, Any] = {}
-    for parameter in effect.parameters:
-        name, value = parameter.name, effect.values[parameter.name]
-        own_unit = parameter_unit(effect, name, unit)
-        if name == effect.coefficient:
-            out[name] = coefficient
-        elif name in effect.free_shapes:
-            found = _shape_estimate(effect, name, errors.get(name), detected, own_unit)
-            out[name] = _extended_to_lowest(found, effect, data) if has_interval(found) else found
-        elif _is_number(value):
-            interval = None
-            if parameter.role == "derived" and coefficient > 0.0 and ends is not None:
-                interval = (value * ends[0] / coefficient, value * ends[1] / coefficient)
-            out[name] = Estimate(value, None, interval, own_unit, detected, name)
-        else:
-            out[name] = value
-    return out
-
-
-def _coefficient(
-    solution: Solution, own: Process, relative: float | None, unit: str, data: Data
-) -> Estimate:
-    """`Estimate` of the coefficient of a random process; `relative` is the standard error of its logarithm.
-
-    A held coefficient counts as detected and has no error and no interval. If a coefficient is not detected, its
-    interval starts at 0. The interval is wider for fitted shapes, and for white noise with heavy tails.
+    `errors` are the standard errors of its parameters by `joint_covariance`. A held coefficient counts as detected.
     """
     effect, name = own.effect, own.effect.coefficient
-    value = float(np.sqrt(own.theta))
-    own_unit = parameter_unit(effect, name, unit)
+    ranges = _shape_ranges(effect, errors)
+    for shape in ranges:
+        ranges[shape] = _extended_to_lowest(effect, shape, ranges[shape], data)
     if name in effect.held:
-        return Estimate(value, None, None, own_unit, True, name)
+        return True, ranges
+    value, relative = float(np.sqrt(own.theta)), errors.get(name)
+    detected, ends = _coefficient_interval(solution, own, relative, data)
+    ranges[name] = None if relative is None else value * relative, ends
+    for parameter in effect.parameters if value else ():
+        derived = effect.values[parameter.name]
+        if parameter.role == "derived" and _is_number(derived):
+            ranges[parameter.name] = None, (derived * ends[0] / value, derived * ends[1] / value)
+    return detected, ranges
+
+
+def _coefficient_interval(
+    solution: Solution, own: Process, relative: float | None, data: Data
+) -> tuple[bool, tuple[float, float]]:
+    """Pair (detected, interval) of the coefficient of a random process; `relative` is the standard error of its logarithm.
+
+    If a coefficient is not detected, its interval starts at 0. The interval is wider for fitted shapes, and for white
+    noise with heavy tails.
+    """
+    effect, value = own.effect, float(np.sqrt(own.theta))
     # The profile uses the logL of the random part.
     part = RandomPart(data, solution.power, solution.count)
     low, high, drop = profile_interval(
@@ -229,9 +248,7 @@ def _coefficient(
         low, high = widened(value, (low, high), shape_widening(solution, own, relative, data))
     if detected and effect.white:
         low, high = widened_by_tails(value, (low, high), solution, data)
-    low, high = (effect.checked_limits.clipped(name, end) for end in (low, high))
-    error = None if relative is None else value * relative
-    return Estimate(value, error, (low, high), own_unit, detected, name)
+    return detected, (low, high)
 
 
 def _is_number(value: Any) -> bool:
@@ -253,20 +270,19 @@ def has_interval(value: Any) -> bool:
     return isinstance(value, Estimate) and value.interval is not None
 
 
-def _extended_to_lowest(value: Estimate, effect: Effect, data: Data) -> Estimate:
-    """`Estimate` of a shape, with a wider interval and no standard error if the fit ended at the lower end of the search.
+def _extended_to_lowest(effect: Effect, name: str, found: Range, data: Data) -> Range:
+    """Range of a shape, with a wider interval and no standard error if the fit ended at the lower end of the search.
 
-    The interval then starts at the lowest possible value of the shape. In all other cases the estimate is unchanged, also
-    without an interval, and for narrow bands fitted to single ordinates.
+    The interval then starts at the lowest possible value of the shape. In all other cases the range is unchanged, also
+    for narrow bands fitted to single ordinates.
     """
-    low = effect.parameter(value.name).low
+    low = effect.parameter(name).low
     # Exponents are searched down to their lowest value, positive shapes down to half of the lowest grid value.
-    tried = effect.grid(value.name, data.n, data.rate).min() / 2.0 if low >= 0.0 else low
-    at_least = value <= tried + (MAX_RATIO_TO_SEARCH_END - 1.0) * abs(tried)
-    if not at_least or value.interval is None or is_fitted_to_ordinates(effect, data):
-        return value
-    high = value.interval[1]
-    return Estimate(value.value, None, (low, high), value.unit, value.detected, value.name)
+    tried = effect.grid(name, data.n, data.rate).min() / 2.0 if low >= 0.0 else low
+    at_least = effect.values[name] <= tried + (MAX_RATIO_TO_SEARCH_END - 1.0) * abs(tried)
+    if not at_least or is_fitted_to_ordinates(effect, data):
+        return found
+    return None, (low, found[1][1])
 
 
 def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[float, float]:
@@ -285,100 +301,71 @@ def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[flo
     return value * times(low / value) if low > 0.0 else 0.0, value * times(high / value)
 
 
-def _shape_estimate(
-    effect: Effect, name: str, relative: float | None, detected: bool, own_unit: str
-) -> Any:
-    """`Estimate` of the shape parameter `name` of a fitted effect; a value of None or text is returned unchanged.
+def _range(parameter: Parameter, value: float, error: float) -> tuple[float, tuple[float, float]]:
+    """Pair: standard error of a value and its 95 % interval, within the range of the parameter.
 
-    `relative` is the standard error of ln(shape), or of the shape itself if it may be negative. With None, the estimate has
-    no standard error and no interval. `detected` (of the effect) and the unit `own_unit` are passed on.
+    The interval of a positive shape, e.g. a time constant, is symmetric in the logarithm.
     """
-    value = effect.values[name]
-    if value is None or isinstance(value, str):
-        return value
-    if relative is None:
-        return Estimate(value, None, None, own_unit, detected, name)
-    declared = effect.parameter(name)
-    if declared.low >= 0.0:
-        interval = _log_interval(value, relative)
-        return Estimate(value, value * relative, interval, own_unit, detected, name)
-    low, high = value - NORMAL * relative, value + NORMAL * relative
-    interval = max(low, declared.low), min(high, declared.high)
-    return Estimate(value, relative, interval, own_unit, detected, name)
+    if parameter.role == "shape" and parameter.low > 0.0:
+        return error, _log_interval(value, error / value)
+    low, high = value - NORMAL * error, value + NORMAL * error
+    return error, (max(low, parameter.low), min(high, parameter.high))
 
 
-def _modifier_values(
-    effect: Effect, shaped: dict[str, float], data: Data, unit: str, column_units: Mapping[str, str]
-) -> dict[str, Any]:
-    """Dict of the values of a modifier by parameter name: numbers as `Estimate`; tuples, texts and None unchanged.
+def _shape_ranges(effect: Effect, errors: dict[str, float]) -> Ranges:
+    """Dict of the ranges of the free shapes of a random process or modifier that have an error in `errors`.
 
-    `shaped` holds standard errors of ln(shape) by name. Intervals of times are cut at the ends of the record.
+    The errors are those of ln(shape), or of the shape itself if it may be negative.
     """
-    errors = effect.errors(data.rate)
-    out: dict[str, Any] = {}
-    for parameter in effect.parameters:
-        name, value = parameter.name, effect.values[parameter.name]
-        own_unit = parameter_unit(effect, name, unit, column_units)
-        if isinstance(value, tuple):
-            out[name] = value
-        elif name in errors and _is_number(value):
-            low, high = value - NORMAL * errors[name], value + NORMAL * errors[name]
-            if parameter.unit == "s":
-                low, high = max(low, data.span[0]), min(high, data.span[1])
-            out[name] = Estimate(value, errors[name], (low, high), own_unit, True, name)
-        else:
-            out[name] = _shape_estimate(effect, name, shaped.get(name), True, own_unit)
+    out: Ranges = {}
+    for name in effect.free_shapes:
+        if name in errors:
+            declared, value = effect.parameter(name), effect.values[name]
+            error = errors[name] if declared.low < 0.0 else value * errors[name]
+            out[name] = _range(declared, value, error)
     return out
 
 
-def _deterministic_values(
-    solution: Solution, own: Regressed, data: Data, unit: str, column_units: Mapping[str, str]
-) -> dict[str, Any]:
-    """Dict of the values of a deterministic effect by parameter name: numbers as `Estimate`, other values unchanged.
+def _modifier_ranges(effect: Effect, errors: dict[str, float], data: Data) -> Ranges:
+    """Dict of the ranges of a modifier: its shapes, and times and factors with an error (`Effect.errors`).
 
-    Held values count as detected and have no interval. Intervals are ±1.96 errors, symmetric in the logarithm for
-    positive shapes, and cut at 0 for values that cannot be negative.
+    Intervals of times are cut at the ends of the record.
+    """
+    out = _shape_ranges(effect, errors)
+    for name, error in effect.errors(data.rate).items():
+        declared, value = effect.parameter(name), effect.values[name]
+        if _is_number(value):
+            _, (low, high) = _range(declared, value, error)
+            if declared.unit == "s":
+                low, high = max(low, data.span[0]), min(high, data.span[1])
+            out[name] = error, (low, high)
+    return out
+
+
+def _function_ranges(solution: Solution, own: Regressed, data: Data) -> tuple[bool, Ranges]:
+    """Pair (detected, ranges) of a known function of time; held values have no range.
+
+    Intervals are ±1.96 errors, symmetric in the logarithm for positive shapes, and cut at the ends of the range.
     """
     effect, amplitudes, covariance = own.effect, own.amplitudes, own.covariance
     drop = 0.5 * float(amplitudes @ np.linalg.pinv(covariance, hermitian=True) @ amplitudes)
-    detected = drop > min_detected_delta_logl(effect, amplitudes.size)
-    out: dict[str, Any] = {}
+    out: Ranges = {}
     for parameter in effect.parameters:
-        value = effect.values[parameter.name]
-        own_unit = parameter_unit(effect, parameter.name, unit, column_units)
-        if not _is_number(value):
-            out[parameter.name] = value
-            continue
-        if parameter.name in effect.held:
-            out[parameter.name] = Estimate(value, None, None, own_unit, True, parameter.name)
+        name, value = parameter.name, effect.values[parameter.name]
+        if not _is_number(value) or name in effect.held:
             continue
         if parameter.role == "shape":
-            error = _shape_error(own, parameter.name, solution, data)
+            error = _shape_error(own, name, solution, data)
         else:
             # An error of 0 means that the value does not depend on amplitudes, e.g. a count.
-            error = _amplitude_error(effect, parameter.name, amplitudes, covariance) or None
-            if error is not None and parameter.name == "phase":
-                error = float(np.hypot(error, _phase_by_frequency(own, solution, data)))
-        interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)
-        if error is not None and parameter.role == "shape" and parameter.low > 0.0:
-            # The interval of a positive shape, e.g. a time constant, is symmetric in the logarithm.
-            interval = _log_interval(value, error / value)
-        elif interval is not None and parameter.low == 0.0:
-            interval = (max(0.0, interval[0]), interval[1])
-        out[parameter.name] = Estimate(value, error, interval, own_unit, detected, parameter.name)
-    return out
-
-
-def _phase_by_frequency(own: Regressed, solution: Solution, data: Data) -> float:
-    """Standard error of a line's phase at time 0 caused by the error of its frequency, rad.
-
-    It is 0 if the frequency is fixed or its error is unknown. The phase at the middle of the record is uncorrelated with
-    the frequency. Extrapolated to time 0, the error of the frequency adds to the phase.
-    """
-    if "frequency" not in own.effect.free_shapes:
-        return 0.0
-    error = _shape_error(own, "frequency", solution, data)
-    return 0.0 if error is None else 2.0 * np.pi * abs(sum(data.span) / 2.0) * error
+            error = _amplitude_error(effect, name, amplitudes, covariance) or None
+            if error is not None and name == "phase" and "frequency" in out:
+                # The phase at mid-record is uncorrelated with the frequency; at time 0 the error of the frequency adds.
+                by_frequency = np.pi * abs(sum(data.span)) * (out["frequency"][0] or 0.0)
+                error = float(np.hypot(error, by_frequency))
+        if error is not None:
+            out[name] = _range(parameter, value, error)
+    return drop > min_detected_delta_logl(effect, amplitudes.size), out
 
 
 def _amplitude_error(
@@ -465,25 +452,3 @@ def shape_slope(
         return None
     up, down = (regressors_at(m, ordinates, data) for m in moved)
     return np.asarray((up - down) @ effect.amplitudes() / (2.0 * step))
-
-
-def _with_admissible_intervals(effect: Effect, values: dict[str, Any]) -> dict[str, Any]:
-    """Dict of the values of an effect by name, with intervals clipped to the limits that the user gave.
-
-    If the effect is not detected, its shapes, times and all values in Hz, s or rad have no interval and standard error.
-    """
-    out = dict(values)
-    for name, value in values.items():
-        if not isinstance(value, Estimate) or value.interval is None:
-            continue
-        declared = effect.parameter(name)
-        is_shape = declared.role in ("shape", "time") or declared.unit in ("Hz", "s", "rad")
-        if not value.detected and is_shape:
-            # The frequency of a line that does not exist has no true value.
-            out[name] = Estimate(value.value, None, None, value.unit, False, name)
-        elif name in effect.limits:
-            low, high = (effect.checked_limits.clipped(name, end) for end in value.interval)
-            out[name] = Estimate(
-                value.value, value.std_error, (low, high), value.unit, value.detected, name
-            )
-    return out

@@ -24,8 +24,13 @@ from allanite.fit.shapes.drifting import ordinates_of_drift
 from allanite.fit.shapes.shape import ORDINATES_BESIDE_LINE
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
+
+    #: Indices of consecutive ordinates, regressors at all regressed ordinates, and their amplitudes.
+    Part = tuple[NDArray[np.int64], Array, Array]
 
 #: Number of blocks of time, each of which is left out once. Chosen by judgment; not measured.
 BLOCKS = 8
@@ -44,17 +49,21 @@ def function_costs(data: Data, solution: Solution) -> Array:
     if not solution.functions:
         return total
     noise = solution.noise(data)
+    for parts, numbers in _predicted_parts(data, solution):
+        costs = np.zeros(BLOCKS)
+        for j, matrix, amplitudes in parts:
+            rows = matrix[np.searchsorted(solution.regressed_ordinates, j)]
+            values = solution.ordinates[j] + (rows * amplitudes).sum(axis=1)
+            costs += block_losses(values, rows, noise.variance(j), mean=bool(j[0] == 1))
+        total += costs + max(0.0, numbers - float(costs.sum())) / BLOCKS
+    return total
 
-    def losses_of(j: NDArray[np.int64], matrix: Array, amplitudes: Array) -> Array:
-        """Array of the loss of each block, nats, if functions are fitted to the other blocks only, shape (BLOCKS,).
 
-        `matrix` holds the ordinates of the regressors, `amplitudes` their fitted amplitudes, and `j` the indices of the
-        ordinates that are used.
-        """
-        rows = matrix[np.searchsorted(solution.regressed_ordinates, j)]
-        values = solution.ordinates[j] + (rows * amplitudes).sum(axis=1)
-        return block_losses(values, rows, noise.variance(j), mean=bool(j[0] == 1))
+def _predicted_parts(data: Data, solution: Solution) -> Iterator[tuple[list[Part], int]]:
+    """Iterator over pairs: parts of a function of time that are predicted alone, and its number of fitted parameters.
 
+    Each line of a function with harmonics is a part. All slow functions are one part. One-time events have no part.
+    """
     slow = []
     for own in solution.functions:
         effect = own.effect
@@ -62,33 +71,29 @@ def function_costs(data: Data, solution: Solution) -> Array:
             continue
         numbers = own.amplitudes.size + len(effect.free_shapes)
         if effect.happens_once:
-            total += numbers / BLOCKS
+            yield [], numbers
         elif effect.periodic:
-            lines = np.zeros(BLOCKS)
+            lines = []
             for k, (multiple, _, _) in enumerate(effect.lines):
-                j = ordinates_near(
-                    multiple * (effect.base_frequency or 0.0), data, ORDINATES_BESIDE_LINE
-                )
+                frequency = multiple * (effect.base_frequency or 0.0)
                 pair = slice(2 * k, 2 * k + 2)
-                lines += losses_of(j, own.matrix[:, pair], own.amplitudes[pair])
-            total += _raised_to_total(lines, numbers)
+                j = ordinates_near(frequency, data, ORDINATES_BESIDE_LINE)
+                lines.append((j, own.matrix[:, pair], own.amplitudes[pair]))
+            yield lines, numbers
         elif effect.low:
             slow.append(own)
         else:
             j = ordinates_of_drift(effect, data)
             # For a wide band, use only its middle.
-            j = j[
-                max(0, j.size // 2 - 2 * PREDICTED_ORDINATES) : j.size // 2
-                + 2 * PREDICTED_ORDINATES
-            ]
-            total += _raised_to_total(losses_of(j, own.matrix, own.amplitudes), numbers)
+            first = max(0, j.size // 2 - 2 * PREDICTED_ORDINATES)
+            j = j[first : j.size // 2 + 2 * PREDICTED_ORDINATES]
+            yield [(j, own.matrix, own.amplitudes)], numbers
     if slow:
         j = np.arange(1, min(data.n, PREDICTED_ORDINATES), dtype=np.int64)
-        matrix = np.hstack([own.matrix for own in slow])
         amplitudes = np.concatenate([own.amplitudes for own in slow])
         shapes = sum(len(own.effect.free_shapes) for own in slow)
-        total += _raised_to_total(losses_of(j, matrix, amplitudes), amplitudes.size + shapes)
-    return total
+        part = j, np.hstack([own.matrix for own in slow]), amplitudes
+        yield [part], amplitudes.size + shapes
 
 
 def level_change_costs(data: Data, solution: Solution) -> Array:
@@ -110,11 +115,6 @@ def level_change_costs(data: Data, solution: Solution) -> Array:
     loss = 0.5 * freedom * (power - power * expected + np.log(expected))
     times = sum(e.numbers for e in changes)
     return np.array([float(b.sum()) for b in np.array_split(loss, BLOCKS)]) + times / BLOCKS
-
-
-def _raised_to_total(costs: Array, numbers: int) -> Array:
-    """Array of the costs of the blocks, nats, plus the constant that raises their sum to at least `numbers` parameters."""
-    return costs + max(0.0, numbers - float(costs.sum())) / BLOCKS
 
 
 def block_losses(values: Array, matrix: Array, variance: Array, mean: bool) -> Array:

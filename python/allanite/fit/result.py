@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from allanite.fit.models import without_effect
 from allanite.fit.prediction import predict
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterator
 
     from allanite.effects import Effect, Model
     from allanite.fit.classical.methods import MethodTable
@@ -49,6 +49,9 @@ if TYPE_CHECKING:
     from allanite.statespace import StateSpace
     from allanite.suggestion import Check, Suggestion
     from allanite.summary import Summary
+
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,7 +297,7 @@ class Fit:
         """Tuple of `Alternative` fits in which another effect replaces the effect at index `place` of the model; cached."""
         from allanite.fit.rivals.alternatives import alternatives
 
-        return self._cached_search(alternatives, place)
+        return self._cached(("alternatives", place), lambda: tuple(alternatives(self, place)))
 
     instead_of_two = Former("alternatives_to_pairs")
 
@@ -325,7 +328,7 @@ class Fit:
         """Tuple of `Pair`, the highest evidence first: two effects that may replace the one at index `place`; cached."""
         from allanite.fit.rivals.pairs import alternative_pairs
 
-        return self._cached_search(alternative_pairs, place)
+        return self._cached(("pairs", place), lambda: tuple(alternative_pairs(self, place)))
 
     def solution_without(self, *places: int) -> Solution:
         """`Solution` of the model without the effects at the indices `places`; cached.
@@ -334,35 +337,25 @@ class Fit:
         """
         from allanite.fit.engine import solve
 
-        if places not in self._solutions_without:
+        def fitted() -> Solution:
+            """`Solution` of the model without these effects."""
             model = self.model
             for place in sorted(places, reverse=True):
                 model = without_effect(model, place)
-            self._solutions_without[places] = solve(
-                self.data, model, like=self.solution, polish=False
-            )
-        return self._solutions_without[places]
+            return solve(self.data, model, like=self.solution, polish=False)
 
-    @cached_property
-    def _solutions_without(self) -> dict[tuple[int, ...], Solution]:
-        """Dict from tuples of effect indices to the cached results of `solution_without`; empty at first."""
-        return {}
+        return self._cached(("without", *places), fitted)
 
-    def _cached_search(
-        self, search: Callable[[Fit, int], Iterable[Any]], place: int
-    ) -> tuple[Any, ...]:
-        """Tuple of the results of search(self, place), cached by the name of the search function and `place`.
-
-        `place` is the index of the effect for which alternatives are searched.
-        """
-        key = search.__name__, place
+    def _cached(self, key: tuple[Any, ...], make: Callable[[], T]) -> T:
+        """Result of `make`, cached by `key` with this fit."""
         if key not in self._searches:
-            self._searches[key] = tuple(search(self, place))
-        return self._searches[key]
+            self._searches[key] = make()
+        found: T = self._searches[key]
+        return found
 
     @cached_property
-    def _searches(self) -> dict[tuple[str, int], tuple[Any, ...]]:
-        """Dict that caches the results of `_cached_search` by (name of the search, index of the effect); empty at first."""
+    def _searches(self) -> dict[tuple[Any, ...], Any]:
+        """Dict of the cached results of `_cached`; empty at first."""
         return {}
 
     def check(self, on_progress: Callable[[int, int], None] | None = None) -> Check:

@@ -116,9 +116,6 @@ def simulate_check(
 
     Raises `InputError` for n below 1 and for a model that excludes samples. `progress` is called with (refits done, n).
     """
-    from allanite.fit import fit_model
-    from allanite.recording import Recording
-
     if n < 1:
         raise InputError(
             f"n is {n}; use at least 1 replicate, or 200 for a p-value with two digits"
@@ -126,35 +123,8 @@ def simulate_check(
     removing = [e for e in fit.model.modifiers if e.removes]
     if removing:
         raise InputError(f"{removing[0].kind} cannot be simulated; remove it from the model first")
-    recording, data = fit.recording, fit.data
-    missing = np.isnan(np.asarray(recording.rate_samples(), dtype=np.float64))
-    gaps = bool(missing.any())
-
-    def replicate(number: int) -> tuple[float, dict[str, float]]:
-        """Pair: χ² of the misfit, and dict of parameter values, of a fit to one simulated record.
-
-        `number` selects the random numbers of the record. Missing samples of the real record are missing here, too.
-        """
-        # Stream 0 of a seed is used by `fit.simulate(seed=…)`.
-        twin = simulate(
-            fit.model,
-            n=data.n,
-            rate=data.rate,
-            seed=seed,
-            unit=recording.unit,
-            covariates=data.covariates,
-            axis=1 + number,
-        )
-        if gaps:
-            samples = bridge_gaps(np.asarray(twin.samples), missing)
-            twin = Recording(
-                samples, rate=data.rate, unit=recording.unit, covariates=data.covariates or None
-            )
-        again = fit_model(twin, fit.model, method=fit.method)
-        return again.misfit.chi2, _parameter_values(again)
-
     with Pool(MAX_THREADS) as pool:
-        jobs = [pool.submit(replicate, number) for number in range(n)]
+        jobs = [pool.submit(_replicate, fit, seed, number) for number in range(n)]
         try:
             for done, job in enumerate(as_completed(jobs), start=1):
                 job.result()
@@ -164,17 +134,46 @@ def simulate_check(
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     replicates = [job.result() for job in jobs]
-    fitted, columns = _parameter_values(fit), recording.covariate_units
+    fitted, recording = _parameter_values(fit), fit.recording
     return SimulatedCheck(
         fit.misfit.chi2,
         np.array([chi2 for chi2, _ in replicates]),
         fitted,
         {name: np.array([values[name] for _, values in replicates]) for name in fitted},
         {
-            name: parameter_unit(effect, declared.name, recording.unit, columns)
+            name: parameter_unit(effect, declared.name, recording.unit, recording.covariate_units)
             for name, (effect, declared) in _free_parameters(fit).items()
         },
     )
+
+
+def _replicate(fit: Fit, seed: int, number: int) -> tuple[float, dict[str, float]]:
+    """Pair: χ² of the misfit, and dict of parameter values, of a fit to one record simulated from `fit`.
+
+    `seed` and `number` select the random numbers. Missing samples of the real record are missing here, too.
+    """
+    from allanite.fit import fit_model
+    from allanite.recording import Recording
+
+    recording, data = fit.recording, fit.data
+    missing = np.isnan(np.asarray(recording.rate_samples(), dtype=np.float64))
+    # Stream 0 of a seed is used by `fit.simulate(seed=…)`.
+    twin = simulate(
+        fit.model,
+        n=data.n,
+        rate=data.rate,
+        seed=seed,
+        unit=recording.unit,
+        covariates=data.covariates,
+        axis=1 + number,
+    )
+    if missing.any():
+        samples = bridge_gaps(np.asarray(twin.samples), missing)
+        twin = Recording(
+            samples, rate=data.rate, unit=recording.unit, covariates=data.covariates or None
+        )
+    again = fit_model(twin, fit.model, method=fit.method)
+    return again.misfit.chi2, _parameter_values(again)
 
 
 def _free_parameters(fit: Fit) -> dict[str, tuple[Effect, Parameter]]:

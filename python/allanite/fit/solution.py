@@ -79,22 +79,17 @@ class Regressed(Fitted):
     removed: Deterministic
 
 
-def processes_of(model: Model, theta: Array, columns: Array) -> tuple[Process, ...]:
-    """Tuple of the `Process` of each random effect of a model, from squared coefficients and columns of bin power."""
-    values = zip(model.stochastic, theta.tolist(), columns.T, strict=True)
-    return tuple(Process(*own) for own in values)
-
-
 def fitted(
-    model: Model, processes: Iterable[Process], functions: Iterable[Regressed] = ()
+    model: Model, theta: Array, columns: Array, functions: Iterable[Regressed] = ()
 ) -> tuple[Fitted, ...]:
     """Tuple of the fitted effects of a model in its order: `Process`, `Regressed`, or `Fitted` for modifiers.
 
-    The elements of `processes` and `functions` are used in order.
+    `theta` are the squared coefficients of the random effects, and `columns`, shape (bins, effects), their bin power at
+    coefficient 1. The elements of `functions` are used in order.
     """
-    random, known = iter(processes), iter(functions)
+    random, known = iter(zip(theta.tolist(), columns.T, strict=True)), iter(functions)
     return tuple(
-        next(random)
+        Process(effect, *next(random))
         if isinstance(effect, Stochastic)
         else next(known)
         if isinstance(effect, Deterministic)

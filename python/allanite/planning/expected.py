@@ -18,18 +18,16 @@ from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Deterministic, Model
 from allanite.fit.engine import with_coefficients
-from allanite.fit.likelihood.data import MIN_SAMPLES, SampleData
+from allanite.fit.likelihood.data import MIN_SAMPLES, Data
 from allanite.fit.likelihood.expected import column, columns
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.shapes.deterministic import comb_ordinates, ordinates_of_line
 from allanite.fit.shapes.shape import fit_shapes
-from allanite.fit.solution import Residual, Solution, fitted, processes_of
+from allanite.fit.solution import Residual, Solution, fitted
 from allanite.spectrum import bins_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-
-    from allanite.fit.likelihood.data import Data
 
     Columns = Mapping[str, Callable[[Array], Array]]
 
@@ -60,7 +58,7 @@ def blank_data(n: int, rate: float) -> Data:
             " lower the rate or the duration"
         )
     nothing = np.broadcast_to(np.float64(0.0), (n,))
-    return SampleData(nothing, nothing, rate, bins_of(n))
+    return Data(nothing, nothing, rate, bins_of(n))
 
 
 def coarse_data(data: Data, covariates: Columns | None = None) -> Data:
@@ -75,7 +73,7 @@ def coarse_data(data: Data, covariates: Columns | None = None) -> Data:
         for name, make in (covariates or {}).items()
     }
     nothing = np.broadcast_to(np.float64(0.0), (n,))
-    return SampleData(nothing, nothing, rate, bins_of(n), given, start)
+    return Data(nothing, nothing, rate, bins_of(n), given, start)
 
 
 def require_values(model: Model) -> None:
@@ -172,7 +170,7 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
     matrix = columns(model, data)
     model = with_coefficients(model, best.theta)
     return Solution(
-        fitted(model, processes_of(model, best.theta, matrix)),
+        fitted(model, best.theta, matrix),
         best.spectrum,
         best.weight,
         best.scale,

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.arrays import Array
-from allanite.effects import Deterministic, Effect, Model, Stochastic
+from allanite.effects import Deterministic, Effect, Model
+from allanite.fit.covariance import spectral_slopes
 from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.whittle import information
 from allanite.planning.expected import (
-    expected_power,
     ordinates_of,
     random_part,
     signal_ordinates,
@@ -83,41 +83,17 @@ def _errors_of_random_part(model: Model, names: list[str], data: Data) -> dict[s
 
     Parameters with the value 0 are omitted. An error is infinite if the record does not show the parameter.
     """
-    spectrum = expected_power(model, data)
-    keys: list[str] = []
-    sizes: list[float] = []
-    slopes: list[Array] = []
-
-    def power_at(place: int, name: str, value: float) -> Array:
-        """Expected bin powers, shape (bins,), if the parameter `name` of the effect with index `place` has this value."""
-        effects = list(model.effects)
-        effects[place] = effects[place].with_values(**{name: value})
-        return expected_power(Model(tuple(effects)), data)
-
-    for place, effect in enumerate(model.effects):
-        if isinstance(effect, Deterministic):
-            continue
-        free = list(effect.free_shapes)
-        if isinstance(effect, Stochastic) and effect.coefficient not in effect.held:
-            free.append(effect.coefficient)
-        for name in free:
-            value = float(effect.values[name])
-            if value == 0.0:
-                continue
-            p = effect.parameter(name)
-            step = 1e-3 * abs(value)
-            high, low = min(value + step, p.high), max(value - step, p.low)
-            slopes.append((power_at(place, name, high) - power_at(place, name, low)) / spectrum)
-            # The derivative of ln S with respect to ln p does not depend on the unit of p.
-            slopes[-1] *= abs(value) / (high - low)
-            keys.append(_parameter_key(names[place], effect, name))
-            sizes.append(abs(value))
-    if not keys:
+    parameters, slopes = spectral_slopes(model, data)
+    if not parameters:
         return {}
-    relative = _errors_from_information(
-        information(data.bins.count, data.bins.count, np.column_stack(slopes))
-    )
-    return dict(zip(keys, map(float, relative * np.array(sizes)), strict=True))
+    relative = _errors_from_information(information(data.bins.count, data.bins.count, slopes))
+    out = {}
+    for (place, name), error in zip(parameters, relative.tolist(), strict=True):
+        effect = model.effects[place]
+        # Slopes are by ln(parameter), or by the parameter itself if it may be negative.
+        size = 1.0 if effect.parameter(name).low < 0.0 else effect.values[name]
+        out[_parameter_key(names[place], effect, name)] = error * size
+    return out
 
 
 def _groups_sharing_ordinates(

@@ -75,7 +75,7 @@ def _arc_lengths(kinds: Sequence[Deterministic], null: Solution, grid: Data) -> 
         nothing = np.zeros(grid.n)
         noise = Noise(grid.terms(null.model), grid.bins, np.ones(grid.bins.count.size))
         _, unit = matched_gains(
-            grid_points(blank, grid), nothing, noise, grid, null.model.deterministic
+            grid_points(blank, grid.n, grid.rate), nothing, noise, grid, null.model.deterministic
         )
         out.append(arc_length(unit))
     return tuple(out)

@@ -190,9 +190,9 @@ def test_standard_errors_are_those_of_the_curvature():
     x = g.white(rng, LENGTH, RATE, N) + _wandering(rng, 7.3, 0.004, 0.03)[0]
     fit = al.fit_model(_recording(x), "N+RES(frequency=7.3, damping=0.0005, rms=0.02)")
     window = Window.of(fit.model, 1, fit.data, fit.solution.ordinates)
-    at = window.start()
+    at = window.coordinates(fit.model.effects[1])
     expected = Window(window.model, 1, fit.data, window.j, window.spectrum(at), window.other_power)
-    steps = np.diag([1e-3, 1e-3 * np.exp(at[2]), 1e-3, 1e-3])
+    steps = np.diag(1e-3 * window.scales(at))
     curvature = np.empty((4, 4))
     for i, a in enumerate(steps):
         for k, b in enumerate(steps):

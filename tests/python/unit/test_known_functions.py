@@ -117,7 +117,7 @@ def test_a_matched_filter_counts_what_a_function_adds_to_those_beside_it():
     data, noise = fit.data, fit.solution.noise(fit.data)
     j = np.arange(1, 4096)
     variance = noise.variance(j)
-    points = [al.RateRamp(), *(WarmUp(time_constant=t) for t in (20.0, 200.0))]
+    points = [al.RateRamp(), *(WarmUp(time_constant=t) for t in (20.0, 600.0))]
     for point in points:
         gain, unit = matched_gains(
             [point], fit.solution.ordinates, noise, data, fit.model.deterministic

@@ -9,7 +9,6 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.fit import engine
 from allanite.fit.engine import solve
 from allanite.fit.estimates import with_noise_uncertainty
 from allanite.fit.likelihood.marginal import Mixture
@@ -90,38 +89,11 @@ def test_without_functions_of_time_nothing_is_regressed(recording):
 def test_an_interval_over_the_noise_holds_its_value(away):
     """With noise that is as likely the best height is elsewhere: the value stood outside of its own interval."""
     step = al.effects.BiasStep(time=10.0, height=1.0)
-    value = al.Estimate(1.0, 0.1, (0.8, 1.2), "deg/s", True, "height")
     law = Mixture(np.array([[1.0 + 0.1 * away]]), np.array([[[0.01]]]), np.ones(1))
-    found = with_noise_uncertainty(step, {"height": value}, law)["height"]
-    low, high = found.interval
+    _, (low, high) = with_noise_uncertainty(step, {"height": (0.1, (0.8, 1.2))}, law)["height"]
     assert low <= 1.0 <= high
     assert low <= law.interval(0)[0]
     assert high >= law.interval(0)[1]
-
-
-@pytest.mark.parametrize("size", [4.0, 8.0, 11.0])
-def test_what_a_faint_line_leaves_beside_its_window_is_not_noticed(recording, monkeypatch, size):
-    """It is looked at where it is seen; a fit takes all of it out."""
-    base = al.parse_model("+".join(PARTS)).fit(recording)
-    # Of A sin ωt the sine's amplitude has the standard error N √(2·rate/n).
-    amplitude = size * base["N"].value * np.sqrt(2.0 / recording.duration)
-    line = al.Sinusoid(frequency=3.217, amplitude=amplitude, phase=0.3)
-    data = base.data
-    # Put into the record: the same as if it had been there.
-    more = al.Recording(
-        recording.samples + line.signal(data.time, {}), rate=recording.rate, unit=recording.unit
-    )
-    base = al.parse_model("+".join(PARTS)).fit(more)
-    model = base.model + al.Sinusoid(frequency=3.217)
-    near, whole = [], []
-    for faint, out in ((engine.MAX_FAINT_AMPLITUDE, near), (0.0, whole)):
-        monkeypatch.setattr(engine, "MAX_FAINT_AMPLITUDE", faint)
-        found = solve(base.data, model, like=base.solution, polish=False, rounds=3)
-        out += [found.log_likelihood, *found.model.effects[-1].amplitudes()]
-    assert near[0] > base.solution.log_likelihood + 1.0
-    # A hundredth of a nat, and of a standard error (1/size of the amplitude).
-    assert near[0] == pytest.approx(whole[0], abs=0.03)
-    assert near[1:] == pytest.approx(whole[1:], abs=0.03 * amplitude / size)
 
 
 def two_lags(seed):
@@ -129,6 +101,16 @@ def two_lags(seed):
     rng, n, rate = np.random.default_rng([seed, 9]), 20_000, 10.0
     x = g.gauss_markov(rng, n, rate, 1.5e-2, 1.0) + g.gauss_markov(rng, n, rate, 5e-3, 30.0)
     return al.Recording(x + g.white(rng, n, rate, 0.01), rate=rate, unit="deg/s")
+
+
+def test_a_resonance_does_not_keep_the_place_of_a_line_that_is_found_later():
+    """A line has most of the power; before its frequency is known, the resonance describes it."""
+    rng, n, rate = np.random.default_rng(0), 8000, 10.0
+    x = g.white(rng, n, rate, 0.01) + g.resonance(rng, n, rate, 2.0, 0.03, 0.02)
+    x += 0.2 * np.sin(2.0 * np.pi * 1.3 * np.arange(n) / rate)
+    fit = al.fit_model(al.Recording(x, rate=rate, unit="deg/s"), "N+RES+SIN")
+    assert fit["RES.frequency"] == pytest.approx(2.0, abs=0.05)
+    assert fit["SIN.frequency"] == pytest.approx(1.3, abs=1e-4)
 
 
 @pytest.mark.parametrize("start", [(10.0, 0.5), (15.5, 0.76), (60.0, 3.0), (5.0, 0.2)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -43,9 +42,10 @@ TAUS_PER_DECADE = 8
 CACHE_BYTES_LOWEST = 1 << 25
 
 
+@align_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False)
-class Data(ABC):
-    """A record prepared for fitting, as `SampleData` or as `SummaryData`; U is the unit of the samples.
+class Data:
+    """A recording prepared for fitting, with all its samples; U is their unit. `SummaryData` has those of a summary.
 
     Attributes
     ----------
@@ -61,6 +61,16 @@ class Data(ABC):
         Logged columns, such as temperatures, by name.
     start : float
         Time of the first sample within its recording, s.
+    missing : ndarray of bool, shape (n,), or None
+        True where a sample is missing; None if none is missing, and for a summary. Their values in `samples` are bridged,
+        or draws from the model (`fit.missing`).
+    gain : ndarray, shape (n,), or None
+        Factors √(1 − r), by which missing samples reduce the ordinates of known functions of time. r is the share of the
+        power of an ordinate that missing samples leave unknown. None for a summary, if no sample is missing, or if missing
+        samples are not completed yet.
+    mixing : ndarray, shape (bins, bins), or None
+        Relative change of the observed power of a bin (row) per relative change of the true power of a bin (column). None
+        for a summary, if no sample is missing, or if the mixing is negligible.
     """
 
     samples: Array
@@ -69,6 +79,9 @@ class Data(ABC):
     bins: Bins
     covariates: Mapping[str, Array] = field(default_factory=dict)
     start: float = 0.0
+    missing: NDArray[np.bool_] | None = None
+    gain: Array | None = None
+    mixing: Array | None = None
     #: Cache: ordinates of regressors by effect and shapes.
     functions: ArrayCache = field(default_factory=lambda: series_cache(0), repr=False)
     #: Cache: lowest ordinates of regressors by effect and shapes.
@@ -79,54 +92,26 @@ class Data(ABC):
 
     __repr__ = brief
 
-    @property
-    @abstractmethod
-    def whole(self) -> bool:
-        """True if every sample and every ordinate is kept: `samples` and `ordinates` have the shape (n,)."""
+    #: True if every sample and every ordinate is kept: `samples` and `ordinates` have the shape (n,).
+    whole = True
 
     @property
-    @abstractmethod
     def n(self) -> int:
-        """Number of samples of the record, and of its ordinates."""
+        """Number of samples."""
+        return int(self.samples.size)
 
     @property
-    @abstractmethod
     def time(self) -> Array:
-        """Array of the time of each entry of `samples`, s since the first sample of the recording, shape (kept,).
-
-        kept is the number of kept samples: all n of a recording, or the low-rate samples of a summary.
-        """
+        """Array of the time of each sample, s since the first sample of the recording, shape (n,)."""
+        return times_of(self.n, self.rate, self.start)
 
     @property
-    @abstractmethod
     def lost(self) -> float:
         """Fraction of the samples that are missing, 0 … 1."""
-
-    @property
-    def missing(self) -> NDArray[np.bool_] | None:
-        """Mask of the missing samples, shape (n,); None if none is missing, and for a summary.
-
-        Their values in `samples` are bridged, or draws from the model (`fit.missing`).
-        """
-        return None
-
-    @property
-    def gain(self) -> Array | None:
-        """Array of factors √(1 − r), shape (n,), by which missing samples reduce the ordinates of known functions of time.
-
-        r is the share of the power of an ordinate that missing samples leave unknown. None for a summary, if no sample
-        is missing, or if missing samples are not completed yet.
-        """
-        return None
-
-    @property
-    def mixing(self) -> Array | None:
-        """Matrix, shape (bins, bins), by which missing samples mix the power of bins; or None.
-
-        An element is the relative change of the observed power (row) per relative change of the true power (column).
-        None for a summary, if no sample is missing, or if the mixing is negligible.
-        """
-        return None
+        missing = self.missing
+        if missing is None:
+            return 0.0
+        return float(self.of_bins.get("lost", lambda: missing.mean(keepdims=True))[0])
 
     @property
     def power(self) -> Array:
@@ -187,27 +172,28 @@ class Data(ABC):
             total += effect.signal(time, self.covariates)
         return total
 
-    @abstractmethod
     def transform(self, series: Array) -> Array:
-        """Array of the ordinates of a series sampled at `time`: its orthonormal cosine transform, shape (known,).
+        """Array of the orthonormal cosine transform of a series sampled at `time`, shape (n,)."""
+        stop_if_unwanted()
+        return _kernels.cosine_transform(np.ascontiguousarray(series))
 
-        known is the number of kept ordinates: all n of a recording, or the lowest of a summary.
-        """
-
-    @abstractmethod
     def factors(self) -> NDArray[np.int64]:
-        """Array of the averaging factors of the Allan curve, up to a third of the record."""
+        """Array of the averaging factors of the Allan curve: eight per decade from 1, up to a third of the record."""
+        return averaging_factors(self.n // 3)
 
-    @abstractmethod
     def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
-        """Array of the overlapping Allan deviation of the record, U, at the averaging `factors`, shape of `factors`.
+        """Array of the overlapping Allan deviation of the samples, U, at the averaging `factors`, shape of `factors`.
 
-        The signal `subtracted` is first subtracted from the record; None subtracts nothing. U is the unit of the samples.
+        The signal `subtracted` is first subtracted from the samples; None subtracts nothing. U is the unit of the samples.
         """
+        return self.deviation_of(
+            self.samples if subtracted is None else self.samples - subtracted, factors
+        )
 
-    @abstractmethod
     def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
         """Array of the overlapping Allan deviation, U, of a signal sampled at `time`, at the averaging `factors`."""
+        stop_if_unwanted()
+        return oadev(signal, rate=self.rate, factors=factors).deviation
 
     def octaves(
         self,
@@ -237,20 +223,22 @@ class Data(ABC):
         """
         return power
 
-    @abstractmethod
     def resolved_sections(
         self, band: tuple[float, float], max_number: int, min_product: float
     ) -> int:
         """Number of equal time sections in which a band (low, high), Hz, can be followed; 0 if it cannot.
 
-        The number is `max_number`, or a half, a quarter, … of it. For a recording, the bandwidth times the duration of
-        a section is at least `min_product`. For a summary, this holds for the segments that it transformed, not for the
-        sections.
+        The number is `max_number`, halved until the bandwidth times the duration of a section reaches `min_product`. It
+        is 0 if no number suffices, or if over 10 % of the samples are missing.
         """
+        number = max_number if has_all_ordinates(self) else 0
+        while number and (band[1] - band[0]) * self.duration / number < min_product:
+            number //= 2
+        return number
 
-    @abstractmethod
     def sections(self, model: Model, number: int) -> Sections:
-        """`Sections`: the record minus the known functions of time of a model, cut into `number` equal time sections."""
+        """`SectionsOfSamples`: samples minus the model's known functions of time, cut into `number` equal time sections."""
+        return SectionsOfSamples(self.residual(model), self.rate, number)
 
     def ordinates_without(self, effects: Sequence[Deterministic]) -> Array:
         """Array of the ordinates of the record minus those of the functions of time `effects`, shape (known,).
@@ -319,95 +307,14 @@ class Data(ABC):
         return ordinates if self.gain is None else ordinates * self.gain[j]
 
 
-@align_when_unpickled
-@dataclass(frozen=True, slots=True, eq=False)
-class SampleData(Data):
-    """Data of a recording with all its samples, prepared for fitting; a summary has `SummaryData`.
-
-    Attributes
-    ----------
-    missing : ndarray of bool, shape (n,), or None
-        True where a sample is missing.
-    gain : ndarray, shape (n,), or None
-    mixing : ndarray, shape (bins, bins), or None
-    """
-
-    missing: NDArray[np.bool_] | None = None
-    gain: Array | None = None
-    mixing: Array | None = None
-
-    __repr__ = brief
-
-    #: Every sample and ordinate is kept.
-    whole = True
-
-    @property
-    def n(self) -> int:
-        """Number of samples."""
-        return int(self.samples.size)
-
-    @property
-    def time(self) -> Array:
-        """Array of the time of each sample, s since the first sample of the recording, shape (n,)."""
-        return times_of(self.n, self.rate, self.start)
-
-    @property
-    def lost(self) -> float:
-        """Fraction of the samples that are missing, 0 … 1."""
-        missing = self.missing
-        if missing is None:
-            return 0.0
-        return float(self.of_bins.get("lost", lambda: missing.mean(keepdims=True))[0])
-
-    def transform(self, series: Array) -> Array:
-        """Array of the orthonormal cosine transform of a series sampled at `time`, shape (n,)."""
-        stop_if_unwanted()
-        return _kernels.cosine_transform(np.ascontiguousarray(series))
-
-    def factors(self) -> NDArray[np.int64]:
-        """Array of the averaging factors of the Allan curve: eight per decade from 1, up to a third of the record."""
-        return averaging_factors(self.n // 3)
-
-    def deviation(self, factors: NDArray[np.int64], subtracted: Array | None = None) -> Array:
-        """Array of the overlapping Allan deviation of the samples, U, at the averaging `factors`, shape of `factors`.
-
-        The signal `subtracted` is first subtracted from the samples; None subtracts nothing. U is the unit of the samples.
-        """
-        return self.deviation_of(
-            self.samples if subtracted is None else self.samples - subtracted, factors
-        )
-
-    def deviation_of(self, signal: Array, factors: NDArray[np.int64]) -> Array:
-        """Array of the overlapping Allan deviation, U, of a signal sampled at `time`, at the averaging `factors`."""
-        stop_if_unwanted()
-        return oadev(signal, rate=self.rate, factors=factors).deviation
-
-    def resolved_sections(
-        self, band: tuple[float, float], max_number: int, min_product: float
-    ) -> int:
-        """Number of equal time sections in which a band (low, high), Hz, can be followed; 0 if it cannot.
-
-        The number is `max_number`, halved until the bandwidth times the duration of a section reaches `min_product`. It
-        is 0 if no number suffices, or if over 10 % of the samples are missing.
-        """
-        number = max_number if has_all_ordinates(self) else 0
-        while number and (band[1] - band[0]) * self.duration / number < min_product:
-            number //= 2
-        return number
-
-    def sections(self, model: Model, number: int) -> Sections:
-        """`SectionsOfSamples`: samples minus the model's known functions of time, cut into `number` equal time sections."""
-        return SectionsOfSamples(self.residual(model), self.rate, number)
-
-
 def averaging_factors(top: int) -> NDArray[np.int64]:
     """Array of integer averaging factors from 1 to about `top`, eight per decade, ascending; [1] for a `top` below 1."""
     at = np.arange(0.0, np.log10(max(1, top)) + 1e-9, 1 / TAUS_PER_DECADE)
     return np.unique(np.round(10**at).astype(np.int64))
 
 
-def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> SampleData:
-    """`SampleData` of a one-column recording, prepared for fitting.
+def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
+    """`Data` of a one-column recording, prepared for fitting.
 
     Parameters
     ----------
@@ -442,7 +349,7 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> SampleD
         for name, values in dict(recording.covariates).items()
     }
     ordinates = _kernels.cosine_transform(filled)
-    return SampleData(
+    return Data(
         filled,
         ordinates,
         float(recording.rate),
@@ -493,8 +400,8 @@ def _require_noise(filled: Array, label: str) -> None:
     check_size(filled, label, "a fit")
 
 
-def without_samples(data: SampleData, missing: NDArray[np.bool_]) -> SampleData:
-    """`SampleData` in which the samples of the mask `missing` are missing too, and bridged; with empty caches."""
+def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
+    """`Data` in which the samples of the mask `missing` are missing too, and bridged; with empty caches."""
     filled = bridge_gaps(data.samples, missing)
     if data.missing is not None:
         missing = missing | data.missing

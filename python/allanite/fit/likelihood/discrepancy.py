@@ -93,18 +93,6 @@ def best_scale(power: Array, count: Array, spectrum: Array) -> tuple[int, float]
     return likelihood(count).best_scale(power, spectrum)[:2]
 
 
-def nearest_best_scale(
-    power: Array, count: Array, spectrum: Array, scale: int, best: MarginalLikelihood
-) -> tuple[int, MarginalLikelihood]:
-    """Pair: index into `SCALES` of the local maximum of the marginal logL nearest to `scale`, and its `MarginalLikelihood`.
-
-    `SCALES` are the tried values of the discrepancy δ. `best` is the `MarginalLikelihood` at the index `scale`; it is
-    returned if `scale` is that maximum.
-    """
-    found, value, weight = likelihood(count).best_scale(power, spectrum, scale)
-    return (scale, best) if found == scale else (found, MarginalLikelihood(value, weight))
-
-
 def bin_levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Array:
     """Array of the estimated ratio e^ε of true to modeled power in each bin, shape (bins,).
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from operator import is_
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,10 +25,6 @@ if TYPE_CHECKING:
     from allanite.effects import Modifier, Stochastic
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.data import Data
-
-#: Maximum number of successive ordinates whose evaluator is cached: those of a regression of slow functions. It changes
-#: only the speed.
-MAX_CACHED_RUN = 1 << 13
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,26 +63,6 @@ def columns(model: Model, data: Data) -> Array:
     The filters of the model act on all effects. Its level changes and bandwidth also act on white noise.
     """
     return np.array([column_of(model, effect, data) for effect in model.stochastic]).T
-
-
-def columns_like(
-    model: Model, other: Model, known: Array, data: Data, used: Sequence[bool] | None = None
-) -> Array:
-    """Array of the expected power of each bin from each random effect at coefficient 1, shape (bins, effects).
-
-    `known` is this array for the model `other`, which has as many random effects. Only columns of effects that differ, or
-    whose filters or level changes differ, are computed. Effects for which `used` is False keep the known column, too.
-    """
-    effects, before = model.stochastic, other.stochastic
-    modifiers = model.modifiers
-    still = len(modifiers) == len(other.modifiers) and all(map(is_, modifiers, other.modifiers))
-    passed = still or model.filters == other.filters
-    out = np.array(known.T)
-    needed = (True,) * len(effects) if used is None else used
-    for row, effect, old, need in zip(out, effects, before, needed, strict=True):
-        if need and (effect is not old or not (still if effect.white else passed)):
-            row[:] = column_of(model, effect, data)
-    return out.T
 
 
 def column(terms: tuple[Term, ...], data: Data) -> Array:
@@ -158,10 +133,7 @@ def _complete_column(
     """
     terms = Model((*acting, effect)).unit_terms(effect, rate, span)
     if ends_missing:
-        inside = tuple(term.inside for term in terms)
-        if inside == terms:
-            return _complete_column(effect, acting, rate, span, n, False)
-        terms = inside
+        terms = tuple(term.inside for term in terms)
     column = _column_of_terms(terms, n)
     if is_narrow(effect):
         # The nodes of a bin would miss the narrow band.
@@ -192,22 +164,8 @@ def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> Ar
     All values are at least 1e-300.
     """
     stop_if_unwanted()
-    found = _evaluator_at(ordinates, n).variance([term.at_ordinates(n) for term in terms])
+    found = _kernels.Ordinates(ordinates, n).variance([term.at_ordinates(n) for term in terms])
     return np.maximum(found, 1e-300)
-
-
-def _evaluator_at(ordinates: NDArray[np.int64], n: int) -> _kernels.Ordinates:
-    """Compiled evaluator of densities at the given ordinates of n samples; cached for 2 to 8192 successive ordinates."""
-    if 1 < ordinates.size <= MAX_CACHED_RUN and bool((np.diff(ordinates) == 1).all()):
-        return _evaluator_of_run(int(ordinates[0]), ordinates.size, n)
-    return _kernels.Ordinates(ordinates, n)
-
-
-@cleared_by_free_buffers
-@lru_cache(maxsize=32)
-def _evaluator_of_run(first: int, size: int, n: int) -> _kernels.Ordinates:
-    """Compiled evaluator of densities at `size` successive ordinates from `first` of n samples; cached."""
-    return _kernels.Ordinates(np.arange(first, first + size, dtype=np.int64), n)
 
 
 def relative_power_of_segments(

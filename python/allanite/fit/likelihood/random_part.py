@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite.common.arrays import Array
 from allanite.common.showing import brief
 from allanite.fit.likelihood.discrepancy import MIN_DISCREPANCY_DELTA_LOGL, marginal_likelihood
-from allanite.fit.likelihood.expected import columns, columns_like
+from allanite.fit.likelihood.expected import columns
 from allanite.fit.likelihood.whittle import Maximum, climb, maximize
 
 if TYPE_CHECKING:
@@ -82,21 +82,15 @@ class RandomPart:
 
     __repr__ = brief
 
-    def linear(self, model: Model, like: tuple[Model, Linear] | None = None) -> Linear:
+    def linear(self, model: Model) -> Linear:
         """`Linear`: expected bin power of a model as a linear function of its squared coefficients.
 
-        Shape parameters (frequencies, time constants) have the values in the model. `like` is a pair: another model with as
-        many random effects, and its `Linear`, from which columns of unchanged effects are taken.
+        Shape parameters (frequencies, time constants) have the values in the model.
         """
         effects = model.stochastic
         held = np.array([e.coefficient in e.held for e in effects], dtype=bool)
         known = np.array([getattr(e, e.coefficient) or 0.0 for e in effects]) ** 2
-        matrix = (
-            columns(model, self.data)
-            if like is None
-            else columns_like(model, like[0], like[1].matrix, self.data)
-        )
-        return Linear(matrix, ~held, np.where(held, known, 0.0))
+        return Linear(columns(model, self.data), ~held, np.where(held, known, 0.0))
 
     def maximize(self, model: Model, start: Maximum | None = None) -> Maximum:
         """`Maximum` of the likelihood over the free coefficients and the discrepancy, at the model's present shapes.

@@ -208,20 +208,13 @@ def _without_level_changes(solution: Solution, data: Data, whitened: Whitened) -
 def _relative_power(solution: Solution, data: Data) -> Array:
     """Array of the expected power of the white noise over time, divided by its mean, one value for each sample.
 
-    It is 1 at missing samples. For a summary, it has one value for each equal time segment; there are as many segments as
-    single ordinates.
+    It is 1 at missing samples: completed samples have the mean power of the record at all times. For a summary, it has one
+    value for each equal time segment; there are as many segments as single ordinates.
     """
-    if not data.whole:
-        return expected_level(solution.model, data, solution.ordinates.size)
-    gain = np.ones(data.n)
-    for effect in solution.model.modifiers:
-        if effect.passing:
-            gain *= effect.gain(data.time, data.covariates)
-    gain **= 2
-    gain /= gain.mean()
+    power = expected_level(solution.model, data, solution.ordinates.size)
     if data.missing is not None:
-        gain[data.missing] = 1.0  # completed samples have the mean power of the record at all times
-    return gain
+        power[data.missing] = 1.0
+    return power
 
 
 def _is_normal(samples: Array) -> bool:

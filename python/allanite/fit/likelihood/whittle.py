@@ -24,9 +24,6 @@ from allanite.fit.likelihood.discrepancy import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-#: Maximum degrees of freedom of a bin in the second start of a fit, which gives all bins a similar weight.
-#: Chosen by judgment; not measured.
-MAX_EQUAL_WEIGHT_FREEDOM = 10.0
 #: Minimum degrees of freedom of a bin whose normal score is computed; below, the bin is empty and its score is 0.
 #: Chosen by judgment; not measured.
 MIN_SCORED_FREEDOM = 0.01
@@ -133,7 +130,7 @@ def maximize(
     start: Maximum | None = None,
     offset: Array | None = None,
 ) -> Maximum:
-    """`Maximum` of the likelihood over θ ≥ 0 and the discrepancy δ: the best of up to four local maxima.
+    """`Maximum` of the likelihood over θ ≥ 0 and the discrepancy δ: the best of up to three local maxima.
 
     The first has δ = 0 and starts from least squares, or from `start` if this has δ = 0. The others have δ > 0. They
     are tried only if some δ > 0 raises the logL at the first maximum.
@@ -153,25 +150,13 @@ def maximize(
     -------
     Maximum
     """
-
-    def without_discrepancy(freedom: Array) -> Maximum:
-        """Local `Maximum` of the likelihood with the discrepancy δ = 0, reached from a least-squares start.
-
-        `freedom` are the degrees of freedom of the bins.
-        """
-        first = first_guess(power, freedom, columns, offset)
-        return climb(power, freedom, columns, first, None, offset)
-
-    if start is not None and start.scale is None:
-        plain = climb(power, count, columns, start.theta, None, offset)
-    else:
-        plain = without_discrepancy(count)
-    scale, value = best_scale(power, count, plain.spectrum)
+    known = None if start is None or start.scale is not None else start.theta
+    theta = first_guess(power, count, columns, offset) if known is None else known
+    plain = climb(power, count, columns, theta, None, offset)
     found = [plain]
+    scale, value = best_scale(power, count, plain.spectrum)
     if value > plain.log_likelihood:
-        # A wrong model has several maxima: near the Whittle fit, and near the fit with similar weights of all bins.
-        even = without_discrepancy(np.minimum(count, MAX_EQUAL_WEIGHT_FREEDOM))
-        starts = [(plain.theta, scale), (even.theta, best_scale(power, count, even.spectrum)[0])]
+        starts = [(plain.theta, scale)]
         if start is not None and start.scale is not None:
             starts.append((start.theta, start.scale))
         found += [climb(power, count, columns, theta, scale, offset) for theta, scale in starts]
@@ -230,30 +215,26 @@ def profile_interval(
     drop : float
         Fall of the scaled logL at θ = 0, at least 0; infinite if the model has one coefficient.
     """
+    from scipy.optimize import brentq
+
     loss = profile_loss(power, count, columns, best, index)
 
     def drop(theta: float) -> float:
         """Loss of the scaled logL if the squared coefficient is fixed at `theta` and all others are fitted again."""
         return logl_scale * loss(theta)
 
-    def search(inside: float, outside: float, level: float) -> float:
-        """Squared coefficient θ between `inside` and `outside` at which the scaled logL is `level` below its maximum.
+    def end(inside: float, outside: float) -> float:
+        """Squared coefficient θ between `inside` and `outside` at an end of the 95 % interval.
 
-        It is found by 14 bisections in √θ.
+        It is searched in √θ, where the profile is nearly a parabola.
         """
-        # Bisection in the square root, where the profile is nearly a parabola.
         a, b = np.sqrt(inside), np.sqrt(outside)
-        for _ in range(14):
-            middle = 0.5 * (a + b)
-            if drop(middle**2) < level:
-                a = middle
-            else:
-                b = middle
-        return float((0.5 * (a + b)) ** 2)
+        root = brentq(lambda r: drop(r * r) - HALF_CHI2_95, a, b, xtol=1e-4 * abs(b - a))
+        return float(root) ** 2
 
     center = float(best.theta[index])
     at_zero = drop(0.0) if columns.shape[1] > 1 else np.inf
-    low = search(center, 0.0, HALF_CHI2_95) if at_zero > HALF_CHI2_95 else 0.0
+    low = end(center, 0.0) if at_zero > HALF_CHI2_95 else 0.0
     # Start the search for the upper end at twice the standard error with all other coefficients fixed.
     slopes = columns[:, index] / best.spectrum
     known = logl_scale * float(information(count, best.weight, slopes[:, None])[0, 0])
@@ -263,7 +244,7 @@ def profile_interval(
         if drop(outside) > HALF_CHI2_95:
             break
         outside = center + 2.0 * (outside - center)
-    return low, search(center, outside, HALF_CHI2_95), float(max(at_zero, 0.0))
+    return low, end(center, outside), float(max(at_zero, 0.0))
 
 
 def normal_scores(power: Array, count: Array, spectrum: Array) -> Array:

@@ -36,7 +36,7 @@ from allanite.fit.missing.shares import MAX_CELLS, unknown_share
 
 if TYPE_CHECKING:
     from allanite.effects import Model
-    from allanite.fit.likelihood.data import Data, SampleData
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
 Mask = NDArray[np.bool_]
@@ -192,16 +192,16 @@ def _cholesky_of_missing(missing: Mask, precision: Array) -> tuple[Array, bool] 
 
 
 def complete(
-    data: SampleData,
+    data: Data,
     model: Model,
     level: Array | None = None,
     solutions: list[Array] | None = None,
-) -> SampleData:
-    """`SampleData` of the record with its missing samples completed under a model with values.
+) -> Data:
+    """`Data` of the record with its missing samples completed under a model with values.
 
     Parameters
     ----------
-    data : SampleData
+    data : Data
         With `missing`; values at missing samples are replaced.
     model : Model
     level : ndarray, shape (bins,), optional
@@ -212,7 +212,7 @@ def complete(
 
     Returns
     -------
-    SampleData
+    Data
         Missing samples are random draws given the present ones. Ordinates are those of the conditional mean, scaled to the
         variance of the model; `gain` is the inverse of this scale. `mixing` and the degrees of freedom of the bins state
         what the gaps leave known.
@@ -306,7 +306,7 @@ def is_still_complete(data: Data, before: Solution, after: Solution) -> bool:
     return 0.5 * float(data.bins.count @ change**2) < MAX_SETTLED_DELTA_LOGL
 
 
-def complete_and_fit(data: SampleData, model: Model) -> tuple[SampleData, Solution]:
+def complete_and_fit(data: Data, model: Model) -> tuple[Data, Solution]:
     """Pair (data, solution): record whose missing samples are drawn from the model fitted to it, and this fit.
 
     Each round draws the missing samples and fits again. At most 8 rounds are made, until one changes logL by less than

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.fit.likelihood.data import SampleData, without_samples
+from allanite.fit.likelihood.data import without_samples
 from allanite.fit.likelihood.expected import expected_power
 
 if TYPE_CHECKING:
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 MAX_ADDED_VARIANCE = 0.1
 
 
-def without_ends(data: Data, solution: Solution) -> SampleData | None:
+def without_ends(data: Data, solution: Solution) -> Data | None:
     """Copy of the data with the first and last sample masked; None if leakage from the ends of the record is negligible.
 
     Leakage is negligible if ½ Σ n s² ≤ 0.1, summed over bins. Here n is the degrees of freedom of a bin, and s is the
     part of its expected power that is leakage. None is also returned for summaries, and if both ends are already missing.
     """
-    if not isinstance(data, SampleData) or data.ends_missing:
+    if not data.whole or data.ends_missing:
         return None
     if all(term.inside is term for term in data.terms(solution.model)):
         return None

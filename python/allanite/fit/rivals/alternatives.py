@@ -16,7 +16,6 @@ from allanite.fit.rivals.columns import follow_columns_consistently
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
 from allanite.fit.shapes.scan import polished_designs, scan_added_effect, simplest_design
-from allanite.fit.shapes.shape import grid_models
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -122,7 +121,7 @@ def fit_replacement(
         if not blanks:
             return None
         place = len(base.model)
-        points = [m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)]
+        points = [point for blank in blanks for point in grid_points(blank, data.n, data.rate)]
         # logL of `part` differs from that of the base by a constant, since known functions are removed from the power.
         scanned = scan_added_effect(base.model, points, base.best, part)
         below = base.log_likelihood - part.log_likelihood_of(base.best)
@@ -152,7 +151,7 @@ def slow_scans(
     noise = base.noise(data)
     for blanks in slow_families(base.model, data.covariates).values():
         for blank in filter(wanted, blanks):
-            points = grid_points(blank, data)
+            points = grid_points(blank, data.n, data.rate)
             gains, directions = matched_gains(
                 points, base.ordinates, noise, data, base.model.deterministic
             )

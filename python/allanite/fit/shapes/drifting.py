@@ -11,7 +11,7 @@ nearly steady. Around each of the best courses, a demodulated narrow band is the
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.arrays import Array
 from allanite.common.threads import stop_if_unwanted
+from allanite.fit.shapes.simplex import MIN_SHAPE_DELTA_LOGL, local_maximum
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
@@ -55,8 +56,6 @@ BLOCK_VALUES = 1 << 14
 #: Number of frequencies to each side of a line at which the noise along its course is measured. Twice as many values as the
 #: shortest interval of the search for lines; their median has a standard error of 13 %.
 FREQUENCIES_BESIDE_COURSE = 64
-#: Minimum ΔlogL of changed shapes; smaller changes are not made. It is a change by √(2·0.001) = 0.045 standard errors.
-MIN_SHAPE_DELTA_LOGL = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -200,26 +199,12 @@ class Band:
         Frequency and drift are in cycles per record. In bands above 4096 values, only a narrow band around the given line
         is used.
         """
-        from scipy.optimize import minimize
-
         near, course = self, 0.0
         if self.series.size > MAX_EXHAUSTIVE_FREQUENCIES:
             near, course = self._demodulated_along(round(frequency) - self.first, drift), drift
-        more = drift - course
-        first = [(frequency, more), (frequency + 0.2, more), (frequency, more + 0.7)]
-
-        def loss(x: Array, *_: Any, **__: Any) -> float:
-            """Negative ΔlogL of a line with the frequency x[0] and the drift `course` + x[1], in cycles per record."""
-            return -near.gain(float(x[0]), float(x[1]))
-
-        options: Any = {
-            "initial_simplex": np.array(first),
-            "xatol": 1e-4,
-            "fatol": 1e-5,
-            "maxiter": 200,
-        }
-        found = minimize(loss, np.array(first[0]), method="Nelder-Mead", options=options)
-        frequency, drift = float(found.x[0]), course + float(found.x[1])
+        start, steps = np.array([frequency, drift - course]), np.array([0.2, 0.7])
+        found, _ = local_maximum(lambda x: near.gain(float(x[0]), float(x[1])), start, steps)
+        frequency, drift = float(found[0]), course + float(found[1])
         return frequency, drift, self.gain(frequency, drift)
 
 

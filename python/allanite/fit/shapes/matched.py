@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from allanite.common.arrays import Array
 from allanite.effects import (
     CATALOGUE,
     Deterministic,
+    Effect,
     LaggedColumn,
     Model,
     followed_column,
@@ -35,60 +36,49 @@ COLUMN_MEANS = 16 * CACHED_ORDINATES
 MIN_INDEPENDENT_NORM = 1e-3
 
 
+#: A class of effects.
+Some = TypeVar("Some", bound=Effect)
+
+
 def regressor_ordinates(points: Sequence[Deterministic], j: NDArray[np.int64], data: Data) -> Array:
     """Array of the cosine ordinates j of the regressors of several effects, shape (effects · regressors, ordinates).
 
     If samples are missing, each ordinate is multiplied by the factor by which the gaps attenuate it (`Data.attenuated`).
     """
-    is_low = not j.size or int(j[-1]) < CACHED_ORDINATES
-    if len(points) > 1 or not is_low:
-        closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
-        if closed is not None:
-            return data.attenuated(closed, j)
-    if not is_low:
-        return data.attenuated(
-            np.concatenate([data.regressor_ordinates(p)[:, j] for p in points]), j
-        )
-    return data.attenuated(np.concatenate([_cached_ordinates(p, data)[:, j] for p in points]), j)
+    rows = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
+    if rows is None:
+        is_low = not j.size or int(j[-1]) < CACHED_ORDINATES
+        parts = [
+            _lowest_ordinates(p, data) if is_low else data.regressor_ordinates(p) for p in points
+        ]
+        rows = np.concatenate([part[:, j] for part in parts])
+    return data.attenuated(rows, j)
 
 
-def _cached_ordinates(effect: Deterministic, data: Data) -> Array:
+def _lowest_ordinates(effect: Deterministic, data: Data) -> Array:
     """Array of the first `CACHED_ORDINATES` cosine ordinates of every regressor of an effect, one row each; cached.
 
-    In a long record, those of a logged column are computed from `COLUMN_MEANS` means of its samples.
+    Filtered columns are cached for all effects that follow the column. In a long record, the ordinates of a logged
+    column are computed from `COLUMN_MEANS` means of its samples.
     """
 
-    def of_effect() -> Array:
-        """Array of the first cosine-transform coefficients of the effect's regressors, shape (regressors, coefficients).
-
-        At most `CACHED_ORDINATES` are kept. They have a closed form for some effects; the coefficient 0 is then set to 0.
-        """
-        j = np.arange(1, min(data.n, CACHED_ORDINATES), dtype=np.int64)
-        closed = effect.regressor_ordinates([effect], j, data.n, data.rate, data.start)
-        if closed is not None:
-            return np.pad(closed, ((0, 0), (1, 0)))
-        return np.array([lowest(row) for row in effect.regressors(data.time, data.covariates).T])
-
-    def of_lagged(part: LaggedColumn) -> Array:
-        """Array of the first `CACHED_ORDINATES` ordinates of a filtered column.
-
-        Cached for all effects that follow the column.
-        """
-        return data.lowest.get(part, lambda: lowest(part.series(data.time, data.covariates)))
-
     def lowest(series: Array) -> Array:
-        """Array of the first `CACHED_ORDINATES` ordinates (cosine-transform coefficients) of a series.
-
-        If the effect follows a logged column and the record is long, they are computed from means of consecutive samples.
-        """
+        """Array of the first `CACHED_ORDINATES` ordinates (cosine-transform coefficients) of a series."""
         if effect.follows is not None and data.samples.size >= 2 * COLUMN_MEANS:
             return _ordinates_of_means(series, data)
         return data.transform(series)[:CACHED_ORDINATES]
 
+    def of_lagged(part: LaggedColumn) -> Array:
+        """Array of the first `CACHED_ORDINATES` ordinates of a filtered column."""
+        return data.lowest.get(part, lambda: lowest(part.series(data.time, data.covariates)))
+
     if sums := effect.sums_of_lagged():
         followed_column(effect, data.covariates)
         return np.array([weighted_sum([(w, of_lagged(part)) for w, part in s]) for s in sums])
-    return data.lowest.get(effect.seen_alike, of_effect)
+    return data.lowest.get(
+        effect.seen_alike,
+        lambda: np.array([lowest(row) for row in effect.regressors(data.time, data.covariates).T]),
+    )
 
 
 def _ordinates_of_means(series: Array, data: Data) -> Array:
@@ -105,16 +95,21 @@ def _ordinates_of_means(series: Array, data: Data) -> Array:
     )
 
 
-def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
-    """List of copies of the effect with shape values, one for every point of the grid of the shapes that have none.
+def grid_points(blank: Some, n: int, rate: float) -> list[Some]:
+    """List of copies of an effect: one for each variant and combination of the trial values of its unknown shapes.
 
-    One copy if all shapes have values.
+    `n` is the number of samples, `rate` the sampling rate in Hz. If the effect has several variants (e.g. filter
+    designs), shapes that have a value are put on the grid, too. One copy if all shapes have values.
     """
-    shapes = [
-        p.name for p in blank.parameters if p.role == "shape" and blank.values[p.name] is None
-    ]
-    grids = [map(float, blank.searched(name, data.n, data.rate)) for name in shapes]
-    return [blank.with_values(**dict(zip(shapes, v, strict=True))) for v in product(*grids)]
+    variants, out = blank.variants(), []
+    for variant in variants:
+        values = variant.values
+        names = [name for name in variant.free_shapes if values[name] is None]
+        if len(variants) > 1:
+            names = [name for name in variant.free_shapes if not isinstance(values[name], str)]
+        grids = [map(float, variant.searched(name, n, rate)) for name in names]
+        out += [variant.with_values(**dict(zip(names, v, strict=True))) for v in product(*grids)]
+    return out
 
 
 def filter_ordinates(data: Data) -> NDArray[np.int64]:

@@ -21,7 +21,7 @@ from allanite.fit.likelihood.peaks import (
     ordinates_of_bins,
 )
 from allanite.fit.models import with_effect, without_effect
-from allanite.fit.shapes.drifting import MIN_SHAPE_DELTA_LOGL
+from allanite.fit.shapes.simplex import MIN_SHAPE_DELTA_LOGL, local_maximum
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 HALF_WIDTH_RATIO = 2.0
 #: Minimum half-width of a band, in ordinates: the resolution of the spectrum; a narrower band is a line.
 MIN_HALF_WIDTH = 1.0
-#: Maximum steps of the optimization. Chosen by judgment; not measured.
-MAX_STEPS = 40
+#: First step of the optimization, in units of `Window.scales`. Chosen by judgment; not measured.
+FIRST_STEP = 0.3
 #: Step of numerical derivatives, in units of `Window.scales`. Chosen by judgment; not measured.
 DERIVATIVE_STEP = 1e-4
 #: Maximum change of ln density of the other effects within a bin, for the bin to count as flat.
@@ -42,18 +42,17 @@ MAX_FLAT_CHANGE = 0.5
 #: Maximum width of a band, relative to the maximum width of narrow bands, up to which single ordinates count.
 #: Chosen by judgment; not measured.
 MAX_WIDTH_WITH_WEIGHT = 4.0
-#: Maximum distance of a band's ln half-width from the maximum of narrow bands, below which all widths are tried: such a
-#: width comes from the bins, which cannot resolve it. Chosen by judgment; not measured.
-MAX_DISTANCE_TO_WIDEST = 0.3
+#: Fraction of the widest half-width of a narrow band, above which all widths are tried: such a width comes from the bins,
+#: which cannot resolve it. Chosen by judgment; not measured.
+MAX_FRACTION_OF_WIDEST = 0.75
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Window:
     """Ordinates near a narrow band of a model, and the likelihood of the band there.
 
-    A band has four coordinates: ln power, middle in ordinates, ln half-width in ordinates, and ln of a factor on the other
-    effects of the model. The factor keeps their errors from distorting the band. Further coordinates are ln of the shapes
-    that place companions (sidebands, harmonics) and set their strength.
+    Its coordinates are ln of the band's variance, ln of a factor on the other effects of the model, and ln of each free
+    shape of the band. The factor keeps errors of the other effects from distorting the band.
 
     Attributes
     ----------
@@ -82,8 +81,7 @@ class Window:
 
         `ordinates`, shape (n,), are those of the record minus known functions of time.
         """
-        effect = model.effects[place]
-        near = bins_near(effect, data.bins, data.rate)
+        near = bins_near(model.effects[place], data.bins, data.rate)
         others = without_effect(model, place)
         j = ordinates_of_bins(near, data.bins)
         return cls(
@@ -103,121 +101,91 @@ class Window:
         return self.data.rate / (2.0 * self.data.n)
 
     @property
-    def companion_shapes(self) -> tuple[str, ...]:
-        """Tuple of the names of the band's free shapes that belong to its sidebands or harmonics; may be empty."""
-        return tuple(n for n in self.own.free_shapes if n in self.own.companions)
+    def max_half_width(self) -> float:
+        """Maximum half-width, in ordinates, that counts as narrow at the mean frequency of the window."""
+        return float(0.5 * MAX_NARROW_WIDTH * np.mean(self.j))
+
+    def coordinates(self, band: Stochastic) -> Array:
+        """Array of the coordinates of a band with values, of the kind of this band, and a factor of 1."""
+        shapes = [band.values[name] for name in self.own.free_shapes]
+        return np.log([max(band.values[band.coefficient] ** 2, 1e-300), 1.0, *shapes])
 
     def effect(self, x: Array) -> Stochastic:
-        """Effect of the band with the parameters at the coordinates `x`.
+        """Effect of the band with the parameters at the coordinates `x`; shapes are clipped to their ranges."""
+        values = {self.own.coefficient: float(np.exp(0.5 * x[0]))}
+        for name, value in zip(self.own.free_shapes, np.exp(x[2:]).tolist(), strict=True):
+            declared = self.own.parameter(name)
+            values[name] = min(max(value, declared.low), declared.high)
+        return self.own.with_values(**values)
 
-        `x` holds ln power, center and ln half-width in ordinates, a number that does not concern this effect, and ln of
-        each companion shape.
-        """
-        half = float(np.exp(x[2]))
-        made = self.own.banded(
-            float(x[1] - half) * self.hertz_per_ordinate,
-            float(x[1] + half) * self.hertz_per_ordinate,
-        )
-        assert made is not None
-        shapes = dict(zip(self.companion_shapes, np.exp(x[4:]).tolist(), strict=True))
-        return made.with_values(**{made.coefficient: float(np.exp(0.5 * x[0]))}, **shapes)
-
-    def start(self) -> Array:
-        """Array of the coordinates of the band at its present values, for `effect`, `log_likelihood` and `optimized`.
-
-        They are ln power, center and ln half-width in ordinates, 0 (ln of the factor on the other effects), and ln of
-        each shape in `companion_shapes`.
-        """
-        own = self.own
-        assert own.occupies is not None
-        low, high = np.array(own.occupies) / self.hertz_per_ordinate
-        power = np.log(max(own.values[own.coefficient] ** 2, 1e-300))
-        shapes = [np.log(own.values[name]) for name in self.companion_shapes]
-        return np.array([power, 0.5 * (low + high), np.log(0.5 * (high - low)), 0.0, *shapes])
+    def half_width(self, band: Stochastic) -> float:
+        """Half-width of a band with values, in ordinates."""
+        assert band.occupies is not None
+        return float(np.ptp(band.occupies)) / (2.0 * self.hertz_per_ordinate)
 
     def scales(self, x: Array) -> Array:
         """Array of the scale of each coordinate in `x`: a change by this scale alters the spectrum substantially.
 
-        The scale of the center frequency, for example, is the half-width.
+        The scale of a frequency is the half-width of the band.
         """
-        half = float(np.exp(x[2]))
-        units = [self.own.parameter(name).unit for name in self.companion_shapes]
-        shapes = [
-            half * self.hertz_per_ordinate / float(np.exp(v)) if unit == "Hz" else 1.0
-            for unit, v in zip(units, x[4:], strict=True)
-        ]
-        return np.array([1.0, half, 1.0, 0.5, *shapes])
+        band = self.effect(x)
+        half = self.half_width(band) * self.hertz_per_ordinate
+        names = band.free_shapes
+        shapes = [half / band.values[n] if band.parameter(n).unit == "Hz" else 1.0 for n in names]
+        return np.array([1.0, 0.5, *shapes])
 
     def spectrum(self, x: Array) -> Array:
-        """Array, shape (k,): expected squared ordinates in the window, for a band with the parameters `x`.
+        """Array, shape (k,): expected squared ordinates in the window, for a band at the coordinates `x`.
 
-        They are the density of the band, plus e^{x[3]} times `other_power`, the density of the other effects. `x` are the
-        numbers that `start` returns.
+        They are the density of the band, plus e^{x[1]} times `other_power`, the density of the other effects.
         """
         effect = self.effect(x)
         model = with_effect(self.model, self.place, effect)
         terms = [t.scaled(float(np.exp(x[0]))) for t in self.data.unit_terms(model, effect)]
-        return np.exp(x[3]) * self.other_power + density(tuple(terms), self.j, self.data.n)
+        return np.exp(x[1]) * self.other_power + density(tuple(terms), self.j, self.data.n)
 
     def log_likelihood(self, x: Array) -> float:
-        """Whittle logL of the ordinates in the window, nats, for a band with the parameters `x`.
-
-        `x` are the numbers that `start` returns, such as ln power, center and ln half-width.
-        """
+        """Whittle logL of the ordinates in the window, nats and without constants, for a band at the coordinates `x`."""
         stop_if_unwanted()
-        return self._log_likelihood_of(self.spectrum(x))
-
-    def _log_likelihood_of(self, expected: Array) -> float:
-        """Whittle logL, nats and without constants, of the window's ordinates for their `expected` squares, shape (k,)."""
+        expected = self.spectrum(x)
         return -0.5 * float(np.sum(np.log(expected) + self.power / expected))
-
-    @property
-    def max_log_half_width(self) -> float:
-        """Ln of the maximum half-width, in ordinates, that counts as narrow at the mean frequency of the window."""
-        return float(np.log(0.5 * MAX_NARROW_WIDTH * np.mean(self.j)))
 
     def is_admissible(self, x: Array) -> bool:
         """True if the coordinates `x` describe a narrow band whose center is inside the window.
 
         To be narrow, the half-width must be at least one ordinate, and at most twice that of the widest narrow band. Also,
-        the factor on the other effects, e^{x[3]}, must be between e^−2 and e², and no peaks of the effect may overlap.
+        the factor on the other effects must be between e^−2 and e². Shapes must lie inside their ranges. No two peaks may
+        overlap, and all lie between 0 Hz and half the sampling rate.
         """
-        return bool(
-            np.log(MIN_HALF_WIDTH) <= x[2] <= self.max_log_half_width + 0.7
-            and self.j[0] < x[1] < self.j[-1]
-            and abs(x[3]) < 2.0
-            and self._has_separate_peaks(x)
-        )
-
-    def _has_separate_peaks(self, x: Array) -> bool:
-        """True if no two peaks of the band with its sidebands or harmonics overlap; True without free companion shapes.
-
-        The companion shapes must also lie inside their ranges, and all peaks between 0 Hz and half the sampling rate.
-        """
-        if not self.companion_shapes:
-            return True
-        declared = [self.own.parameter(name) for name in self.companion_shapes]
-        if not all(p.low < np.exp(v) < p.high for p, v in zip(declared, x[4:], strict=True)):
+        declared = [self.own.parameter(name) for name in self.own.free_shapes]
+        if not all(p.low < np.exp(v) < p.high for p, v in zip(declared, x[2:], strict=True)):
             return False
-        low, high = np.sort(np.array(self.effect(x).peaks).T)
+        band = self.effect(x)
+        middle = 0.5 * sum(band.peaks[0]) / self.hertz_per_ordinate
+        low, high = np.sort(np.array(band.peaks).T)
         return bool(
-            low[0] > 0.0 and (low[1:] > high[:-1]).all() and high[-1] < 0.5 * self.data.rate
+            MIN_HALF_WIDTH <= self.half_width(band) <= 2.0 * self.max_half_width
+            and self.j[0] < middle < self.j[-1]
+            and abs(x[1]) < 2.0
+            and (low[1:] > high[:-1]).all()
+            and low[0] > 0.0
+            and high[-1] < 0.5 * self.data.rate
         )
 
     def best_of_widths(self) -> Array:
-        """Array of the coordinates of the most likely of several trial bands, or `start()` if that is likelier than all.
+        """Array of the coordinates of the most likely of several trial bands, or of the present band if likelier than all.
 
-        The first coordinates are ln power, center in ordinates and ln half-width in ordinates. Half-widths of 1, 2, 4, …
-        ordinates are tried, up to that of the widest narrow band. Each trial band lies where the power, relative to that of
-        the other effects, is largest. `start()` is also returned if the other effects have no power at some ordinate.
+        Half-widths of 1, 2, 4, … ordinates are tried, up to that of the widest narrow band. Each trial band lies where the
+        power, relative to that of the other effects, is largest. The present band is also returned if the other effects
+        have no power at some ordinate.
         """
+        best, half = self.coordinates(self.own), MIN_HALF_WIDTH
         if not np.all(self.other_power > 0.0):  # without other noise, no excess is defined
-            return self.start()
+            return best
         excess = self.power / self.other_power
         total = np.concatenate([[0.0], np.cumsum(excess - np.median(excess) / 0.4549)])
-        best, half = self.start(), MIN_HALF_WIDTH
         highest = self.log_likelihood(best) if self.is_admissible(best) else -np.inf
-        while np.log(half) <= self.max_log_half_width:
+        while half <= self.max_half_width:
             width = max(2, round(2.0 * half))
             if width < self.j.size // 2:
                 sums = total[width:] - total[:-width]
@@ -226,7 +194,10 @@ class Window:
                 at = self.other_power[top : top + width].mean()
                 # Half of the band's power lies within its half-widths; all ordinates sum to twice the variance's mean.
                 power = max(2.0 * float(sums[top]) * float(at), 1e-300) / self.data.n
-                x = np.array([np.log(power), middle, np.log(half), 0.0, *best[4:]])
+                ends = (self.hertz_per_ordinate * (middle + side * half) for side in (-1.0, 1.0))
+                band = self.own.banded(*ends)
+                assert band is not None
+                x = self.coordinates(band.with_values(**{band.coefficient: np.sqrt(power)}))
                 found = self.log_likelihood(x)
                 if found > highest:
                     best, highest = x, found
@@ -234,32 +205,14 @@ class Window:
         return best
 
     def optimized(self, x: Array) -> Array:
-        """Array of the coordinates of the local maximum of logL, by Fisher scoring from `x`; `x` itself if no step helps.
+        """Array of the coordinates of the local maximum of logL near `x`; `x` itself if logL rises by less than 1e-3."""
 
-        The iteration ends after 40 steps, or when a step raises logL by less than 1e-3.
-        """
-        for _ in range(MAX_STEPS):
-            slopes, now = self._slopes(x)
-            value = self._log_likelihood_of(now)
-            gradient = 0.5 * slopes.T @ (self.power / now - 1.0)
-            step = scaled_inverse(0.5 * slopes.T @ slopes) @ gradient
-            if float(gradient @ step) < 2.0 * MIN_SHAPE_DELTA_LOGL:
-                break
-            # Limit a step to the width of the band.
-            step /= max(1.0, float(np.max(np.abs(step) / self.scales(x))))
-            share = 1.0
-            while share > 1e-3:
-                tried = x + share * step
-                found = self.log_likelihood(tried) if self.is_admissible(tried) else -np.inf
-                if found > value:
-                    break
-                share *= 0.4
-            else:
-                break
-            x, risen = tried, found - value
-            if risen < MIN_SHAPE_DELTA_LOGL:
-                break
-        return x
+        def gain(tried: Array) -> float:
+            """LogL at the coordinates `tried`; −∞ if they are not admissible."""
+            return self.log_likelihood(tried) if self.is_admissible(tried) else -np.inf
+
+        found, value = local_maximum(gain, x, FIRST_STEP * self.scales(x))
+        return found if value > self.log_likelihood(x) + MIN_SHAPE_DELTA_LOGL else x
 
     def _slopes(self, x: Array) -> tuple[Array, Array]:
         """Pair: derivatives of ln spectrum by the coordinates at `x`, (k, coordinates), and the spectrum, (k,)."""
@@ -275,19 +228,11 @@ class Window:
 
     def errors(self) -> dict[str, float]:
         """Dict of the standard errors of ln(coefficient) and ln(shape) of the band, by parameter name."""
-        x = self.start()
-        covariance, effect = self.covariance(x), self.effect(x)
-        out = {effect.coefficient: 0.5 * float(np.sqrt(covariance[0, 0]))}
-        for name in effect.free_shapes:
-            slope = np.zeros(x.size)
-            for i in (1, 2, *range(4, x.size)):
-                step = DERIVATIVE_STEP * self.scales(x)[i]
-                moved = np.zeros(x.size)
-                moved[i] = step
-                up, down = (self.effect(x + s * moved).values[name] for s in (1.0, -1.0))
-                slope[i] = float(np.log(up / down)) / (2.0 * step)
-            out[name] = float(np.sqrt(slope @ covariance @ slope))
-        return out
+        variance, _, *shapes = np.sqrt(
+            np.diag(self.covariance(self.coordinates(self.own)))
+        ).tolist()
+        own = self.own
+        return {own.coefficient: 0.5 * variance, **dict(zip(own.free_shapes, shapes, strict=True))}
 
 
 def ordinates_delta_logl(model: Model, data: Data, ordinates: Array, count: Array) -> float:
@@ -423,15 +368,11 @@ def fit_narrow_bands(
         if not effect.values[effect.coefficient]:
             continue
         window = Window.of(model, place, data, ordinates)
-        start = window.start()
-        # If the bins placed the band, its frequency and width are only rough.
-        at = (
-            window.best_of_widths()
-            if start[2] > window.max_log_half_width - MAX_DISTANCE_TO_WIDEST
-            else start
-        )
-        x = window.optimized(at)
-        if x is start:
+        start = window.coordinates(effect)
+        if window.half_width(effect) > MAX_FRACTION_OF_WIDEST * window.max_half_width:
+            start = window.best_of_widths()
+        x = window.optimized(start)
+        if np.array_equal(x, window.coordinates(effect)):
             continue
         # The strength comes from the bins, or is held.
         found = window.effect(x)

@@ -2,7 +2,7 @@
 
 Each step solves a linear least-squares problem with the effective degrees of freedom: coefficients are non-negative, and
 changes of shapes stay within a trust region. The step is shortened until the likelihood rises (Levenberg 1944; non-negative
-least squares: Lawson & Hanson 1974). Only columns whose shapes change are recomputed.
+least squares: Lawson & Hanson 1974).
 """
 
 from __future__ import annotations
@@ -14,19 +14,17 @@ import numpy as np
 
 from allanite.common.arrays import Array
 from allanite.fit.likelihood.discrepancy import (
-    MIN_DISCREPANCY_DELTA_LOGL,
-    best_scale,
+    MarginalLikelihood,
+    likelihood,
     linearized,
     marginal_likelihood,
-    nearest_best_scale,
 )
-from allanite.fit.likelihood.expected import columns_like
+from allanite.fit.likelihood.expected import columns
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from allanite.effects import Model
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.random_part import Linear, RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
@@ -49,13 +47,10 @@ MAX_NEGLIGIBLE_PROMISE = 0.1
 MAX_ROUGH_STEPS = 15
 #: Minimum rise of logL in a step for candidates. Chosen by judgment; not measured.
 MIN_ROUGH_STEP_DELTA_LOGL = 0.03
-#: Maximum ΔlogL of a discrepancy over δ = 0 up to which the optimization is repeated without discrepancy, since other
-#: shapes may make it vanish. Chosen by judgment; not measured.
-MAX_DELTA_LOGL_TO_DROP_DISCREPANCY = 30.0
 
 
 @dataclass(frozen=True, slots=True)
-class _Shapes:
+class Shapes:
     """Free shapes of a model as coordinates of an optimization: logarithms of positive shapes, signed shapes unchanged.
 
     Attributes
@@ -75,8 +70,8 @@ class _Shapes:
     limits: Array
 
     @classmethod
-    def of(cls, model: Model, places: list[tuple[int, str]], part: RandomPart) -> _Shapes:
-        """`_Shapes` of the shapes at `places`, pairs (index of the effect, name), with their limits."""
+    def of(cls, model: Model, places: list[tuple[int, str]], data: Data) -> Shapes:
+        """`Shapes` of the shapes at `places`, pairs (index of the effect, name), with their limits."""
         signed, limits = [], []
         for place, name in places:
             effect = model.effects[place]
@@ -88,7 +83,7 @@ class _Shapes:
             if declared.low < 0.0:
                 limits.append((low, high))
                 continue
-            least, most = effect.search_ends(name, part.data.n, part.data.rate)
+            least, most = effect.search_ends(name, data.n, data.rate)
             low = max(low, least, 1e-300)
             # exp(ln x) may differ from x by rounding; keep it within the limits.
             ends = np.log(low), np.log(max(low, min(high, most)))
@@ -111,18 +106,26 @@ class _Shapes:
 
         A coordinate is ln of the shape, or the shape itself if it may be negative.
         """
-        return self.with_shapes(self.model, point, range(point.size))
-
-    def with_shapes(self, model: Model, point: Array, which: Iterable[int]) -> Model:
-        """Copy of `model` in which the shapes with the indices `which` take their values from the coordinates `point`."""
         moved: dict[int, dict[str, float]] = {}
-        for i in which:
-            place, name = self.places[i]
-            value = float(point[i] if self.signed[i] else np.exp(point[i]))
-            moved.setdefault(place, {})[name] = value
+        for (place, name), signed, at in zip(self.places, self.signed, point.tolist(), strict=True):
+            moved.setdefault(place, {})[name] = at if signed else float(np.exp(at))
+        model = self.model
         for place, values in moved.items():
             model = model.replaced(place, **values)
         return model
+
+    def slopes(self, point: Array, now: Array, theta: Array, data: Data) -> Array:
+        """Array of the derivative of the expected bin power by each coordinate, shape (bins, shapes).
+
+        `now` is the power of the model at the coordinates `point`, and `theta` its squared coefficients.
+        """
+        slopes = np.empty((now.size, point.size))
+        for i in range(point.size):
+            moved = point.copy()
+            h = 1e-4 if point[i] + 1e-4 < self.limits[i, 1] else -1e-4
+            moved[i] += h
+            slopes[:, i] = (columns(self.at(moved), data) @ theta - now) / h
+        return slopes
 
 
 def polish(
@@ -138,42 +141,27 @@ def polish(
     `places` lists the shapes as (index of the effect, name). Shapes of bands that are fitted to single ordinates are
     skipped. Without other shapes, `model` and `best` are returned. The optimization starts from `best`, the maximum of
     `model`, and makes at most 60 steps, or 15 with `roughly`.
-
-    For measured power, a second optimization may follow; the end with the higher logL is returned. It adds a model
-    discrepancy if this would raise logL by more than 2 nats. It drops the discrepancy if that lowers logL by less than 30.
     """
     places = [p for p in places if not is_fitted_to_ordinates(model.effects[p[0]], part.data)]
     if not places:
         return model, best
-    shapes = _Shapes.of(model, places, part)
-    ends = [_climb(shapes, shapes.start(), best, part, roughly)]
-    point, found = ends[0]
-    if part.is_expected:
-        pass
-    elif found.scale is None:
-        scale, value = best_scale(part.power, part.count, found.spectrum)
-        if value - MIN_DISCREPANCY_DELTA_LOGL > found.log_likelihood - 1.0:
-            ends.append(_climb(shapes, point, replace(found, scale=scale), part, roughly))
-    else:
-        linear = part.linear(shapes.at(point))
-        plain = part.climb(linear, found.theta, None)
-        if plain.log_likelihood > found.log_likelihood - MAX_DELTA_LOGL_TO_DROP_DISCREPANCY:
-            ends.append(_climb(shapes, point, plain, part, roughly))
-    point, found = max(ends, key=lambda end: end[1].log_likelihood)
-    return shapes.at(point), found
+    shapes = Shapes.of(model, places, part.data)
+    point, found = _climb(shapes, shapes.start(), best, part, roughly)
+    model = shapes.at(point)
+    # At other shapes, the discrepancy may vanish or appear.
+    return model, part.maximize(model, found)
 
 
 def _climb(
-    shapes: _Shapes, point: Array, best: Maximum, part: RandomPart, roughly: bool
+    shapes: Shapes, point: Array, best: Maximum, part: RandomPart, roughly: bool
 ) -> tuple[Array, Maximum]:
-    """Pair: coordinates of the shapes at a local maximum of logL over shapes and coefficients, and the `Maximum` there.
+    """Pair: coordinates of the shapes at a local maximum of logL, and `best` with the coefficients and discrepancy there.
 
     The ascent starts at `point` and `best`. It ends after 60 steps, or when a step raises logL by less than 1e-4. With
     `roughly`, these limits are 15 steps and 0.03.
     """
     power, count = part.power, part.count
-    here = shapes.at(point)
-    linear = part.linear(here)
+    linear = part.linear(shapes.at(point))
     theta, scale = best.theta, best.scale
     floor = 1e-24 * float(power.max()) + 1e-300
     spectrum = np.maximum(linear.matrix @ theta, floor)
@@ -187,7 +175,7 @@ def _climb(
     slopes: Array | None = None
     for _ in range(steps):
         if slopes is None:
-            slopes = _slopes(shapes, point, here, linear, theta, part)
+            slopes = shapes.slopes(point, linear.matrix @ theta, theta, part.data)
         goal_theta, goal, promised = _step(
             slopes, point, trust, linear, theta, spectrum, judged.weight, part
         )
@@ -197,8 +185,7 @@ def _climb(
         while step > 0.02:
             tried = np.clip(point + step * (goal - point), shapes.limits[:, 0], shapes.limits[:, 1])
             moved_theta = theta + step * (goal_theta - theta)
-            there = shapes.at(tried)
-            moved_linear = part.linear(there, (here, linear))
+            moved_linear = part.linear(shapes.at(tried))
             moved = np.maximum(moved_linear.matrix @ moved_theta, floor)
             found = marginal_likelihood(power, count, moved, scale)
             risen = found.log_likelihood - judged.log_likelihood
@@ -212,34 +199,16 @@ def _climb(
             continue
         slopes = None
         short = float(np.max(np.abs(tried - point) / trust)) < 0.1
-        point, here, linear, theta = tried, there, moved_linear, moved_theta
+        point, linear, theta = tried, moved_linear, moved_theta
         spectrum, judged = moved, found
         trust = np.minimum(trust * (1.6 if step == 1.0 else max(step, 0.3)), 1.5)
         before = judged.log_likelihood
         if scale is not None:
-            scale, judged = nearest_best_scale(power, count, spectrum, scale, judged)
+            scale, value, weight = likelihood(count).best_scale(power, spectrum, scale)
+            judged = MarginalLikelihood(value, weight)
         if risen + judged.log_likelihood - before < enough and (short or roughly):
             break
-    return point, part.climb(linear, theta, scale)
-
-
-def _slopes(
-    shapes: _Shapes, point: Array, here: Model, linear: Linear, theta: Array, part: RandomPart
-) -> Array:
-    """Array of the derivative of the expected bin power by each shape coordinate, shape (bins, shapes).
-
-    `here` is the model at the coordinates `point`, `linear` its linear form, `theta` its squared coefficients.
-    """
-    now = linear.matrix @ theta
-    slopes = np.empty((now.size, point.size))
-    for i in range(point.size):
-        moved = point.copy()
-        h = 1e-4 if point[i] + 1e-4 < shapes.limits[i, 1] else -1e-4
-        moved[i] += h
-        there = shapes.with_shapes(here, moved, [i])
-        matrix = columns_like(there, here, linear.matrix, part.data, theta != 0.0)
-        slopes[:, i] = (matrix @ theta - now) / h
-    return slopes
+    return point, replace(best, theta=theta, scale=scale)
 
 
 def _step(

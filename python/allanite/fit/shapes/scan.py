@@ -1,13 +1,13 @@
 """Add a random effect or filter to a model at every point of its shape grid, and find the likelihood maxima.
 
-If a model lacks an effect, other effects imitate it, or the discrepancy discounts the bins where it acts. Each grid
-point is therefore optimized from two starts. The first start keeps the model and adds the effect with the power that
-explains the excess in the bin where the effect is strongest. The second start, for the best points only, fits all
-coefficients anew with similar weights of all bins.
+If a model lacks an effect, other effects imitate it, or the discrepancy discounts the bins where it acts. The start at
+each grid point therefore keeps the model and adds the effect with the power that explains the excess in the bin where the
+effect is strongest.
 """
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,13 +15,8 @@ from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
 from allanite.effects import Deterministic, Model, Stochastic
-from allanite.fit.likelihood.expected import column_of, columns_like
-from allanite.fit.likelihood.whittle import (
-    MAX_EQUAL_WEIGHT_FREEDOM,
-    Maximum,
-    climb_many,
-    first_guess,
-)
+from allanite.fit.likelihood.expected import column_of, columns
+from allanite.fit.likelihood.whittle import Maximum, climb_many
 from allanite.fit.models import with_effect
 from allanite.fit.shapes.polish import polish
 from allanite.spectrum.spectrum import cells_of
@@ -69,7 +64,7 @@ def scan_added_effect(
     for point, matrix, start in zip(points, matrices, starts, strict=True):
         start[:known] = base.theta
         if not isinstance(point, Stochastic):
-            matrix[:] = columns_like(model + point, model, before.matrix, part.data)
+            matrix[:] = columns(model + point, part.data)
             continue
         matrix[:, :-1] = before.matrix
         column = matrix[:, -1] = column_of(model, point, part.data)
@@ -109,28 +104,10 @@ def _maxima_of_selected(
             seen.setdefault(designs[k], k)
         return np.unique([*order[: max(MIN_OPTIMIZED_POINTS, min_count)], *seen.values()])
 
-    def maxima_after(
-        which: NDArray[np.intp], thetas: Array, rounds: int
-    ) -> tuple[Array, Array, list[int | None]]:
-        """Tuple (θ, logL, discrepancy indices) of the points with the indices `which` after `rounds` Fisher-scoring steps.
-
-        θ are the squared coefficients, shape (points, p). The discrepancy index is None where no model discrepancy is used.
-        """
-        return climb_many(
-            power, count, columns[which], thetas, base.scale, rounds, cells=not narrow
-        )
-
-    thetas, values, _ = maxima_after(np.arange(len(points)), starts, SELECTION_STEPS)
+    climbed = partial(climb_many, power, count, scale=base.scale, cells=not narrow)
+    thetas, values, _ = climbed(columns, starts, rounds=SELECTION_STEPS)
     kept = best_points(np.arange(values.size), values, int(SELECTED_FRACTION * values.size))
-    thetas, values, scales = maxima_after(kept, thetas[kept], RANKING_STEPS)
-    if base.scale is not None:
-        # With a discrepancy the likelihood has several maxima: start also from a fit with similar weights of all bins.
-        even = np.minimum(part.count, MAX_EQUAL_WEIGHT_FREEDOM)
-        firsts = np.stack([first_guess(part.power, even, own, None) for own in matrices[kept]])
-        others, heights, rough = maxima_after(kept, firsts, RANKING_STEPS)
-        higher = heights > values
-        thetas[higher], values[higher] = others[higher], heights[higher]
-        scales = [b if up else a for a, b, up in zip(scales, rough, higher, strict=True)]
+    thetas, values, scales = climbed(columns[kept], thetas[kept], rounds=RANKING_STEPS)
     if not narrow:
         ranked = best_points(kept, values, MIN_RANKED_POINTS)
         starting = thetas[np.searchsorted(kept, ranked)]
@@ -168,13 +145,20 @@ def polished_designs(
 ) -> list[tuple[Model, Maximum]]:
     """List of (model, `Maximum`) of the best `scanned` points, after a rough optimization of their shapes.
 
-    `scanned` is sorted, best first. The best point of each design (set of choices) is taken, and at least two points.
-    Only the shapes of the effect at index `place` are optimized.
+    `scanned` is sorted, best first. The best two points are taken, and the best point of each design (set of choices),
+    because the grid is coarse for long records. A design whose best cutoff lies between two grid points would otherwise
+    lose to a worse design with a grid point at its best cutoff. Only the shapes of the effect at index `place` are
+    optimized.
     """
-    return [
-        polish(model, free_shape_parameters(model, place), found, part, roughly=True)
-        for found, model in _worth_polishing(scanned, place)
-    ]
+    designs: set[tuple[object, ...]] = set()
+    out: list[tuple[Model, Maximum]] = []
+    for found, model in scanned:
+        design = _design(model.effects[place])
+        if design not in designs or len(out) < MIN_OPTIMIZED_POINTS:
+            designs.add(design)
+            shapes = free_shape_parameters(model, place)
+            out.append(polish(model, shapes, found, part, roughly=True))
+    return out
 
 
 def free_shape_parameters(model: Model, place: int | None = None) -> list[tuple[int, str]]:
@@ -189,31 +173,6 @@ def free_shape_parameters(model: Model, place: int | None = None) -> list[tuple[
         for name in effect.free_shapes
         if not isinstance(effect.values[name], (str, type(None)))
     ]
-
-
-def _worth_polishing(
-    scanned: list[tuple[Maximum, Model]], place: int
-) -> list[tuple[Maximum, Model]]:
-    """List of the scanned (maximum, model) whose shapes should be optimized: the best of every design, and at least two.
-
-    `scanned` is sorted, best first. Points that differ only in the first shape count once, since they lead to the same
-    maximum. Every design is kept, because the grid is coarse for long records. A design whose best cutoff lies between
-    two grid points would otherwise lose to a worse design with a grid point at its best cutoff.
-    """
-    seen: set[tuple[object, ...]] = set()
-    designs: set[tuple[object, ...]] = set()
-    out = []
-    for found, model in scanned:
-        effect = model.effects[place]
-        first = next((p.name for p in effect.parameters if p.role == "shape"), None)
-        apart = [p for p in effect.parameters if p.name != first and p.role != "derived"]
-        key = tuple(effect.values[p.name] for p in apart)
-        design = _design(effect)
-        if key not in seen and (design not in designs or len(seen) < MIN_OPTIMIZED_POINTS):
-            out.append((found, model))
-            seen.add(key)
-            designs.add(design)
-    return out
 
 
 def simplest_design(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Model, Maximum]:

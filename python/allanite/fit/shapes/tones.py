@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
 from allanite.common.threads import stop_if_unwanted
-from allanite.fit.shapes.drifting import MIN_SHAPE_DELTA_LOGL, Band, band_about, loudest_frequency
+from allanite.fit.shapes.drifting import Band, band_about, loudest_frequency
+from allanite.fit.shapes.simplex import MIN_SHAPE_DELTA_LOGL, local_maximum
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
@@ -46,13 +47,9 @@ def _burst_lengths(size: int) -> NDArray[np.int64]:
 
     They fall by `LENGTH_RATIO` from `MAX_BURST_FRACTION` of the series to about `MIN_BURST_VALUES` values.
     """
-    count = (
-        int(np.log(max(MAX_BURST_FRACTION * size / MIN_BURST_VALUES, 1.0)) / np.log(LENGTH_RATIO))
-        + 1
-    )
-    return np.unique(
-        (MAX_BURST_FRACTION * size / LENGTH_RATIO ** np.arange(count)).astype(np.int64)
-    )[::-1]
+    most = MAX_BURST_FRACTION * size
+    count = int(np.log(max(most / MIN_BURST_VALUES, 1.0)) / np.log(LENGTH_RATIO)) + 1
+    return np.unique((most / LENGTH_RATIO ** np.arange(count)).astype(np.int64))[::-1]
 
 
 def search_burst(band: Band) -> tuple[float, float, float, float]:
@@ -82,17 +79,15 @@ def place_burst(
 ) -> tuple[float, float, float, float]:
     """Tuple (frequency, start, end, ΔlogL), in units as for `search_burst`, of a burst with optimized frequency and edges.
 
-    Two rounds are made. Each tries edges on a grid, up to half of the burst's length away, and then optimizes frequency
-    and edges together by the simplex method.
+    Edges on a grid, up to half of the burst's length away, are tried first. Frequency and edges are then optimized together
+    by the simplex method.
     """
-    for _ in range(2):
-        total = _summed(band, frequency)
-        shifts = 0.5 * (end - start) * np.linspace(-1.0, 1.0, EDGE_INTERVALS + 1)
-        firsts, lasts = (np.clip(edge + shifts, 0.0, 1.0) for edge in (start, end))
-        gains = _gain(band, total, firsts[:, None], lasts[None, :])
-        i, j = np.unravel_index(int(np.argmax(gains)), gains.shape)
-        frequency, start, end, gain = _optimized(band, frequency, float(firsts[i]), float(lasts[j]))
-    return frequency, start, end, gain
+    total = _summed(band, frequency)
+    shifts = 0.5 * (end - start) * np.linspace(-1.0, 1.0, EDGE_INTERVALS + 1)
+    firsts, lasts = (np.clip(edge + shifts, 0.0, 1.0) for edge in (start, end))
+    gains = _gain(band, total, firsts[:, None], lasts[None, :])
+    i, j = np.unravel_index(int(np.argmax(gains)), gains.shape)
+    return _optimized(band, frequency, float(firsts[i]), float(lasts[j]))
 
 
 def steady_line_gain(band: Band, frequency: float) -> float:
@@ -141,25 +136,16 @@ def _optimized(
 
     The search starts from the given frequency (cycles per record), start and end (fractions of the record).
     """
-    from scipy.optimize import minimize
-
     length = end - start
-    scale = np.array([0.2 / length, 0.02 * length, 0.02 * length])
-    origin = np.array([frequency, start, end])
     # The phase of a tried frequency hardly changes within one of these short segments.
     knots = np.linspace(max(0.0, start - length), min(1.0, end + length), SUM_SEGMENTS + 1)
     places = np.arange(band.series.size + 1) / band.series.size
     total = _summed(band, frequency)
     sums = np.interp(knots, places, total)
 
-    def loss(x: Array, *_: Any, **__: Any) -> float:
-        """Negative ΔlogL of a tone burst; 0 if the burst is too short or too long.
-
-        Frequency, start and end of the burst are the outer start values `origin`, changed by `scale` · x. Start and end are
-        clipped to the range of the search.
-        """
-        f, a, b = origin + scale * x
-        a, b = max(float(a), knots[0]), min(float(b), knots[-1])
+    def gain(x: Array) -> float:
+        """ΔlogL of a tone burst with the frequency and edges `x`, clipped to the search; 0 if its length is not allowed."""
+        f, a, b = float(x[0]), max(float(x[1]), knots[0]), min(float(x[2]), knots[-1])
         if not MIN_BURST_VALUES / band.series.size <= b - a <= MAX_BURST_FRACTION:
             return 0.0
         first, last = np.searchsorted(knots, a, side="right"), np.searchsorted(knots, b)
@@ -167,19 +153,12 @@ def _optimized(
         ends = np.interp([a, b], places, total)
         at = np.concatenate([ends[:1], sums[first:last], ends[1:]])
         turn = np.exp(-1j * np.pi * (f - frequency) * (edges[1:] + edges[:-1]))
-        return -float(np.abs(turn @ np.diff(at)) ** 2 / (b - a))
+        return float(np.abs(turn @ np.diff(at)) ** 2 / (b - a))
 
-    stop_if_unwanted()
-    first = np.vstack([np.zeros(3), np.eye(3)])
-    options: Any = {"initial_simplex": first, "xatol": 1e-3, "fatol": 1e-4, "maxiter": 300}
-    found = minimize(loss, np.zeros(3), method="Nelder-Mead", options=options)
-    f, a, b = origin + scale * found.x
-    return (
-        float(f),
-        max(float(a), float(knots[0])),
-        min(float(b), float(knots[-1])),
-        float(-found.fun),
-    )
+    steps = np.array([0.2 / length, 0.02 * length, 0.02 * length])
+    found, best = local_maximum(gain, np.array([frequency, start, end]), steps)
+    f, a, b = found.tolist()
+    return f, max(a, float(knots[0])), min(b, float(knots[-1])), best
 
 
 def polish_burst(

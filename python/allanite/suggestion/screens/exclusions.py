@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Model, Modifier
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.data import SampleData, without_samples
+from allanite.fit.likelihood.data import without_samples
 from allanite.fit.likelihood.whitened import end_samples, rounding_step
 from allanite.fit.missing.completion import complete
 from allanite.recording.repeats import longest_run, share_of_repeats_followed
@@ -209,7 +209,7 @@ def _exclusion_candidate(
     `gain` is its ΔlogL, `numbers` its number of parameters, and `log_p` its ln p. None if the effect is None or
     excludes only samples that are already missing, or if the data are those of a summary.
     """
-    if effect is None or not isinstance(data, SampleData):
+    if effect is None or not data.whole:
         return None
     taken = effect.missing(data.n, data.rate)
     if not np.any(taken if data.missing is None else taken & ~data.missing):

@@ -139,7 +139,7 @@ def _screen_family(
     families: list[str] = []
     for blank in blanks:
         trim_memory(data.samples.size)
-        points = grid_points(blank, data)
+        points = grid_points(blank, data.n, data.rate)
         null = rival if rival is not None else solution
         gain, directions = matched_gains(
             points, null.ordinates, null.noise(data), data, null.model.deterministic
@@ -219,7 +219,7 @@ def _richer_forms(
         """
         for blank in plain.extended():
             assert isinstance(blank, Deterministic)
-            grid = grid_points(blank, data)
+            grid = grid_points(blank, data.n, data.rate)
             gain, directions = matched_gains(grid, solution.ordinates, noise, data, known)
             start = grid[int(np.argmax(gain))]
             finer = _with_best_shapes(start, blank.free_shapes, solution, noise, data)

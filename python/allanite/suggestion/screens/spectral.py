@@ -294,8 +294,7 @@ def _with_best_design(model: Model, best: Maximum, part: RandomPart) -> tuple[Mo
         ]
         if not others:
             continue
-        here = model, part.linear(model)
-        columns = np.stack([part.linear(other, here).matrix for other in others])
+        columns = np.stack([part.linear(other).matrix for other in others])
         starts = np.stack([best.theta] * len(others))
         thetas, values, scales = climb_many(
             part.power, part.count, columns, starts, best.scale, DESIGN_SCAN_STEPS
