@@ -60,10 +60,11 @@ class Averaged:
 
 
 def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> tuple[Averaged, ...]:
-    """Tuple of `Averaged`, one for each axis that several sensors measured; often empty.
+    """Tuple of `Averaged`: weighted means of the columns that measure one axis, one for each such axis; often empty.
 
-    The column names of an axis differ only in the number of the sensor, and the models of these columns have an N. Axes
-    for which `_average_of` returns None are omitted.
+    Columns measure one axis if their names differ only in numbers (``gyro0_x``, ``gyro1_x``) and their units agree. Only
+    columns whose model has white noise (N) take part. An axis is omitted if an N is 0, the samples are angles, or the
+    record has fewer than 50 samples.
     """
     found = []
     for recording in recordings:

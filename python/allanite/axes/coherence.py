@@ -90,10 +90,10 @@ class CrossSpectrum:
 
 
 def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
-    """Tuple of `CrossSpectrum`: coherence of the residuals of every pair of columns with the same length and rate.
+    """Tuple of `CrossSpectrum`: coherence of the residuals, in octaves, for all pairs of columns of equal length and rate.
 
-    Octaves that a stop band empties in either column are omitted. A band is significant if its p-value is below 0.01
-    divided by the number of all bands.
+    Octaves in which a filter leaves almost no power on either column are omitted. A band is significant if its p-value is
+    below 0.01 divided by the number of bands of all pairs.
     """
     pairs = {}
     for a, b in combinations(fits, 2):
@@ -118,9 +118,9 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
 
 
 def _whitened_transform(fit: Fit) -> NDArray[np.complex128]:
-    """Complex array: Fourier transform (`numpy.fft.rfft`) of the whitened residual of a fit.
+    """Complex array, ``numpy.fft.rfft`` of the residual of a fit, filtered so that it is white noise if the model is right.
 
-    Before the transform, `end_samples` samples at both ends are set to 0.
+    The first and last `end_samples` samples are set to 0 before the transform.
     """
     white = whitened_ordinates(fit.solution, fit.data, fit.solution.level)
     samples = _kernels.inverse_cosine_transform(white)

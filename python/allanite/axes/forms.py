@@ -147,11 +147,11 @@ class _Axis:
         )
 
     def allows(self, label: str, other: _Axis) -> bool:
-        """True if the record of this axis does not exclude the effect `label` with the values that the `other` axis has.
+        """True if the record of this axis is compatible with the effect `label` at the values that the `other` axis has.
 
-        The effect is held fixed; its coefficient is the lower end of the 95 % interval on the `other` axis. The other
-        effects of this axis are fitted again. True if logL falls by at most ½ χ²₁ (95 %). If the model of this axis lacks
-        the effect and is not adequate, nothing is fitted, and the result is False.
+        The effect is added (or replaces the own one) with fixed values; a noise coefficient is the lower end of its 95 %
+        interval on the `other` axis. The other effects are fitted again. True if logL is at most 1.92 (½ χ²₁, 95 %) lower
+        than before. False without a fit if the model of this axis lacks the effect and is not adequate.
         """
         if label not in self.effects and not self.fit.adequate:
             return False
@@ -176,10 +176,10 @@ class _Axis:
 
 
 def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
-    """True if the effect `label` can be in the model of every axis.
+    """True if all axes can share the effect `label`, so that it belongs to their common model.
 
-    An axis that does not detect the effect must have a record that is compatible with its values on an axis that does. If
-    no axis detects the effect, True if every model has it.
+    If some axes detect the effect, the record of every other axis must be compatible with the values on one of them. If no
+    axis detects the effect, the model of every axis must contain it.
     """
     detecting = [axis for axis in axes if axis.detects(label)]
     if not detecting:
@@ -215,10 +215,11 @@ def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
 
 
 def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
-    """List of tuples: labels of the effects of each model; corresponding effects of different axes have the same label.
+    """List of one tuple per model: the labels of its effects, such as ``GM`` or ``SIN2``, in the order of the model.
 
-    Several effects of a kind are numbered in the order of their first shape parameter, on the axis with the most effects
-    of this kind. The effects of another axis get the labels with the nearest shape parameters (least sum of distances).
+    Corresponding effects of different axes get the same label. If a model has several effects of one kind, labels are
+    numbered by ascending first shape parameter on the axis with the most effects of this kind. On the other axes each
+    effect gets the label with the nearest shape parameter (least sum of distances).
     """
     shapes_of: dict[str, list[float]] = {}
     for model in models:

@@ -108,9 +108,10 @@ def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
 def _agreeing_groups(
     fits: Mapping[str, Fit], occurrences_of: Callable[[str, Fit], list[_Occurrence]]
 ) -> list[list[_Occurrence]]:
-    """List of lists: groups of frequencies or times that agree within their errors, lowest first.
+    """List of groups (lists) of frequencies or times on several columns that agree within their errors, lowest value first.
 
-    Groups of fewer than two columns are omitted. `occurrences_of` returns the frequencies or times of one column.
+    An `_Occurrence` is one frequency (Hz) or time (s) of one column, with its standard error. `occurrences_of` returns
+    those of one column. Groups in which only one column occurs are omitted.
     """
     seen = sorted(
         (s for pair in fits.items() for s in occurrences_of(*pair)), key=lambda s: s.value
@@ -177,7 +178,11 @@ def _event_times(column: str, fit: Fit) -> list[_Occurrence]:
 
 
 def _excursion_times(column: str, fit: Fit, effect: Deterministic) -> list[_Occurrence]:
-    """List of `_Occurrence`: start time (s) of each excursion of an effect; times without a standard error are omitted."""
+    """List of `_Occurrence`: start time in s of each excursion that the effect describes, with its standard error.
+
+    An excursion is a temporary change of the bias. Times without a standard error are omitted. Empty if the amplitudes of
+    the effect are not part of the fit.
+    """
     own = next(own for own in fit.solution.effects if own.effect == effect)
     out = []
     if isinstance(own, Regressed):

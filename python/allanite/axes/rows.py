@@ -69,9 +69,10 @@ _Cell = tuple["Effect", "Parameter", Any]
 
 
 def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
-    """Yields (row label, cell) of each parameter in the table; labels: ``N``, ``GM sigma``, ``SIN2 frequency``.
+    """Yield (row label, (effect, parameter, estimate)) for each fitted parameter that the table of axes shows.
 
-    A cell is a tuple (effect, parameter, estimate). Effects of one kind follow each other.
+    `labels` are the labels of the effects of the fitted model, one each. A row label is ``N``, or effect label and
+    parameter such as ``GM sigma``. Effects of one kind follow each other. Parameters without an estimate are left out.
     """
     kinds = [effect.kind for effect in fit.model]
     labeled_effects = zip(fit.model, fit.estimates, labels, strict=True)
@@ -88,10 +89,11 @@ def _cells_of(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
 
 
 def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit]) -> list[Row]:
-    """List of `Row` of one parameter, one for each unit.
+    """List of `Row` of the table of axes for one parameter, one for each unit in which it is shown.
 
-    The first row has the data-sheet unit and intervals. Rows of further units and of the SI unit have no intervals. If
-    units cannot be converted (per °C), each unit in the cells has a row with intervals for the axes with that unit.
+    `cells` has one entry per axis, None where the axis lacks the parameter. The first row is in the data-sheet unit, with
+    intervals. Further rows, in other units and in the SI unit, have values only. If the units of the axes cannot be
+    converted (such as per °C), each unit has its own row, with intervals, for the axes with this unit.
     """
     unit = fits[0].recording.unit
     kind = parse_unit(unit).kind

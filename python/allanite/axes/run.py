@@ -121,10 +121,10 @@ def characterize(
 
 
 def _without_search_data(study: Study) -> Study:
-    """Copy of a study without the suggestions of its last check that are neither significant nor among the first two.
+    """Copy of a study that needs less memory: its last check keeps only the significant and the first two suggestions.
 
-    Each suggestion holds a fit, which is as large as the record. Side effect: the fits of all steps forget cached data that
-    only a search needs.
+    Each suggestion holds a fit, which is as large as the record. Side effect: the fits of all steps of `study` clear the
+    data that they cached for the search.
     """
     check = study.check
     for rung in study.ladder:

@@ -132,9 +132,9 @@ def _columns_of_pairs(pairs: Iterable[_Pair]) -> set[str]:
 
 
 def _are_neighbors(one: Sequence[_Pair], other: Sequence[_Pair]) -> bool:
-    """True if two groups of coherent column pairs have the same source. Each group is of one octave.
+    """True if two groups of coherent column pairs lie in adjacent octaves, and one group has all columns of the other.
 
-    The two octaves must be adjacent, and the columns of one group must be among those of the other.
+    They then count as one shared noise. All pairs of a group are of the same octave.
     """
     (_, a), (_, b) = one[0], other[0]
     if a.high != b.low and a.low != b.high:
@@ -156,9 +156,9 @@ def _connected_groups(items: Iterable[T], joins: Callable[[T, T], bool]) -> list
 def _coherence_of_line(
     line: CommonLine, pair: tuple[str, str], band: CrossBand, fits: Mapping[str, Fit]
 ) -> float:
-    """Squared coherence, in the octave `band`, that `line` would cause if both columns of `pair` had the same line signal.
+    """Squared coherence of a pair of columns in the octave `band`, if one spectral line is the same signal on both.
 
-    0 if `line` is not on both columns.
+    It follows from the share of the line in the power of each column. 0 if `line` is not on both columns.
     """
     shares = [_resonance_share(line, name, fits[name]) for name in pair if name in line.columns]
     if len(shares) < 2:

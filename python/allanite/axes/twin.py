@@ -158,9 +158,9 @@ def twin(
 
 
 def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
-    """List of sentences, one per noise that several axes share and that a simulation of independent axes lacks.
+    """List of sentences, one for each noise that several axes share; a simulation of independent axes cannot contain it.
 
-    `common` is that entry of a saved characterization. Common lines that are sinusoids are not listed.
+    `common` is the entry ``common`` of a saved characterization. Shared noise that is due to a common sinusoid is left out.
     """
     steady = {cls.kind for cls in CATALOGUE if issubclass(cls, Deterministic)}
     lines = {line["frequency_hz"] for line in common.get("lines", ()) if steady >= {*line["kinds"]}}

@@ -221,12 +221,12 @@ def check_working(quiet: Sequence[Recording], recordings: Sequence[Recording]) -
 
 
 def _working_state(fit: Fit, log: Recording) -> Working:
-    """`Working`: noise at work of one column, from its fit at rest and its log at work.
+    """`Working`: noise of one column while motors run, from its fit at rest and a recording of the same column at work.
 
-    N is raised by the mean excess of the spectral density in one range of frequency. It begins at the end of motion. It
-    ends at 10 Hz or twice the end of motion, the larger of both, but at most at a quarter of the rate. Spectral lines, and
-    bands of vibration above this range, become sinusoids of the same rms in the model. Raises `InputError` if the model at
-    rest has no white noise.
+    The coefficient N is raised by the mean excess of the measured spectral density over the model. The excess is averaged
+    above the frequencies of motion, up to 10 Hz or twice the highest frequency of motion, whichever is larger, but at most
+    a quarter of the rate. Spectral lines, and bands of vibration above this range, become sinusoids of the same rms in the
+    model. Raises `InputError` if the model at rest has no white noise.
     """
     recording = fit.recording
     model = fit.model.steady((0.0, recording.duration))
@@ -332,9 +332,10 @@ def _with_harmonics(lines: list[Line], width: float, rate: float) -> list[Line]:
     """
 
     def harmonics_of(base: Line) -> dict[int, int]:
-        """Dict from the index of each line that is a harmonic of `base` to its order, 2 to 12 (the lowest that fits).
+        """Dict of the harmonics of the line `base`: index of a line in `lines` → order k, from 2 to 12.
 
-        Harmonics above half the sampling rate are folded.
+        A line is a harmonic if its frequency is within k resolution widths of k times that of `base`. Multiples above half
+        the sampling rate are compared at their alias. If several k fit, the lowest counts. `base` itself is not included.
         """
         out: dict[int, int] = {}
         for k in range(2, MAX_MULTIPLE + 1):
@@ -356,11 +357,11 @@ def _with_harmonics(lines: list[Line], width: float, rate: float) -> list[Line]:
 
 
 def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
-    """Frequency in Hz below which the log shows motion; the lowest frequency f[0] if there is no motion.
+    """Frequency in Hz below which the log shows motion; f[0], the lowest frequency, if there is no motion.
 
-    `S` and `quiet` are the densities at work and at rest at the frequencies `f`, `nu` the degrees of freedom of each S. The
-    excess S − quiet is averaged in third octaves below 10 Hz. Motion ends at the third octave of least excess. There is
-    motion only if a lower third octave has a larger excess, by over 4 standard errors.
+    `S` and `quiet` are the spectral densities at work and at rest at the frequencies `f`; each S has `nu` degrees of
+    freedom. The excess S − quiet is averaged in third octaves below 10 Hz. Motion ends where the third octave with the
+    least excess begins. It exists only if a lower third octave has more excess, by over 4 standard errors.
     """
     top = min(MAX_MOTION_FREQUENCY, f[-1] / 2.0)
     count = max(2, int(BANDS_PER_OCTAVE * np.log2(top / f[0])) + 1)
@@ -380,11 +381,11 @@ def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
 
 
 def _vibration_bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], float]:
-    """Tuple (list of third octaves with vibration above `low` Hz, upper end of the noise floor in Hz).
+    """Tuple (bands, end): third octaves above `low` Hz with vibration, and the frequency (Hz) where the noise floor ends.
 
-    A list entry is (lowest frequency in Hz, highest frequency in Hz, rms). A third octave is listed if its power exceeds
-    the floor by more than a tenth. The noise floor ends at the first with less than half of the floor's power, else at the
-    last frequency.
+    `S` is the measured and `floor` the expected spectral density at the frequencies `f`. A band is the tuple (lowest,
+    highest frequency in Hz, rms of the excess over the floor). It is listed if its power exceeds that of the floor by
+    more than 10 %. The floor ends where the first third octave with less than half of its power begins, else at f[-1].
     """
     high = float(f[-1])
     count = max(1, round(BANDS_PER_OCTAVE * float(np.log2(high / low))))

@@ -63,10 +63,11 @@ class Form:
         return POWERS[self.power] + words.get(self.memory, " with rate dependence")
 
     def effects(self, runs: Runs) -> tuple[Deterministic, ...]:
-        """Tuple of effects without values: one bias step at the start of each log except the first, then the law b(T).
+        """Tuple of effects for a fit, without values: a bias step where each log after the first begins, then the law b(T).
 
-        The lag of the temperature is held at 0 unless `memory` is ``"lag"``. The half-width of a hysteresis is searched
-        from 1/16 to 1/2.2 of the temperature range.
+        The law is a polynomial in T of the degree `power`, none for 0. With `memory` ``"lag"`` the lag of T is fitted,
+        otherwise it is 0. ``"hysteresis"`` and ``"rate"`` add an effect of the direction or of the rate of change of T. The
+        half-width of a hysteresis is searched from 1/16 to 1/2.2 of the temperature range.
         """
         column, starts, rate = runs.column, runs.starts, runs.recording.rate
         found: list[Deterministic] = [
@@ -155,7 +156,10 @@ def tried_forms(
 
 
 def _opposes_temperature(fit: Fit) -> bool:
-    """True if the hysteresis has the opposite sign of the linear term, so that it describes a drift."""
+    """True if the coefficients of the hysteresis and of the linear term have opposite signs; False if one is missing.
+
+    Such a fit describes a slow drift of the bias rather than a hysteresis.
+    """
     law = law_of(fit)
     linear = next((e.amplitudes()[0] for e in law if e.column_powers and not e.column_loop), 0.0)
     return bool(linear * sum(e.column_loop for e in law) < 0.0)
@@ -168,10 +172,10 @@ def refitted(first: Fit, model: Model) -> Fit:
 
 
 def _with_best_shape(effects: tuple[Deterministic, ...], plain: Fit) -> tuple[Deterministic, ...]:
-    """Tuple: `effects`, where the last one has the lag, or the hysteresis width, that raises the likelihood most.
+    """The tuple `effects`, with the last effect replaced by a copy that has the best lag (or hysteresis width).
 
-    The values tried are those of a grid. `plain` is the fit of the same polynomial without lag and hysteresis; its noise
-    gives the weights.
+    Best is the value with the largest gain in log-likelihood among the values of a fixed grid. `plain` is a fit of the
+    same polynomial in T without lag and hysteresis; its noise gives the weights of the least squares.
     """
     *others, last = effects
     points = grid_points(last, plain.data.n, plain.data.rate)

@@ -178,7 +178,10 @@ class AxisLaw:
         return Polynomial([self.offset, *self.curve.coefficients])
 
     def polynomial(self, reference: float) -> Array:
-        """Array, shape (4,): coefficients x0 … x3 of the bias in powers of (T − reference); x0 includes the mean offset."""
+        """Coefficients x0, x1, x2, x3 of the bias as a polynomial in T − `reference`, an array of shape (4,).
+
+        `reference` is in °C. x0 includes the mean offset of the logs.
+        """
         law, shift = self._law, reference - self.curve.reference
         return np.array([law.deriv(k)(shift) / factorial(k) for k in range(4)])
 

@@ -35,10 +35,11 @@ MAX_SAMPLES = 1 << 20
 
 
 def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
-    """`Loop`: mean bias while cooling minus bias while warming; None if no temperature was passed in both directions.
+    """`Loop`: mean bias while cooling minus mean bias while warming, with 95 % interval and temperature range.
 
-    The difference is fitted again, together with offsets and a polynomial in the temperature of the power of `form` (at
-    least linear), without lag and hysteresis. The noise of `fit` gives the weights.
+    None if no temperature was passed both while warming and while cooling. The difference is fitted by weighted least
+    squares, together with the offset of each log and a polynomial in T without lag and hysteresis. Its degree is that of
+    `form`, but at least 1. The noise of `fit` gives the weights.
     """
     both = runs.both_ways
     if both is None:
@@ -91,11 +92,11 @@ def law_signal(fit: Fit) -> Array:
 
 
 def walk_of_steps(fit: Fit, runs: Runs) -> float:
-    """Largest random-walk coefficient K, unit of the samples per √s, that the steps of a coarse thermometer can cause.
+    """Random-walk coefficient K, in the unit of the samples per √s, that the rounding of the temperature can cause at most.
 
-    This is the K of the thermometer's rounding passed through the law. The fit uses a temperature without steps, whose
-    error is smaller than the rounding. In the residual, this error looks like a random walk. 0 without steps, without a
-    law, or if the model has no K.
+    A coarse thermometer logs the temperature in steps. The law b(T) turns this rounding error into a bias error, whose
+    spectrum is compared with that of a random walk. 0 if the temperature has no steps, no law was found, or the model
+    has no K.
     """
     lines = ((p, p.effect.standard) for p in fit.solution.processes)
     walk = next((p for p, line in lines if line is not None and line.name == "K"), None)
@@ -154,10 +155,11 @@ def deviations_before_and_after(fit: Fit, runs: Runs) -> Remainder:
 
 
 def error_growths(fit: Fit, runs: Runs) -> tuple[Growth, ...]:
-    """Tuple of one `Growth`: angle, velocity or phase error due to the random effects 1 min, 10 min and 1 h after a fix.
+    """Tuple of one `Growth`: standard deviation of the integrated sensor error 1 min, 10 min and 1 h after the last fix.
 
-    Before the fix, aiding lasts 1 min. Times longer than the longest log, or above 2²⁰ samples with the aiding, are left
-    out. The tuple is empty for other sensors, or if no time is left.
+    The error is that of angle, velocity or phase, caused by the noise of the fit. Before the fix, the sensor is aided for
+    1 min. Times are left out if they exceed the longest log, are below one sample, or make more than 2²⁰ samples with the
+    aiding. The tuple is empty if no time is left, or if the unit is of another kind of sensor.
     """
     if parse_unit(fit.recording.unit).kind not in QUANTITIES:
         return ()

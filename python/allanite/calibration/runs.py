@@ -63,9 +63,9 @@ class Runs:
         return self.recording.covariates[self.column]
 
     def averaged(self, most: int) -> Runs:
-        """`Runs` of averages over neighboring samples, about `most` in all; the same object if it has no more samples.
+        """Copy (`Runs`) in which neighboring samples are averaged, so that at most `most` remain; `self` if it has no more.
 
-        `rounding`, the error of the logged temperature, is set to 0.
+        Samples of different logs are not averaged together. `rounding` (the error of the logged temperature) of the copy is 0.
         """
         k = -(-self.recording.n // most)
         if k < 2:

@@ -111,9 +111,10 @@ def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> l
 def _gyroscopes_and_accelerometers(
     found: ThermalCalibration, most: int, consumer: str
 ) -> tuple[list[_Triad], list[_Triad]]:
-    """Tuple (gyroscopes, accelerometers) of the calibration, each a list with one `_Triad` per sensor.
+    """Tuple (gyroscopes, accelerometers): two lists of `_Triad`, which holds the calibrated axes of one sensor.
 
-    Raises `InputError` if there are none, or more than `most` of one kind; its message names `consumer`.
+    One list may be empty. Raises `InputError` if both are, or if one has more than `most` sensors; the message names the
+    `consumer` of the file.
     """
     sensors = tuple(_triads(found, kind, most, consumer) for kind in (ANGULAR_RATE, ACCELERATION))
     if not any(sensors):

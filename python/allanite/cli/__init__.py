@@ -170,10 +170,10 @@ def _check_address_space() -> None:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    """Exit code of a command line. Runs the command, and prints every error as one line on standard error.
+    """Run a command line and return its exit code; every error is printed as one line on standard error.
 
-    The code is 0 after success, help or closed output, 2 for bad input or a missing package, and 3 for too little data or
-    memory. It is 70 for an internal error, and 130 for an interrupt. `SystemExit` is not caught.
+    0: success, help, or output closed by the reader. 2: bad input, a missing package, or a file or output that cannot be
+    used. 3: too little data or memory. 70: internal error. 130: interrupt. `SystemExit` passes on.
     """
     if sys.stdout is None:
         return _print_error(

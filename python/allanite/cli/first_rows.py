@@ -141,10 +141,10 @@ def watched_column(
 def _factor_to_model_unit(
     roles: Roles, at: int, model: NamedModel, unit: str | None, quantity: str
 ) -> float:
-    """Factor that converts the numbers of the column with index `at` to the unit of the model.
+    """Factor by which the numbers in the column with index `at` are multiplied to get the unit of the model.
 
-    If the unit of the model is unknown, it is the factor to the unit of the samples of this column. Raises `InputError`
-    if the unit of the column belongs to another kind of sensor than that of the model.
+    If the model has no known unit, the target is the unit that `allanite.read` gives to the samples of this column.
+    Raises `InputError` if column and model belong to different kinds of sensor.
     """
     from allanite.readers.columns import Request, layout_from_roles
 

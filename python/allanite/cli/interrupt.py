@@ -86,7 +86,7 @@ class _Listener:
             raise KeyboardInterrupt
 
     def _repeat_interrupt(self) -> None:
-        """Interrupt the main thread every 50 ms until the block has ended."""
+        """Raise an interrupt in the main thread every 50 ms, until the ``with`` block of `keep_interrupts` has ended."""
         while True:
             time.sleep(REPEAT_SECONDS)
             with self.lock:

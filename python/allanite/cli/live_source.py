@@ -349,11 +349,11 @@ def sample_of(line: str, place: int, delimiter: str | None = None) -> float | No
 def _blocks_of_file(
     path: Path, position: dict[str, Any] | None, stop: Stop, *, follow: bool
 ) -> Iterator[_Block]:
-    """Yield blocks of bytes of a file, from `position`, or from its beginning if `position` is None.
+    """Yield `_Block` objects, the bytes of a file from `position` on, or from its beginning if `position` is None.
 
-    Reading begins anew, with a note, if the file is truncated or replaced, or is not the file of `position`. Without
-    `follow`, it ends at the end of the file. With `follow`, empty blocks are yielded while the file does not grow, until
-    a signal.
+    The first block has no bytes, only the place at which reading begins. Reading starts again at the first row, with a
+    note, if the file is truncated or replaced, or is not the file of `position`. Without `follow`, the iterator ends at
+    the end of the file. With `follow`, it waits there for more and yields empty blocks, until a signal arrives.
     """
     file = _open_file(path)
     try:

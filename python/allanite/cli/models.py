@@ -45,9 +45,10 @@ class NamedModel:
 
 
 def _scaled_effect(effect: Effect, factor: float) -> Effect:
-    """Copy of an effect for another unit of the samples, which is 1/`factor` of the old unit.
+    """Copy of an effect whose parameters in units of the samples, and their limits, are multiplied by `factor`.
 
-    Values and limits that depend on the unit of the samples are multiplied by `factor`; the others are unchanged.
+    Use this when the samples are expressed in another unit: 1 old unit = `factor` new units. Parameters such as times and
+    frequencies are unchanged.
     """
     names = {p.name for p in effect.parameters if not isinstance(p.unit, str)}
     values = {k: v for k, v in effect.values.items() if k in names and v is not None}

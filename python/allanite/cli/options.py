@@ -181,7 +181,10 @@ def percent(value: object) -> float:
 
 
 def positive_percent(value: object) -> float:
-    """Option type: as `percent`, but 0 is a usage error, too."""
+    """Option type: positive percentage as a float: 5.0 for ``5%`` or ``5``.
+
+    Other texts, 0, infinity and negative numbers end the command with a usage error.
+    """
     found = percent(value)
     if found == 0.0:
         raise click.BadParameter(f"{value!r} is not a positive percentage: write 5%")
@@ -398,7 +401,11 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(command)
     def wrapped(**arguments: Any) -> Any:
-        """Result of the command, which gets the options for reading a log as one `LogOptions`, and others unchanged."""
+        """Call the command and return its result.
+
+        The values of the options for reading a log are collected into the argument ``options``, a `LogOptions`; all other
+        arguments are passed unchanged.
+        """
         shared = {field.name: arguments.pop(field.name) for field in fields(LogOptions)}
         return command(options=LogOptions(**shared), **arguments)
 
@@ -461,10 +468,11 @@ def read_recording(
     for_fit: bool = True,
     copy: Path | None = None,
 ) -> Recording:
-    """`Recording` of the sensor columns of a log that the options select, after --trim, --decimate and --output-unit.
+    """`Recording` of the sensor columns in a log file: read, cut, averaged and converted as the command-line options say.
 
-    With `for_fit`, a log that is mostly motion is refused, unless the options allow motion. Findings about motion are
-    printed. `copy` is a file with the content of standard input, if it was already read.
+    `path` is the file, or ``-`` for standard input; `copy` is then a file with its content, if it was already read. With
+    `for_fit`, a log that is mostly motion raises `InputError`, unless the options allow motion. Findings about motion are
+    printed on standard error; not with --quiet or --json.
 
     Raises
     ------

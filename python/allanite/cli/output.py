@@ -116,7 +116,10 @@ def print_findings(columns: Sequence[Record], options: LogOptions, log: str = ""
 
 
 def check_targets(plot: str | None = None, save: str | None = None) -> None:
-    """Raise `InputError` unless --plot ends in .svg, .png or .pdf, and both files can be written; nothing is written."""
+    """Raise `InputError` if --plot or --save names no possible file; nothing is written, and None is not tested.
+
+    --plot must end in .svg, .png or .pdf. The folder of a file must exist, and the path must not be a folder.
+    """
     if plot is not None:
         if Path(plot).suffix.lower() not in (".svg", ".png", ".pdf"):
             raise InputError(f"--plot {plot}: the name must end in .svg, .png or .pdf")
@@ -205,7 +208,10 @@ def progress_of_axes(
     ) as bar:
 
         def report(column: str, done: int, total: int) -> None:
-            """Draw the progress after a step of one axis; the first call prints the estimated range of the total time."""
+            """Draw the progress bar after step `done` of `total` on one axis; the axis is finished when both are equal.
+
+            The first call also prints a lower and an upper estimate of the total time.
+            """
             with lock:
                 if not at and not bar.pos:
                     first = turns * (monotonic() - begin)

@@ -51,7 +51,9 @@ def log_file(path: str) -> Iterator[Path]:
 
 
 def _spool_input(head: bytes, stream: IO[bytes], spool: Path) -> None:
-    """Write `head` and all that follows in `stream` to the new file `spool`; nothing for an empty `head`.
+    """Copy standard input to the new file `spool`: `head`, the bytes already read, then the rest of `stream`.
+
+    An empty `head` means that the input is empty; the file is then empty, too.
 
     Raises
     ------

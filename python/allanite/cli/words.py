@@ -31,9 +31,9 @@ WORDS = {
 
 
 def words_of(trim: str | None) -> dict[str, str]:
-    """Dict from the name of a remedy in messages to an option of the command line: ``rate`` → ``--rate HZ``.
+    """Dict that translates placeholders of error messages to command-line options, such as ``rate`` to ``--rate HZ``.
 
-    `trim` is the value of --trim or None. If it is given, the remedy ``this_span`` becomes --trim without seconds,
-    because the seconds of a trimmed record are not those of the log.
+    `trim` is the value of --trim or None. If it is given, ``this_span`` (a proposed part of the log) becomes --trim
+    without times: times found in the trimmed record are not those of the log.
     """
     return WORDS if trim is None else {**WORDS, "this_span": WORDS["trim"]}

@@ -256,10 +256,11 @@ def _differences_of_clocks(
 
 
 def _require_no_differences(names: list[str], samples: Array) -> None:
-    """Raise `InputError` if three columns of `samples`, shape (n, clocks), are differences: A − B, B − C and C − A.
+    """Raise `InputError` if three columns of `samples`, shape (n, clocks), are differences of clocks: A − B, B − C, C − A.
 
-    Such columns add up to a constant, with one of both signs each. The sum may scatter by `MAX_RELATIVE_SUM` of the
-    quietest column. Records with fewer than three complete rows are not tested.
+    With suitable signs, the sum of three such columns is constant. It counts as constant if its increments scatter less
+    than `MAX_RELATIVE_SUM` times those of the quietest of the three columns. With fewer than three rows without NaN,
+    nothing is tested.
     """
     changes = np.diff(samples[np.isfinite(samples).all(axis=1)], axis=0)
     if len(changes) < 2:
@@ -277,9 +278,10 @@ def _require_no_differences(names: list[str], samples: Array) -> None:
 
 
 def _phase_of(one: Recording) -> Array:
-    """Phase of a difference of two clocks, s, shape (n,); frequencies are summed to a phase of shape (n + 1,) from 0.
+    """Phase in s of a recording of the difference of two clocks; NaN where samples are missing.
 
-    Missing samples are NaN; missing frequencies count as 0 in the sum.
+    A recorded phase is returned as it is, shape (n,). Frequencies are integrated to a phase of shape (n + 1,) that begins
+    at 0; missing frequencies count as 0 in the sum.
     """
     if one.quantity == "angle":
         return np.asarray(one.samples, dtype=np.float64)
@@ -315,12 +317,13 @@ def _variances_of_clocks(names: list[str], allan: dict[tuple[str, str], Array]) 
 def _deviation_intervals(
     scatter: Array, edf: float, variance: Array, rng: np.random.Generator
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Tuple (low, high, detected), shape (clocks,) each: 95 % interval of each clock's Allan deviation, and a flag.
+    """Tuple (low, high, detected) of arrays, shape (clocks,): 95 % interval of each Allan deviation; is it detected?
 
-    If a deviation is not detected, low is 0 and high is the 95 % limit. The ends are quantiles of random draws of the
-    variances `v` from their posterior. `scatter`, shape (clocks − 1, clocks − 1), is the covariance of the Allan
-    differences against the first clock. It has a Wishart distribution with `edf` degrees of freedom. The prior of v is
-    1/(v + e), where e is the standard error of the estimate at v = 0. `variance` are the estimates; `rng` advances.
+    If a deviation is not detected, `low` is 0 and `high` is its 95 % upper limit. The ends are quantiles of Monte Carlo
+    draws of the clock variances v from their posterior distribution. `scatter`, shape (clocks − 1, clocks − 1), is the
+    covariance of the Allan differences against the first clock. Its likelihood is a Wishart distribution with `edf`
+    degrees of freedom. The prior density is 1/(v + e), where e is the standard error of the estimate at v = 0.
+    `variance` holds the estimates; `rng` advances.
     """
     size = float(np.trace(scatter)) / len(scatter)
     s = scatter / size

@@ -90,10 +90,10 @@ class PhaseModels:
     drifts: bool = False
 
     def spreads(self, fit: FittedNoise) -> Array:
-        """Array of standard deviations of the normal prior of the drift, over which a prediction is averaged.
+        """Array of trial values for the standard deviation of the normal prior of the drift; empty without a drift.
 
-        It is a geometric series with the ratio 2, from 0.3 standard errors of the drift up to about 3 times the larger
-        of its standard error and its absolute value. Empty for models without a drift.
+        Each value is twice the previous one. The first is 0.3 standard errors of the drift. The last is about 3 times the
+        drift's absolute value or standard error, whichever is larger.
         """
         if not self.drifts:
             return np.zeros(0)
@@ -165,17 +165,18 @@ class _Part:
         self.log_evidence = float(self._height + np.log(self._relative(likelihoods).sum()))
 
     def _predicted(self, noise: StampedNoise) -> tuple[Array, Array, Array]:
-        """Tuple (logL, shape (p,); mean in s and variance in s² of the phase at each time, shape (p, m)) under `noise`.
+        """Tuple (logL, mean, variance) of the prediction of the phase with the noise coefficients `noise`.
 
-        There is one row for each of the p prior widths of the drift.
+        For each of the p prior widths of the drift, logL has the log-likelihood, shape (p,). `mean` (s) and `variance` (s²)
+        are those of the phase at each of the m prediction times, shape (p, m).
         """
         return self._series.predicted(noise, self._times, self._design, self._spreads)
 
     def _relative(self, likelihoods: Array) -> Array:
-        """Array, shape of `likelihoods`: posterior weight of each prior width of the drift (last axis), up to a factor.
+        """Unnormalized posterior weight of each prior width of the drift, an array of the shape of `likelihoods`.
 
-        `likelihoods` are the ln likelihoods with each width. A weight is exp(ln likelihood − the first one) times the
-        prior probability of this width.
+        `likelihoods` are log-likelihoods; their last axis runs over the prior widths. The weight of width k is
+        exp(likelihoods[…, k] − likelihoods[…, 0]) times the prior probability of this width.
         """
         return np.asarray(self._prior * np.exp(likelihoods - likelihoods[..., :1]))
 
@@ -187,7 +188,7 @@ class _Part:
         """
 
         def prediction_of(noise: StampedNoise) -> tuple[float, tuple[Array, Array, Array]]:
-            """Tuple (logL of a noise with the first prior of the drift, result of `_predicted` for this noise)."""
+            """Tuple (log-likelihood of `noise` with the first prior width of the drift, result of ``_predicted``)."""
             found = self._predicted(noise)
             return float(found[0][0]), found
 
@@ -209,7 +210,7 @@ def _holdover(after: float, weight: Array, mean: Array, std: Array) -> Holdover:
     low, high = float((mean - 10.0 * std).min()), float((mean + 10.0 * std).max())
 
     def quantile(share: float) -> float:
-        """Phase below which the mixture has the probability `share`, s."""
+        """Phase in s at which the cumulative distribution function of the mixture is `share`: the quantile."""
         return float(
             brentq(
                 lambda x: float(weight @ ndtr((x - mean) / std)) - share,

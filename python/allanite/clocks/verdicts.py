@@ -195,9 +195,10 @@ def low_pass_filtered(phase: Array, rate: float, cutoff: float) -> Array:
 
 
 def window_means(phase: Array, rate: float) -> Array:
-    """Mean over each window of 1000 s in which at most half of the samples are missing, shape (k,).
+    """Moving average of the phase over 1000 s, shape (k,): the mean of the finite samples in each window.
 
-    Windows begin at every sample. The result is empty for a record shorter than one window.
+    Windows begin at every sample. A window with more than half of its samples missing is left out. Empty for a record
+    shorter than one window.
     """
     m = round(AVERAGING_TIME * rate)
     if m < 1 or m > phase.size:

@@ -21,10 +21,10 @@ def time_text(seconds: float) -> str:
 
 
 def powered_text(values: tuple[float, float], between: str) -> str:
-    """Text of two numbers with one power of ten, ``(1.230 ± 0.030)·10⁻¹⁰``; the smaller one has two digits.
+    """Text of two numbers with a common power of ten and `between` between them: ``(1.230 ± 0.030)·10⁻¹⁰``.
 
-    `between` is the text between them. Without a power of ten if the larger number lies between 10⁻³ and 10⁴; ``nan`` for
-    NaN.
+    The decimals are chosen so that the number closer to 0 has at least two digits. There is no power of ten if the larger
+    absolute value is from 10⁻³ to below 10⁴. NaN is written ``nan``.
     """
     known = [abs(v) for v in values if math.isfinite(v) and v]
     if not known:

@@ -422,10 +422,11 @@ def _measured_deviation(columns: Sequence[Recording], weights: Array, tau: Array
 
 
 def _combined_model(fits: Sequence[Fit], shared: Sequence[Correlation], weights: Array) -> Model:
-    """`Model` of the noise of the weighted average: the random effects of the units, with combined coefficients.
+    """`Model` of the noise of the weighted average of the units: effects of the first unit, with combined coefficients.
 
-    The correlation of two units varies with frequency. For each coefficient, the correlation is averaged over the spectral
-    bins, weighted by the share of the effect in the spectrum of the first unit of the pair.
+    A coefficient is √(Σ wᵢ wⱼ ρᵢⱼ cᵢ cⱼ), where c are the coefficients of the units, w the weights and ρ correlations.
+    ρ is 0 for pairs that `shared` lacks. Otherwise it is averaged over frequency, weighted by the share of the effect in
+    the spectrum of the first unit of the pair.
     """
     effects = []
     for place, effect in enumerate(fits[0].model.stochastic):

@@ -93,11 +93,11 @@ def _octave_correlations(bands: Sequence[CrossBand]) -> list[float]:
 
 
 def allan_covariance(fits: Sequence[Fit], shared: Sequence[Correlation], tau: Array) -> Array:
-    """Array of the Allan covariance of the units at each averaging time (s), shape (τ, units, units), U².
+    """Matrix of the Allan covariances of all units at each averaging time `tau` (s), shape (τ, units, units).
 
-    The Allan variances on the diagonal are those of the models. The covariance of two units is the product of their
-    deviations times a mean correlation, 0 for pairs that `shared` lacks. The weight of a frequency in this mean is its
-    contribution to the Allan variance of the geometric mean of both spectra.
+    The values are squares of the unit of the samples. The diagonal has the Allan variances of the fitted models. For two
+    units in `shared`, the covariance is the product of both Allan deviations times their mean correlation, otherwise 0.
+    The mean is taken over frequency, weighted by the contribution of each frequency to the Allan variance.
     """
     variance = np.column_stack(
         [fit.model.allan_variance(tau, rate=fit.recording.rate) for fit in fits]

@@ -151,7 +151,10 @@ class _ParameterName:
 
 
 def remedy_text(remedy: str, words: Mapping[str, str] = CALL) -> str:
-    """Text of a remedy, with each placeholder ``{rate}`` replaced by its name in `words`. Empty for an empty remedy."""
+    """Text of a remedy in which each placeholder, such as ``{rate}``, is replaced by its entry in `words`.
+
+    Empty for an empty remedy.
+    """
     return (
         remedy.format_map({name: _ParameterName(word) for name, word in words.items()})
         if remedy

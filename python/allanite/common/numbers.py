@@ -91,7 +91,10 @@ MAX_LISTED_HARMONICS = 12
 
 
 def common_step(values: Sequence[float]) -> float | None:
-    """Smallest distance of ascending `values`, if all distances are multiples of it, to 0.1 of it; otherwise None."""
+    """Smallest distance between neighbors in the ascending `values`, if every distance is nearly a multiple; else None.
+
+    Nearly means that distance / smallest distance is within 0.1 of an integer. Needs two values or more.
+    """
     apart = [b - a for a, b in itertools.pairwise(values)]
     least = min(apart)
     even = all(abs(d / least - round(d / least)) <= MAX_STEP_ERROR for d in apart)

@@ -38,10 +38,11 @@ def heading(recording: Any) -> str:
 
 
 def _value_text(value: Any) -> str:
-    """Text of a value: ``<38 from 0.01 to 2400>`` for an array, ``<2: gx, gy>`` (number and keys) for a mapping.
+    """Short text of a value for a `repr`.
 
-    An empty mapping is ``<none>``. A sequence of more than 8 items is ``<12 × float>``: number and type of the first one.
-    Other values are their `repr`. If it exceeds 60 characters, they are ``<Model>`` (type), or like a long sequence.
+    ``<38 from 0.01 to 2400>`` for an array, ``<2: gx, gy>`` (number and keys) for a mapping, ``<none>`` for an empty one,
+    ``<12 × float>`` for a sequence of more than 8 items. Any other value is its `repr` if that has at most 60 characters.
+    Else a sequence is ``<3 × str>`` (number of items, type of the first), and another value ``<Model>`` (its type).
     """
     if isinstance(value, np.ndarray):
         return array_text(value)

@@ -83,10 +83,10 @@ def stop_if_unwanted() -> None:
 def with_deadline(
     deadline: float | None, clock: Callable[[], float] = time.monotonic
 ) -> Iterator[None]:
-    """Context in which `stop_if_unwanted` ends the work after the deadline; the context then raises `TimeoutError`.
+    """Context in which work ends after a deadline: `stop_if_unwanted` ends it, and the context raises `TimeoutError`.
 
-    The deadline (s) is compared with ``clock()``; None means no deadline. A deadline that has passed already raises at
-    once. If an outer `while_wanted` ends the work, its `Ended` passes unchanged.
+    The deadline (s) is compared with ``clock()``; None means no deadline. If the deadline has already passed, the error is
+    raised before the work begins. If an outer `while_wanted` ends the work, its `Ended` passes unchanged.
     """
     if deadline is None:
         yield
@@ -198,7 +198,10 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
 
 
 def results_or_raise(found: Sequence[T | AllaniteError]) -> list[T]:
-    """List of the results of `side_by_side`, unchanged; raises the first `AllaniteError` among them, if there is one."""
+    """The elements of `found` as a list; raises the first `AllaniteError` among the elements, if there is one.
+
+    `found` is what `side_by_side` returns: results, and an `AllaniteError` in the place of a result that failed.
+    """
     out = []
     for one in found:
         if isinstance(one, AllaniteError):

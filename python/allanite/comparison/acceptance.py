@@ -78,10 +78,10 @@ class FigureVerdict:
 
     @property
     def texts(self) -> tuple[str, str, str]:
-        """Tuple of texts: limit, measured value, and 95 % interval, with the unit of the sheet: ``0.1 … 0.3 °/√h``.
+        """Tuple of three texts with the unit of the sheet: limit, measured value, 95 % interval such as ``0.1 … 0.3 °/√h``.
 
-        Without a measured value, the second text says why. The interval is ``at most 0.3 °/√h`` if its low end is 0, and
-        ``none`` if its high end is infinite, too.
+        If nothing was measured, the second text says why. If the low end is 0, the third text is ``at most 0.3 °/√h``; it
+        is ``none`` if the high end is infinite, too.
         """
         interval = "none"
         if self.low > 0.0:
@@ -92,7 +92,10 @@ class FigureVerdict:
         return limit, measured_text(self.figure, self.measured), interval
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON: name, printed, unit, limit, measured, interval (list), verdict, needs_s, remark."""
+        """Dict for JSON: name, printed, unit, limit, measured, interval, verdict, needs_s, remark.
+
+        ``interval`` is the list [low, high], with None for an infinite high; a missing number or remark is None.
+        """
         return {
             "name": self.figure.name,
             "printed": self.figure.value,
@@ -151,10 +154,7 @@ class Acceptance:
 
     @property
     def verdict(self) -> str:
-        """Verdict on the sheet: ``"meets"`` or ``"does not meet"`` its figures, or ``"undecided"``.
-
-        The sheet is met if every figure is, and not met if one is not.
-        """
+        """``"meets"`` if every figure of the sheet is met, ``"does not meet"`` if any is not, else ``"undecided"``."""
         found = {figure.verdict for figure in self.figures}
         return next(v for v in (DOES_NOT_MEET, UNDECIDED, MEETS) if v in found)
 
@@ -213,9 +213,10 @@ class Acceptance:
 
 
 def limit_line(figure: Quoted, unit: str, tau: Any, margin: float = 1.0) -> tuple[Any, Any] | None:
-    """Tuple (`tau`, Allan deviation in `unit`) of an effect whose coefficient is the figure of the sheet times `margin`.
+    """Tuple (`tau`, limit): the Allan deviation that a figure of the data sheet allows at each `tau` (s), in `unit`.
 
-    For the minimum of the Allan deviation, the line is constant. None for a figure without an effect.
+    The coefficient of the effect is the figure times `margin`. For the minimum of the Allan deviation, the limit is the
+    same at every τ. None if no effect has the coefficient that the figure states.
     """
     limit = figure.in_unit(unit) * margin
     if figure.coefficient == MINIMUM:
@@ -296,10 +297,11 @@ def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptanc
 
 
 def _verdict_on(figure: Quoted, fit: Fit, margin: float) -> FigureVerdict:
-    """`FigureVerdict` on one figure of a data sheet, from the 95 % interval of its coefficient or minimum in the fit.
+    """`FigureVerdict`: does one figure of a data sheet hold, given the 95 % interval of this quantity in the fit?
 
-    The limit is the figure times 1 + `margin`. If the effect or the minimum is not detected, the value is None and the
-    low end 0. If the model lacks the coefficient or its interval, the verdict is undecided. A remark states the reason.
+    The limit is the figure times (1 + `margin`). If the quantity was not detected, the measured value is None, and the
+    interval begins at 0. If the fit has no interval for this quantity, the verdict is undecided, with a remark why. Other
+    remarks say why the minimum was not reached, or that no record would be long enough.
     """
     recording = fit.recording
     limit = figure.value * (1.0 + margin)

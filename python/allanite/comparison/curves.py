@@ -116,10 +116,10 @@ class Curves:
 
 
 def _comparison_groups(curves: Sequence[Drawn]) -> dict[int, list[int]]:
-    """Dict from the index of the first curve of each group to the indices of the others, which are compared with it.
+    """Dict that says which curves are compared: index of a reference curve → list of the indices compared with it.
 
-    If several curves have one column (the last word of their names), those of each column are a group. Otherwise, and
-    for columns that only one curve has, those of one kind of sensor are a group.
+    The reference is the first curve of its group. Curves of one kind of sensor form a group if their names end in the
+    same word, the column. A curve whose column occurs only once joins the first group of its kind of sensor.
     """
     columns = [curve.name.rpartition(" ")[2] for curve in curves]
     kinds = [parse_unit(curve.unit).kind for curve in curves]
@@ -141,9 +141,10 @@ def _comparison_tables(curves: Sequence[Drawn], first: int, others: Sequence[int
     logs = [_log_values(curve, tau) for curve in curves]
 
     def cells(i: int) -> list[tuple[str, ...]]:
-        """List of tuples of texts, one per row of the table: deviation of curve `i`, and its ratio unless `i` is `first`.
+        """List of tuples of texts for curve number `i` in a comparison table: a header, then one tuple per averaging time τ.
 
-        The first tuple is the head; the others follow the averaging times of curve `first`.
+        A tuple is (deviation, ratio to the deviation of curve `first`), or only (deviation,) if `i` is `first`. The τ are
+        those of curve `first`. A dash stands where curve `i` has no value.
         """
         head = f"[{i + 1}] {printed(curves[i].unit)}"
         values = ["–" if np.isnan(v) else number(float(np.exp(v))) for v in logs[i][0]]

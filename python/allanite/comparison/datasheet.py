@@ -173,7 +173,10 @@ def with_figures(model: Model, sheet: DataSheet) -> Model:
 
 
 def measured_figure(figure: Quoted, fit: Fit) -> Estimate | None:
-    """`Estimate` of the coefficient or the minimum that a figure states; None if the model of the fit lacks it."""
+    """`Estimate` from a fit of the quantity that a data sheet states; None if the fitted model lacks this coefficient.
+
+    The quantity is a noise coefficient, or the minimum of the Allan deviation, which every fit has.
+    """
     if figure.coefficient == MINIMUM:
         return allan_minimum(fit)
     try:
@@ -185,10 +188,11 @@ def measured_figure(figure: Quoted, fit: Fit) -> Estimate | None:
 def allan_minimum(fit: Fit) -> Estimate:
     """`Estimate` of the minimum of the Allan deviation over τ, in the unit of the recording, with its 95 % interval.
 
-    The value is measured at the τ where the fitted model is lowest. Only τ with at least 40 degrees of freedom count; if
-    no τ has 40, those with the most count. The high end is the upper limit of the measured point. The low end is the
-    minimum of the fitted model at the lower ends of its intervals. It is 0 if no slow noise was detected. The curve then
-    still falls at the end of the record, and the minimum is not detected.
+    The value is the measured deviation at the τ where the fitted model is lowest. Only τ with at least 40 degrees of
+    freedom are considered; if there are none, only the τ with the highest degrees of freedom. The upper end is the upper
+    limit of this measured point. The lower end is the minimum of the fitted curve with coefficients at their lower limits.
+    If no slow noise was detected, the curve still falls at the end of the record. Then the lower end is 0, and the minimum
+    counts as not detected.
 
     Parameters
     ----------

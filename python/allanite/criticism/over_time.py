@@ -69,11 +69,11 @@ class TimeMap:
 
 
 def time_map(data: Data, whitened: Whitened) -> TimeMap:
-    """`TimeMap` of measured over expected power in 32 equal segments of time, by octaves in ascending order.
+    """`TimeMap`: ratio of measured to expected power, and its score z, per octave of frequency and per time segment.
 
-    The score of a cell (one octave in one segment) compares it with the mean of its octave, so that only changes over
-    time count. For heavy-tailed noise it refers to the normal scores of the samples (`Whitened.with_normal_tails`).
-    Octaves with at most 4 values per segment, on average, are omitted.
+    The record is divided into 32 equal segments. Octaves are in ascending order; those with at most 4 values per segment,
+    on average, are omitted. z compares a segment with the mean of its octave over the record, so that only changes over
+    time count. For heavy-tailed noise, z is computed from normal scores of the samples (`Whitened.with_normal_tails`).
     """
     bands = [band for band in whitened.bands[::-1] if band[2].size > MIN_CELL_VALUES * SEGMENTS]
     edges = np.linspace(data.start, data.start + data.duration, SEGMENTS + 1)
@@ -101,12 +101,12 @@ def time_map(data: Data, whitened: Whitened) -> TimeMap:
 
 
 def overdispersion(power: Array, each: float = 1.0) -> float:
-    """Factor, at least 1, by which means of a power over time scatter more than χ² predicts.
+    """Factor, at least 1, by which the local mean of a power varies over time more than the χ² distribution predicts.
 
-    Each value of `power` is the mean of `each` squares. The values are averaged over 16 or more equal cells, for several
-    numbers of cells. The variance of the means, over that of χ², is divided by 1 + 4/√cells, which allows for its own
-    scatter. The largest result counts. Only differences of neighbors are used, so that single changes of level have
-    little effect. The factor is 1 for fewer than 64 values.
+    Each value of `power` is the mean of `each` squared normal samples. The values are averaged in 16 or more blocks of
+    equal length. The factor is the variance of the block means, over that of χ² and over 1 + 4/√blocks, a margin for its
+    random error. The result is the largest factor for several numbers of blocks. The variance is the median square of
+    differences between neighboring blocks, so that a few steps hardly count. 1 for fewer than 64 values.
     """
     found = 1.0
     cells = min(MAX_CELLS, power.size // MIN_CELL_VALUES)

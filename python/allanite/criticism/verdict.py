@@ -68,10 +68,11 @@ class Where:
     places = Former("failures")
 
     def failures(self) -> list[tuple[str, tuple[float, float], str]]:
-        """List of (view, interval, sentence) for each failure of the fit; view is ``tau``, ``frequency`` or ``time``.
+        """List of (view, interval, sentence), one for each failure of the fit; empty if nothing fails.
 
-        Intervals (low, high) are in s, Hz and s. There are two for τ if the largest error of the Allan deviation lies
-        outside the worst interval.
+        The view is ``"tau"`` (Allan deviation), ``"frequency"`` (spectrum) or ``"time"`` (power over time). The interval is
+        (low, high) in s, Hz or s. ``"tau"`` has a second entry if the largest error of the Allan deviation lies outside of
+        the worst interval.
         """
         out = []
         if self.worst_tau is not None:
@@ -148,7 +149,7 @@ def _range_text(low: float, high: float, unit: str) -> str:
 
 
 def criticise(fit: Fit, whitened: Whitened) -> Where:
-    """`Where`: residuals of a fit over τ, over frequency and over time, and the interval of each with the worst misfit."""
+    """`Where`: residuals of the Allan deviation, the spectrum and the power over time, each with its worst interval."""
     times = time_map(fit.data, whitened)
     return Where(
         over_tau.rows(fit.curve),

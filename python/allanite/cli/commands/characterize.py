@@ -187,10 +187,10 @@ def _write_documents(
 def _working_recordings(
     working: str | None, options: LogOptions, at_rest: Sequence[Recording]
 ) -> list[Recording]:
-    """List of the recordings of the --working log, one per sampling rate; empty without this option.
+    """List of the recordings of the --working log (motors running), one for each sampling rate; empty without this option.
 
-    The log is read with the same options except --trim; motion is allowed. Raises `InputError` if its columns do not
-    match those of the recordings at rest.
+    The log is read with the given options, except that it is not trimmed and motion is allowed. Raises `InputError` or
+    `TooShortError` if its columns cannot be compared with those of the recordings at rest.
     """
     from allanite.axes.working import check_working
 

@@ -131,10 +131,11 @@ def command(
 def _models_to_predict(
     log: str | None, text: str, options: LogOptions, *, overbound: bool
 ) -> Iterator[tuple[str, Any, str, float, Recording | None]]:
-    """Yield (name, model, unit, rate in Hz, recording) of each column; the recording is None without a log.
+    """Yield the tuple (name, model, unit, rate in Hz, recording) for each column whose error growth is predicted.
 
-    Effects that were not detected have their expected size; with `overbound`, all effects have their upper limit. With
-    a log, a model without values is fitted first. Raises `InputError` if the unit or rate is missing.
+    With a log, the columns are those of the log, and a model without values is first fitted to each. Without a log, they
+    are those of the model file, and the recording is None. A coefficient that was not detected gets 0.64 times its 95 %
+    limit. With `overbound`, every noise coefficient gets its upper limit. Raises `InputError` if unit or rate is missing.
     """
     from allanite.exports import model_of_expected_size
     from allanite.recording.samples import find_column

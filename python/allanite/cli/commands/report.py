@@ -94,10 +94,10 @@ def _report_path(log: str, output: str | None) -> Path:
 
 
 def _provenance_texts(logs: tuple[str, ...], model: str, options: LogOptions) -> dict[str, str]:
-    """Dict of texts from which the report can be repeated; the keys are logs, command, first model and seed.
+    """Dict of texts with which a reader can repeat the report; its keys are logs, command, first model and seed.
 
-    If this process runs ``allanite report``, the command is its command line without --quiet. Otherwise the command is
-    ``allanite report`` without options. The text of the seed says so if none is used.
+    The text ``command`` is the command line of this process without --quiet, if that is ``allanite report``. Otherwise
+    it is just ``allanite report``. Without a seed, the text ``seed`` says that nothing is random.
     """
     words = [w for w in sys.argv[1:] if w != "--quiet"]
     command = " ".join(["allanite", *words]) if words[:1] == ["report"] else "allanite report"

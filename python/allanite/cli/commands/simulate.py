@@ -147,10 +147,11 @@ def _simulate_all_axes(
     seed: int,
     log: str | None,
 ) -> Recording:
-    """Simulated `Recording` of every axis in a file of characterize; prints the effects that are not simulated.
+    """Simulated `Recording` of every axis in a file of `allanite characterize --save`; prints the effects it omits.
 
-    The logged columns of `log` drive the effects, and give length and rate by default. Raises `InputError` for another
-    file, or a log without such columns.
+    `log` is the path of a log or None. Its logged columns, such as a temperature, drive the effects that depend on them.
+    If neither `duration` nor `samples` is given, the length, and the rate unless given, are those of this log. Raises
+    `InputError` if `path` is another kind of file, or if the log has no logged column.
     """
     from allanite.axes.twin import twin
     from allanite.readers import read

@@ -122,6 +122,6 @@ def _output_unit_and_factor(unit: str, requested: str | None) -> tuple[str, floa
 
 
 def _unit_size(unit: str) -> float | None:
-    """Size of a unit in m (length) or s (time); None for any other unit."""
+    """Size in meters of m, cm, mm, um (µm) or nm, or in seconds of s, cs, ms, us (µs) or ns; None for any other unit."""
     prefixes = {"": 1.0, "c": 1e-2, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "n": 1e-9}
     return prefixes.get(unit[:-1]) if unit[-1:] in ("m", "s") else None
