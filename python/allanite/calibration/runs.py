@@ -65,7 +65,8 @@ class Runs:
     def averaged(self, most: int) -> Runs:
         """Copy (`Runs`) in which neighboring samples are averaged, so that at most `most` remain; `self` if it has no more.
 
-        Samples of different logs are not averaged together. `rounding` (the error of the logged temperature) of the copy is 0.
+        Samples of different logs are not averaged together. The copy has no `rounding` (error of the logged temperature):
+        0.
         """
         k = -(-self.recording.n // most)
         if k < 2:

@@ -141,10 +141,10 @@ def _comparison_tables(curves: Sequence[Drawn], first: int, others: Sequence[int
     logs = [_log_values(curve, tau) for curve in curves]
 
     def cells(i: int) -> list[tuple[str, ...]]:
-        """List of tuples of texts for curve number `i` in a comparison table: a header, then one tuple per averaging time τ.
+        """List of tuples of texts for curve number `i` in a comparison table: a header, then one tuple per averaging time.
 
-        A tuple is (deviation, ratio to the deviation of curve `first`), or only (deviation,) if `i` is `first`. The τ are
-        those of curve `first`. A dash stands where curve `i` has no value.
+        A tuple is (deviation, ratio to the deviation of curve `first`), or only (deviation,) if `i` is `first`. The
+        averaging times are those of curve `first`. A dash stands where curve `i` has no value.
         """
         head = f"[{i + 1}] {printed(curves[i].unit)}"
         values = ["–" if np.isnan(v) else number(float(np.exp(v))) for v in logs[i][0]]
