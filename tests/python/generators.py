@@ -105,6 +105,16 @@ def resonance(rng, n, rate, frequency, damping, rms):
     return np.concatenate([[first[0], second], lfilter([1.0], poles, forcing, zi=zi)[0]])[:n]
 
 
+def wandering_line(rng, n, rate, frequency, wander, time, amplitude, harmonics=((1.0, 1.0),)):
+    """Line of constant amplitude whose frequency is a Gauss-Markov process: standard deviation, Hz, correlation time, s.
+
+    `harmonics` are pairs: multiple of the frequency, amplitude relative to `amplitude`.
+    """
+    speed = frequency + gauss_markov(rng, n, rate, wander * np.sqrt(2.0 / time), time)
+    angle = 2.0 * np.pi * np.cumsum(speed) / rate
+    return amplitude * sum(a * np.sin(m * angle + rng.uniform(0.0, 6.28)) for m, a in harmonics)
+
+
 def telegraph(rng, n, rate, amplitude, dwell):
     """Random telegraph: two levels with exponential dwell times."""
     count = int(n / rate / dwell * 1.5) + 100

@@ -41,6 +41,7 @@ from allanite.effects.files import parse_model as parse_model
 from allanite.effects.flicker_phase import FlickerPhase as FlickerPhase
 from allanite.effects.gauss_markov import GaussMarkov as GaussMarkov
 from allanite.effects.high_pass import HighPass as HighPass
+from allanite.effects.hump import Hump as Hump
 from allanite.effects.hysteresis import Hysteresis as Hysteresis
 from allanite.effects.model import Model as Model
 from allanite.effects.modulated_vibration import ModulatedVibration as ModulatedVibration
@@ -69,6 +70,7 @@ from allanite.effects.transient import Transient as Transient
 from allanite.effects.transition import Transition as Transition
 from allanite.effects.two_lags import TwoLags as TwoLags
 from allanite.effects.unexplained import Unexplained as Unexplained
+from allanite.effects.wandering_line import WanderingLine as WanderingLine
 from allanite.effects.warm_up import WarmUp as WarmUp
 
 CATALOGUE.begin(
@@ -87,6 +89,7 @@ CATALOGUE.begin(
     Resonance,
     ModulatedVibration,
     DriftingResonance,
+    WanderingLine,
     FlickerPhase,
     PowerLaw,
     Unexplained,
@@ -97,6 +100,7 @@ CATALOGUE.begin(
     BiasStep,
     Excursion,
     Excursions,
+    Hump,
     Transient,
     Transition,
     WarmUp,

@@ -620,6 +620,14 @@ class Stochastic(Effect):
         return ()
 
     @property
+    def unsteady(self) -> tuple[float, float] | None:
+        """Pair (low, high) of the frequencies, Hz, at which the power changes over time because the process wanders there.
+
+        None (default) for processes that are equally loud at all times.
+        """
+        return None
+
+    @property
     def gauss_markov(self) -> tuple[float, float] | None:
         """Pair (q_c, correlation time in s) of a first-order Gauss-Markov process.
 

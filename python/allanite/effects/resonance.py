@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 #: duration T, ordinates are 1/(2T) apart and lines 1/T wide. Chosen by judgment; not measured.
 MIN_WIDTH_TIMES_DURATION = 2.0
 
+#: Minimum damping ratio of a mode of a structure or mount. A narrower band is a line whose phase wanders: if the phase is
+#: a random walk, the band is Lorentzian like a resonance. Chosen by judgment; not measured.
+MIN_MODE_DAMPING = 1e-3
+
 
 @dataclass(frozen=True)
 class Resonance(Stochastic):
@@ -62,7 +66,7 @@ class Resonance(Stochastic):
     legend: ClassVar[tuple[str, ...]] = ("frequency", "rms")
     physics = (
         "a mode of the structure, mount, pendulum or proof mass, excited by ambient vibration; a very narrow band is"
-        " a machine whose speed wanders"
+        " a line whose phase wanders, such as a machine or the mains"
     )
     looks_like = "a band of the spectrum of width 2ζf; damped lobes of the Allan deviation"
     check_by = (
@@ -113,6 +117,14 @@ class Resonance(Stochastic):
             2.0 * (self.damping or 0.0) * (self.frequency or 0.0) * duration
             > MIN_WIDTH_TIMES_DURATION
         )
+
+    def name_for(self, kind: str = "") -> str:
+        """Display name for a `kind` of sensor; "line with wandering phase" for a damping below 0.001.
+
+        A mode of a structure does not ring for the 160 periods of such a damping.
+        """
+        narrow = type(self) is Resonance and 0.0 < (self.damping or 0.0) < MIN_MODE_DAMPING
+        return "line with wandering phase" if narrow else super().name_for(kind)
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Tuple with one term: a complex exponential with variance 1.

@@ -17,7 +17,7 @@ An AR(1) process is white noise behind a first-order low-pass filter (Gauss-Mark
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -86,7 +86,11 @@ def sections_of(terms: Iterable[Term], n: int) -> list[Section]:
     out: list[Section] = []
     single = [_exponential(t) for t in exponentials]
     if white < 0.0 or None in single:
-        out.append(_arma((*exponentials, White(white))))
+        together = _driven_together(exponentials) if white >= 0.0 else None
+        if together is None:
+            out.append(_arma((*exponentials, White(white))))
+        else:
+            out += [together, *([_white(white)] if white else [])]
     else:
         out += [s for s in single if s is not None]
         if white:
@@ -171,6 +175,30 @@ def _exponential(term: Exponential) -> Section | None:
         np.array([[p, e], [e, q]]),
         (term,),
     )
+
+
+def _driven_together(terms: Sequence[Exponential]) -> Section | None:
+    """Section of rotating pairs of states that one white noise drives: a band of resonators in series; None for others.
+
+    The complex amplitudes z_k of the pairs have E[z_k z̄_l] ∝ b_k b̄_l/(−λ_k − λ̄_l) with λ = ln φ and
+    b_k = 1/Π_j(λ_k − λ_j). None unless the amplitudes of the terms are the sums of these over l.
+    """
+    phi = np.array([complex(t.phi) for t in terms])
+    if len(terms) < 2 or np.any(phi.imag == 0.0):
+        return None
+    a, log_phi = np.array([complex(t.a) for t in terms]), np.log(phi)
+    apart = log_phi[:, None] - log_phi + np.eye(phi.size)
+    decay = log_phi[:, None] + log_phi.conj()
+    drive = 1.0 / apart.prod(axis=1)
+    shared = -np.outer(drive, drive.conj()) / decay
+    shared *= a.sum().real / shared.sum().real
+    if np.abs(shared.sum(axis=1) - a).max() > 1e-6 * np.abs(a).max():
+        return None
+    noise = -shared * np.expm1(decay)
+    F, P, Q = (
+        np.block([[m.real, -m.imag], [m.imag, m.real]]) for m in (np.diag(phi), shared, noise)
+    )
+    return Section(F, Q, np.repeat([1.0, 0.0], phi.size), P, tuple(terms))
 
 
 def _arma(terms: tuple[Term, ...]) -> Section:

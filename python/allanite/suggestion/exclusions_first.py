@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Deterministic, Model, Modifier
+from allanite.effects import Deterministic, Model, Modifier, Stochastic
 from allanite.fit import excludes_samples
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import expected_level, whiten
@@ -53,13 +53,18 @@ def _disturbance_goes_first(out: Suggestion, found: list[Suggestion], fit: Fit) 
     This holds for a stuck value, and for a loud segment that no other significant suggestion with an effect at certain
     times explains. Such an effect explains the segment if, with it, the ΔlogL of separate noise levels in the segment
     falls below 14 nats or 10 % of its value (50 % for scattered outliers). False if `out` is not significant or has no
-    segment.
+    segment. False as well if the best process is a line that wanders, and not because of the segment: it is louder
+    where it seldom is.
     """
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:
         return False
     if out.note:
         return True  # a stuck value is no measurement, whatever else is missing
+    best = _best_process(found)
+    wanders = best is not None and isinstance(best.effect, Stochastic) and best.effect.unsteady
+    if wanders and not _causes_best_process(out, found):
+        return False
     first, last = ((t - data.start) / data.duration for t in effect.when)
 
     def remaining_delta_logl(one: Fit) -> float:

@@ -56,6 +56,8 @@ VALUES = [
         "MOD",
         {"frequency": 4.0, "damping": 0.01, "rms": 0.8, "modulation": 0.7, "depth": 0.9},
     ),
+    ("HUMP", {"width": 3.0, "time": 20.0, "height": 0.8}),
+    ("WLINE", {"frequency": 4.0, "wander": 0.3, "rms": 0.8}),
     ("DRES", {"course": (4.0, 3.5, 3.4), "damping": 0.05, "rms": 0.8}),
     ("F", {"F": 0.05}),
     ("PL", {"exponent": -1.4, "level": 0.3}),

@@ -155,8 +155,9 @@ class Whitened:
 def whiten(solution: Solution, data: Data) -> Whitened:
     """`Whitened` residual of a solution: white samples and octave bands (power over time).
 
-    Changes over time that the model contains are divided out: level changes and bands of moving frequency. If samples
-    are missing, the residual of the completed samples is used.
+    Changes over time that the model contains are divided out: level changes and bands of moving frequency. Ordinates at
+    which a line wanders are replaced by draws (`Stochastic.unsteady`). If samples are missing, the residual of the
+    completed samples is used.
     """
     residual = solution.ordinates
     if data.gain is not None:
@@ -169,6 +170,11 @@ def whiten(solution: Solution, data: Data) -> Whitened:
     for own in solution.processes:
         if own.effect.moving:
             remove_motion(white, own, own.effect, solution, data)
+        if own.effect.unsteady is not None and own.theta > 0.0:
+            # A line is now here, now there: its ordinates say nothing about the level of the noise over time.
+            first, last = (round(2.0 * f * data.duration) for f in own.effect.unsteady)
+            there = white[first : last + 1]
+            there[:] = np.random.default_rng(first).standard_normal(there.size)
     bands = data.octaves(
         lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j))),
         lambda j, times: moving_power(solution, data, j, times),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import product
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -99,7 +98,8 @@ def grid_points(blank: Some, n: int, rate: float) -> list[Some]:
     """List of copies of an effect: one for each variant and combination of the trial values of its unknown shapes.
 
     `n` is the number of samples, `rate` the sampling rate in Hz. If the effect has several variants (e.g. filter
-    designs), shapes that have a value are put on the grid, too. One copy if all shapes have values.
+    designs), shapes that have a value are put on the grid, too. One copy if all shapes have values. The trial values of a
+    shape may depend on shapes that are declared before it.
     """
     variants, out = blank.variants(), []
     for variant in variants:
@@ -107,8 +107,14 @@ def grid_points(blank: Some, n: int, rate: float) -> list[Some]:
         names = [name for name in variant.free_shapes if values[name] is None]
         if len(variants) > 1:
             names = [name for name in variant.free_shapes if not isinstance(values[name], str)]
-        grids = [map(float, variant.searched(name, n, rate)) for name in names]
-        out += [variant.with_values(**dict(zip(names, v, strict=True))) for v in product(*grids)]
+        points = [variant]
+        for name in names:
+            points = [
+                point.with_values(**{name: float(value)})
+                for point in points
+                for value in point.searched(name, n, rate)
+            ]
+        out += points
     return out
 
 

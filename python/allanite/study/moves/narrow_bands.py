@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit import refitted
-from allanite.fit.likelihood.peaks import has_ordinates_near, is_fitted_to_ordinates
+from allanite.fit.likelihood.peaks import has_ordinates_near
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.study.judgement import no_error_rises, score_change
@@ -156,14 +156,15 @@ def _is_side_band(effect: Effect, made: Effect) -> bool:
 def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
     """`Fit` with the harmonics (up to the 12th) of a narrow band that raise the score by 3 nats, lowest first.
 
-    The same fit if none does, or if the band is not fitted to single ordinates.
+    The same fit if none does, or if the 12th harmonic is so wide that it overlaps the next.
     """
-    if not isinstance(effect, Stochastic) or not is_fitted_to_ordinates(effect, fit.data):
-        return fit
+    assert isinstance(effect, Stochastic)
     assert effect.occupies is not None
     low, high = effect.occupies
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     data = fit.data
+    if 2.0 * MAX_LINE_HARMONIC * half > middle:
+        return fit
     white = _relative_power(fit)
     for m in range(2, MAX_LINE_HARMONIC + 1):
         # The phase of the m-th harmonic wanders m times as far. If it is a random walk, the band is m² times as wide.
@@ -184,7 +185,7 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
         added = made.with_values(**{effect.coefficient: float(np.sqrt(power))})
         better = refitted(fit, Model((*fit.model.effects, added)))
         own = better.model.effects[-1]
-        if not is_fitted_to_ordinates(own, data) or own.occupies is None:
+        if own.occupies is None:
             continue
         at = 0.5 * sum(own.occupies)
         close = abs(at - m * middle) < wide

@@ -55,6 +55,11 @@ if TYPE_CHECKING:
 DESIGN_SCAN_STEPS = 5
 
 
+#: Parts of the width of a band by which a kind alike is widened to each side at the start of its fit. Chosen by judgment;
+#: not measured.
+MORE_WIDTHS = (0.0, 1.0, 3.0)
+
+
 @lru_cache(maxsize=64)
 def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
     """Tuple of copies of the effect `blank`, one for each combination of its trial shape values and designs; cached.
@@ -141,7 +146,8 @@ def look(context: Context) -> tuple[Candidate, ...]:
         narrow = _narrow_band_candidate(points[0], solution, part, white, arc)
         both = [c for c in (best, narrow) if c is not None]
         if both:
-            found.append(max(both, key=lambda c: c.gain))
+            top = max(both, key=lambda c: c.gain)
+            found.append(_of_alike_kind(top, solution, part, arc) or top)
     return tuple(replace(c, family=replace(c.family, arcs=arcs[c.family.name])) for c in found)
 
 
@@ -221,6 +227,40 @@ def _narrow_band_candidate(
     effect = made.with_values(**{point.coefficient: float(np.sqrt(best.variance))})
     solution = solve(data, base.model + effect, like=base, rounds=3, polish=False)
     return _candidate_of_last_effect(solution, base, data, arc)
+
+
+def _of_alike_kind(
+    found: Candidate, base: Solution, part: RandomPart, arc: float
+) -> Candidate | None:
+    """Refitted `Candidate` of a kind that takes over the shape of `found` (`Stochastic.like`), if its logL rises; or None.
+
+    It must rise by more than `MAX_SIMPLER_LOSS`. Tried only if `found` raises logL by more than 8 nats.
+    """
+    if found.gain < MIN_DELTA_LOGL_OVER_SIMPLER:
+        return None
+    best = None
+    for cls in CATALOGUE:
+        made = cls.like(found.effect) if issubclass(cls, Stochastic) else None
+        if made is None or made.occupies is None:
+            continue
+        model, start = base.model + made, None
+        if not is_fitted_to_ordinates(made, part.data):
+            low, high = made.occupies
+            places = [(len(base.model), name) for name in made.free_shapes]
+            # The shape of `found` may have fitted one peak of a wider band.
+            wider = [
+                base.model + one
+                for more in (high - low) * np.array(MORE_WIDTHS)
+                if low > more and (one := made.banded(low - more, high + more)) is not None
+            ]
+            ends = [polish(m, places, part.maximize(m), part, roughly=True) for m in wider]
+            model, start = max(ends, key=lambda end: end[1].log_likelihood)
+            model = with_coefficients(model, start.theta)
+        solution = solve(part.data, model, start=start, like=base, rounds=3, polish=False)
+        other = _candidate_of_last_effect(solution, base, part.data, arc)
+        if other is not None and other.gain > (best or found).gain + MAX_SIMPLER_LOSS:
+            best = other
+    return best
 
 
 def _log_p_narrow(gain: float, data: Data) -> float:

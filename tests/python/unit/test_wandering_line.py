@@ -1,0 +1,67 @@
+"""A line whose frequency wanders is one effect, with its harmonics, and states how far it wanders."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+import generators as g
+
+RATE, LENGTH = 100.0, 60_000
+
+
+def _study(rng, line):
+    x = g.white(rng, LENGTH, RATE, 0.005) + g.walk(rng, LENGTH, RATE, 4e-5) + line
+    return al.improve(al.Recording(x, rate=RATE, unit="deg/s"), "N+K")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_mains_that_wander_are_one_line(seed):
+    """2π·0.03 Hz·10 s = 1.9: the spectrum is that of the frequency. T/10 s = 60 values: its deviation is known to 9 %."""
+    rng = np.random.default_rng(seed)
+    study = _study(rng, g.wandering_line(rng, LENGTH, RATE, 23.4, 0.03, 10.0, 0.02))
+    assert study.adequate, study
+    assert [e.kind for e in study.fit.model][2:] == ["wandering_line"], study
+    assert study.fit["WLINE.wander"].value == pytest.approx(0.03, rel=0.3)
+    assert study.fit["WLINE.rms"].value == pytest.approx(0.02 / np.sqrt(2.0), rel=0.2)
+    assert study.fit["N"].value == pytest.approx(0.005, rel=0.02)
+
+
+@pytest.mark.slow
+def test_an_engine_is_found_with_its_harmonics_in_one_step():
+    rng = np.random.default_rng(1)
+    orders = ((1.0, 1.0), (2.0, 0.6), (3.0, 0.3))
+    study = _study(rng, g.wandering_line(rng, LENGTH, RATE, 11.3, 0.34, 4.0, 0.06, orders))
+    lines = sorted(e.frequency for e in study.fit.model if e.kind == "wandering_line")
+    assert lines == pytest.approx([11.3, 22.6, 33.9], rel=0.02), study
+    assert len(study.ladder[1].new) == 3, study
+
+
+@pytest.mark.slow
+def test_a_resonance_remains_a_resonance():
+    rng = np.random.default_rng(2)
+    study = _study(rng, g.resonance(rng, LENGTH, RATE, 11.3, 0.02, 0.05))
+    assert [e.kind for e in study.fit.model][2:] == ["resonance"], study
+
+
+@pytest.mark.parametrize("wander", [0.3, 1e-2, 1e-4])
+def test_state_space_and_simulation_have_the_spectrum_of_the_terms(wander):
+    from allanite.statespace.sections import sections_of
+
+    line = al.effects.WanderingLine(frequency=11.3, wander=wander, rms=0.1)
+    terms = line.terms(RATE)
+    (section,) = sections_of(terms, LENGTH)
+    lags = [0, 1, 7, 100]
+    found = [
+        section.H @ np.linalg.matrix_power(section.F, k) @ section.P0 @ section.H for k in lags
+    ]
+    assert found == pytest.approx([sum((t.a * t.phi**k).real for t in terms) for k in lags])
+    assert np.linalg.eigvalsh(section.Q).min() > -1e-12 * np.linalg.eigvalsh(section.Q).max()
+    _, (sd, *numbers) = line.generator(RATE)
+    w = 2.0 * np.pi * (11.3 + wander * np.array([-1.0, 0.0, 1.0])) / RATE
+    z = np.exp(-1j * w)
+    gain = np.array([1.0 + 0j] * 3)
+    for b0, b1, b2, a1, a2 in np.reshape(numbers, (-1, 5)):
+        gain *= (b0 + b1 * z + b2 * z**2) / (1.0 + a1 * z + a2 * z**2)
+    # `MAX_GENERATOR_ERROR`.
+    assert sd**2 * np.abs(gain) ** 2 == pytest.approx(sum(t.spectrum(w) for t in terms), rel=1e-3)
