@@ -189,10 +189,10 @@ def _belongs_to_form(label: str, axes: Sequence[_Axis]) -> bool:
 
 
 def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
-    """Yields one `Agreement` (pooled value and p-value of equality) per parameter of the effect `label`.
+    """Yield an `Agreement` for each parameter of the effect `label`: mean over the axes, and p-value of equality.
 
-    It compares the axes that detect the effect and have a standard error of the parameter. Omitted are derived parameters,
-    parameters of fewer than two such axes, and units that cannot be converted to that of the first axis.
+    Only axes that detect the effect and have a standard error of the parameter are compared. A parameter is left out if
+    it is derived from others, fewer than two axes remain, or their units cannot be converted to that of the first axis.
     """
     detecting = [axis for axis in axes if axis.detects(label)]
     for parameter in detecting[0].effects[label].parameters if detecting else ():
@@ -230,10 +230,10 @@ def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
 
 
 def _labels_of_model(model: Model, shapes_of: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
-    """Tuple of labels, one per effect of a model in its order, such as ``SIN`` and ``SIN2``.
+    """Tuple of labels, one for each effect of a model in its order, such as ``SIN`` and ``SIN2``.
 
-    `shapes_of` maps a kind of effect to numbers: logarithms of a frequency (or other shape) for ``SIN``, ``SIN2``, …. The
-    effects of a kind are assigned to these numbers so that the sum of all distances is least.
+    `shapes_of` maps a kind of effect to the log frequencies (or other first shapes) of label ``SIN``, ``SIN2``, and so
+    on. The effects of a kind are assigned to labels so that the sum of the distances |ln shape − given value| is least.
     """
     from scipy.optimize import linear_sum_assignment
 

@@ -220,7 +220,11 @@ def _agree(one: _Occurrence, other: _Occurrence) -> bool:
 def _merged(
     group: list[_Occurrence],
 ) -> tuple[float, float, tuple[str, ...], tuple[str, ...], float]:
-    """Tuple (weighted mean of a group, its standard error, columns, kinds, χ² p-value of equal frequencies or times)."""
+    """Tuple that combines the frequencies or times of a group: (mean, standard error, columns, kinds, p-value).
+
+    The mean has weights 1/error². Columns and kinds are tuples with one str per entry of the group. The p-value is that
+    of a χ² test that all entries are equal.
+    """
     from scipy.special import chdtrc
 
     mean, error = _weighted_mean(group)

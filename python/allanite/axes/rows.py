@@ -36,9 +36,10 @@ class Row:
 
 
 def rows(studies: Mapping[str, Study]) -> list[Row]:
-    """List of `Row` with one cell per study: model name, parameters, discrepancy of the model δ, and verdict.
+    """List of `Row` of the table of axes, each with one text per study.
 
-    Parameters have a row in the data-sheet unit with intervals, then rows in other units (SI) without.
+    The first row has the names of the models. Each parameter follows, in the unit of data sheets with its interval, then
+    in other units without. The last two rows are δ, the model discrepancy in %, and the verdict.
     """
     fits = [study.fit for study in studies.values()]
     out = [Row("model", tuple(fit.model.name for fit in fits))]
@@ -126,10 +127,11 @@ def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fi
 
 
 def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True) -> str:
-    """Text of a cell (effect, parameter, estimate) without its unit: value and 95 % interval, converted to `unit` if given.
+    """Text of an entry (effect, parameter, estimate) in the table of axes: value and 95 % interval, in `unit` if given.
 
-    None gives a dash. A parameter that was not detected gives ``< limit``, or a dash without an interval. A value without
-    an interval has four digits, then the reason in brackets if it was not fitted. With `interval` False, only four digits.
+    The text has no unit. None, or a parameter that was not detected and has no interval, gives a dash. Other parameters
+    that were not detected give ``< limit``. A value without an interval has four digits; if it was not fitted, the reason
+    follows in brackets. With `interval` False, detected values have four digits only.
     """
     if cell is None:
         return ABSENT

@@ -156,9 +156,10 @@ def improve_columns(
     waiting = list(columns)
 
     def time_share() -> float | None:
-        """Time limit (s) of the next column, at least 1 ms: an equal share of the remaining time. None without a limit.
+        """Time limit in s for the column that begins now, its share of the remaining time; None without a limit.
 
-        Columns that run in parallel share the time. Side effect: removes a column from `waiting`.
+        With k columns waiting, it is the remaining time × (columns in parallel, at most k) / k, but at least 1 ms. Side
+        effect: removes one column from `waiting`.
         """
         left = len(waiting)
         waiting.pop()
@@ -175,9 +176,9 @@ def improve_columns(
         name, most = column.columns[0], limit + 1
 
         def report(done: int, _total: int) -> None:
-            """Call `on_progress` (unless None) with (column name, `done`, maximum number of steps).
+            """Call ``on_progress(name, done, most)`` after a step, where `most` is the maximum number of steps.
 
-            Does nothing for the last step, which `study` reports when the column is finished.
+            Does nothing if `on_progress` is None, or for the last step, which `study` itself reports.
             """
             if on_progress is not None and done < most:
                 on_progress(name, done, most)

@@ -77,11 +77,11 @@ _Pair = tuple[tuple[str, str], "CrossBand"]
 def shared_noise(
     cross: Sequence[CrossSpectrum], lines: Sequence[CommonLine], fits: Mapping[str, Fit]
 ) -> tuple[SharedNoise, ...]:
-    """Tuple of `SharedNoise`, one per source of significant coherent noise: common lines first, then others by frequency.
+    """Tuple of `SharedNoise`, one for each source of coherent noise on several columns; empty without significant noise.
 
-    A line is the source of the noise in an octave of two columns if it would cause at least half of the measured coherence.
-    Other pairs that share a column in one octave have one source. Sources in adjacent octaves are joined if the columns of
-    one are among those of the other.
+    A common line is the source in an octave of a pair if it explains at least half of the measured coherence. All other
+    pairs with a column in common in one octave have one source. Sources in adjacent octaves are merged if one has all the
+    columns of the other. Lines come first, then the other sources by frequency.
     """
     of_lines: dict[CommonLine, list[_Pair]] = {}
     unexplained: list[_Pair] = []
@@ -115,10 +115,10 @@ def shared_noise(
 def _noise_of_pairs(
     columns: tuple[str, ...], pairs: Sequence[_Pair], line: CommonLine | None
 ) -> SharedNoise:
-    """`SharedNoise` of `columns` over the frequency range of all `pairs`, with the coherence of the clearest pair.
+    """`SharedNoise` of the given `columns`: frequency range of all `pairs`, and the coherence of the clearest pair.
 
-    The clearest pair has the largest coherence relative to its 95 % quantile for independent columns. `line` is the common
-    line that causes the noise, or None.
+    A pair is two column names with their coherence in one octave. The clearest pair has the largest coherence relative to
+    the 95 % quantile for independent columns. `line` is the common spectral line that causes the noise, or None.
     """
     # For few ordinates, independent axes have a larger coherence.
     pair, band = max(pairs, key=lambda one: one[1].coherence / one[1].chance)

@@ -23,10 +23,10 @@ NAMES = {
 
 
 def columns_by_sensor(columns: Iterable[Record]) -> list[tuple[str, ...]]:
-    """List of tuples: names of the columns of each sensor, in the order of the columns.
+    """List of tuples: the column names of each sensor, such as ``("gyro_x", "gyro_y", "gyro_z")``, in their given order.
 
-    Columns of one kind of unit whose names differ only in the letter of the axis are one sensor. If no two names of a kind
-    differ only in this letter, all columns of this kind are one sensor.
+    Columns are one sensor if they measure one quantity and their names differ only in the letter of the axis. If no two
+    columns of a quantity have such names, all columns of this quantity are one sensor.
     """
     kinds: dict[str, dict[str, list[str]]] = {}
     for column in columns:

@@ -116,7 +116,9 @@ def _column_named(log: Sequence[Recording], name: str) -> Recording | None:
 def turn_on_bias(
     biases: Sequence[float], temperatures: Sequence[Mapping[str, float]], unit: str
 ) -> TurnOn:
-    """`TurnOn`: mean and spread of the bias between logs, and the temperature that explains most of it, if any.
+    """`TurnOn`: mean and standard deviation of the bias over several logs of one sensor, and its dependence on temperature.
+
+    The temperature is the logged column that explains most of the differences, if one is significant.
 
     Parameters
     ----------
@@ -143,11 +145,11 @@ def turn_on_bias(
 def _best_temperature(
     means: Array, temperatures: Sequence[Mapping[str, float]]
 ) -> tuple[str, float, float, float]:
-    """Tuple (name, R², residual standard deviation, slope) of the logged column that explains most of `means`.
+    """Tuple (name, R², residual standard deviation, slope) of the logged column that explains the bias `means` best.
 
-    `means` and `temperatures` (means of the logged columns, by name) have one entry per log. The regressor of each column
-    is a straight line, and R² is corrected for the degrees of freedom. The tuple is ("", 0, 0, 0) for fewer than 4 logs, or
-    if no column is significant (5 % over all columns).
+    `means` has the bias and `temperatures` the means of the logged columns by name, one entry per log. For each column, a
+    straight line is fitted over the logs; R² is corrected for its degrees of freedom. The result is ("", 0, 0, 0) for
+    fewer than 4 logs, or if no line is significant (5 % over all columns).
     """
     from scipy.stats import linregress
 

@@ -193,10 +193,11 @@ def _simulatable_model(
 
 
 def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Model, float | None]:
-    """Tuple (model whose white noise is smaller by the variance step²/12 that rounding will add, `step`).
+    """Tuple (model, step): simulate this model and round to this quantization step; step None means no rounding.
 
-    The tuple is (`model`, None) if there is no step, no white noise, or a filter in the model. The same holds if the
-    rounding would be more than half of the white noise.
+    Rounding adds white noise of variance step²/12, so the white noise of the returned model is smaller by this amount. If
+    that is more than half of the white noise, or without a step or white noise, or with a filter, the result is (`model`,
+    None).
     """
     white = model.white
     filtered = any(not (e.passing or e.removes) for e in model.modifiers)

@@ -36,9 +36,9 @@ def title(found: Characterization) -> str:
 
 
 def common_form_sentences(sensor: Sensor) -> list[str]:
-    """List of sentences: effects that all axes of a sensor have in common, parameters that agree or differ, correlation.
+    """List of sentences on the axes of one sensor: their common effects, and parameters that agree or differ.
 
-    Empty for a sensor of one column.
+    A last sentence follows if the residuals are uncorrelated. Empty for a sensor of one column.
     """
     if len(sensor.columns) < 2:
         return []

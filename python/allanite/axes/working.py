@@ -134,10 +134,10 @@ class Working:
 
     @property
     def reasons(self) -> list[str]:
-        """List of texts: one ASCII sentence for each part that the operating sensor adds to the noise at rest.
+        """List of ASCII sentences, one for each kind of noise that the running motors add to the noise at rest.
 
-        The parts are white noise N (if it grew by over 10 %), bands, lines and motion. Without any of them, the only
-        sentence is "nothing above the noise at rest".
+        White noise N is listed if it grew by over 10 %, then bands, lines and motion. Without any, the only sentence is
+        "nothing above the noise at rest".
         """
         out = []
         if self.level > 1.0 + MIN_REPORTED_EXCESS:
@@ -300,10 +300,10 @@ def _welch_spectrum(log: Recording) -> tuple[Array, Array, int, float]:
 def _lines_and_smooth_spectrum(
     f: Array, S: Array, nu: float, rate: float
 ) -> tuple[tuple[Line, ...], Array]:
-    """Tuple (lines of a spectrum, density in which the median of the neighboring frequencies replaces each line).
+    """Tuple (spectral lines, spectral density without them) of the density `S` at the frequencies `f`.
 
-    `nu` is the number of degrees of freedom of a density, `rate` the sampling rate in Hz. Noise makes a line in one of
-    1000 spectra.
+    At a line, the density is replaced by the median of its surroundings. `nu` is the number of degrees of freedom of each
+    density, `rate` the sampling rate in Hz. In pure noise, one spectrum in 1000 has a line.
     """
     from scipy.ndimage import median_filter
     from scipy.stats import chi2
@@ -325,10 +325,11 @@ def _lines_and_smooth_spectrum(
 
 
 def _with_harmonics(lines: list[Line], width: float, rate: float) -> list[Line]:
-    """List of the `Line` objects; each harmonic of the base line gets its order (`multiple`) and the frequency `base`.
+    """List of the given `lines` (spectral lines), in which harmonics of one base line carry their order and its frequency.
 
-    The base is the line with the most harmonics among the lines; of several, the strongest. Harmonics are folded at half of
-    `rate`. `width` is the frequency resolution, Hz. Fewer than two lines are returned as they are.
+    The base is the line with the most harmonics among the others; of several such lines, the one with the largest rms.
+    Multiples above half of `rate` are compared at their alias. `width` is the frequency resolution, Hz. Fewer than two
+    lines are returned as they are.
     """
 
     def harmonics_of(base: Line) -> dict[int, int]:

@@ -105,9 +105,9 @@ def curve_of(fit: Fit, temperature: Array, tried: Sequence[Tried] = ()) -> Curve
 
 
 def _bias_curves(coefficients: Array, center: float, grid: Array, reference: float) -> Array:
-    """Array of the bias polynomials at the temperatures `grid`, shifted to 0 at `reference`, shape (laws, temperatures).
+    """Bias of several laws at the temperatures `grid`, minus that at the temperature `reference`, shape (laws, grid).
 
-    `coefficients` (laws, 3) are those of the powers of T − `center`.
+    `coefficients`, shape (laws, 3), are those of (T − `center`), its square and its cube. Temperatures are in °C.
     """
     powers = np.vander(np.append(grid, reference) - center, 4, increasing=True)[:, 1:]
     return coefficients @ (powers[:-1] - powers[-1]).T

@@ -133,7 +133,7 @@ def tried_forms(
     runs : Runs
     noise : Model
         Random effects. Their coefficients are fitted again for each form.
-    on_progress : callable, optional
+    on_progress : callable
         Called with (forms done, forms in all).
     """
     # Missing samples are filled once, with a cubic law, and used for all forms, so that their likelihoods are comparable.

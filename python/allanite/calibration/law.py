@@ -196,10 +196,10 @@ class AxisLaw:
 
     @property
     def random(self) -> dict[str, Estimate]:
-        """Dict from the name of each parameter of the random processes (``N``, ``GM.q_c``) to its `Estimate`.
+        """Dict from parameter name (``N``, ``GM.q_c``) to `Estimate`, for all noise processes of the fit.
 
-        The steps of a coarse thermometer can look like a rate random walk K. The lower end of K's interval is reduced by
-        this part. If it becomes 0, K counts as not detected.
+        The steps of a coarse thermometer can look like a rate random walk K. The lower end of K's interval is therefore
+        reduced by `walk_of_steps` (difference of squares). If it becomes 0, K counts as not detected.
         """
         out = {
             name if name == effect.short else f"{effect.short}.{name}": value
@@ -324,9 +324,10 @@ class AxisLaw:
 
 
 def _binned_means(axis: AxisLaw, bins: int = 60) -> dict[str, list[float]]:
-    """Dict of the lists temperature_celsius, bias and direction (1 warming, −1 cooling): means in bins of temperature.
+    """Dict of three lists of equal length: mean temperature, mean bias and direction of each bin of temperature.
 
-    The offset of each log is subtracted. Empty bins and samples without a direction (`Runs.direction` 0) are omitted.
+    The keys are temperature_celsius, bias and direction (1 while warming, −1 while cooling). Each direction has its own
+    means. The offset of each log is subtracted first. Bins without samples are left out.
     """
     out: dict[str, list[float]] = {"temperature_celsius": [], "bias": [], "direction": []}
     runs = axis.runs

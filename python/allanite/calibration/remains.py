@@ -112,9 +112,10 @@ def walk_of_steps(fit: Fit, runs: Runs) -> float:
 
 
 def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
-    """Tuple of floats: bias of each log at the reference (mean) temperature, in the unit of the samples.
+    """Tuple of the bias of each log (float) at the reference temperature, which is the mean temperature of all logs.
 
-    It is the mean over the log of the samples minus the law, which is 0 at the reference temperature.
+    The unit is that of the samples. It is the mean over the log of the samples minus the fitted dependence on
+    temperature.
     """
     left = np.asarray(runs.recording.samples, dtype=float) - law_signal(fit)
     # The quadratic and cubic terms were fitted without their means, so that the means are subtracted here.

@@ -176,7 +176,10 @@ def thermal(
     axes = []
 
     def report(name: str, place: int, done: int, total: int) -> None:
-        """Call `on_progress`, if given, after `done` of `total` fits of an axis with thermometer number `place`."""
+        """Call `on_progress`, unless it is None, after `done` of `total` forms with thermometer number `place`.
+
+        `on_progress` gets the axis `name`, and both numbers summed over all thermometers.
+        """
         if on_progress is not None:
             on_progress(name, place * total + done, len(found) * total)
 
@@ -193,9 +196,9 @@ def thermal(
 
 
 def _axis_law(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
-    """`AxisLaw`: the chosen form fitted to all samples, with the results after correction.
+    """`AxisLaw` of one axis: the best form of `tried`, fitted again to all samples, and the errors left after correction.
 
-    The first of `tried` is the model before correction. `noise` is the noise model.
+    `noise` is the noise model. The first of `tried`, the constant form, gives the error growth before correction.
     """
     best = chosen(tried)
     shapes = {type(e): {n: e.values[n] for n in e.free_shapes} for e in law_of(best.fit)}

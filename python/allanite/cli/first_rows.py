@@ -186,7 +186,10 @@ def _column_index(roles: Roles, column: str | None, model_column: str, source: s
 
 
 def _may_be_sensor(table: Table, at: int) -> bool:
-    """True if the column with index `at` has numbers that are not NaN. In a table without names, they must also change."""
+    """True if the column with index `at` can be that of a sensor: it has numbers other than NaN.
+
+    In a table without column names, the numbers must also change.
+    """
     numbers = table[at][~np.isnan(table[at])]
     return numbers.size > 0 and (table.named or bool(numbers.min() < numbers.max()))
 

@@ -384,7 +384,11 @@ def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(command)
     def wrapped(**arguments: Any) -> Any:
-        """Result of the command, which gets the options of parameter files as one dict ``how``, and others unchanged."""
+        """Call the command and return its result.
+
+        The values of the options of parameter files are collected into the argument ``how``, a dict; all other arguments
+        are passed unchanged.
+        """
         names = ("overbound", "as_fitted", "horizon", "inflate")
         return command(how={name: arguments.pop(name) for name in names}, **arguments)
 

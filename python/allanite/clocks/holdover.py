@@ -106,12 +106,11 @@ class PhaseModels:
 def holdovers_of(
     models: Sequence[PhaseModels], after: Sequence[float], designs: Sequence[Array]
 ) -> list[Holdover]:
-    """List of `Holdover`, one for each time in `after`, averaged over noise models, their coefficients and the drift.
+    """List of `Holdover` (predicted phase error without a reference), one for each time in `after`.
 
-    The error in holdover depends on slow noise and on a drift that are hardly visible in the record, so one model is not
-    enough. The weight of a model is its evidence; models with under 2 % are left out. The prior is uniform in the
-    logarithm of each coefficient and of the drift, over three decades: few samples inform of slow noise, however many
-    there are. Within a model, the prediction is averaged over the posterior of the coefficients.
+    Each is a Bayesian average over the noise models, their coefficients and the drift, because slow noise and drift are
+    hardly visible in the record. A model is weighted by its evidence; models with under 2 % of the total are left out.
+    The priors are uniform in the logarithm of each coefficient, and of the width of the prior of the drift.
 
     Parameters
     ----------
@@ -181,10 +180,11 @@ class _Part:
         return np.asarray(self._prior * np.exp(likelihoods - likelihoods[..., :1]))
 
     def points(self, top: float) -> tuple[Array, Array, Array]:
-        """Tuple (weights, shape (q,); means in s and variances in s² of the phase at each time, shape (q, m)).
+        """Tuple (weights, means, variances) of q normal distributions; their mixture predicts the phase with this model.
 
-        The q points represent the posterior of the noise coefficients and of the drift. The weights are unnormalized
-        evidences divided by e^`top`, so that those of several models can be compared.
+        They represent the posterior of the noise coefficients and the drift. Weights have shape (q,), means (s) and
+        variances (s²) the shape (q, times). The weights are not normalized: they are evidences divided by e^`top`, so
+        that those of several models can be compared.
         """
 
         def prediction_of(noise: StampedNoise) -> tuple[float, tuple[Array, Array, Array]]:

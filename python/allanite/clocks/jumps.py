@@ -47,11 +47,12 @@ class Jump:
 
 
 def jumps_of(times: Array, values: Array) -> list[Jump]:
-    """List of `Jump` of a phase in order of time: permanent steps and single outliers.
+    """List of `Jump` of a phase in order of time: permanent steps, and outliers of a single sample.
 
-    A jump is a change between neighboring samples so large that normal increments cause one in a hundred records. The
-    median frequency is subtracted. Across a pause of k intervals, increments may be k times as large as usual. A jump
-    is an outlier if less than half of it remains after the next change; that change is no jump then.
+    The median frequency is subtracted first. A jump is a change between neighboring samples that is too large for normal
+    noise: among all changes of a record, noise exceeds this limit in one record of a hundred. After a pause of k sampling
+    intervals, the limit is k times as large. A jump is an outlier if less than half of it remains after the next change;
+    that change is then no jump of its own.
 
     Parameters
     ----------

@@ -418,10 +418,10 @@ def _timing_of_column(
 
 
 def _steered_phase(column: Recording, name: str, scale: float, times: Array) -> tuple[Array, float]:
-    """Phase that a servo has added since the first sample, s, shape (n,), and the fractional frequency that it set last.
+    """Tuple (phase that a servo has added since the first sample, s, shape (n,); fractional frequency that it set last).
 
-    Raises `InputError` for a missing or empty covariate. The covariate `name` times `scale` is the frequency. It keeps
-    its value until the next sample and over gaps.
+    The frequency is the covariate `name` times `scale`. Each value holds until the next sample; a missing value is
+    replaced by the previous one. Raises `InputError` if the covariate does not exist or is empty.
     """
     if name not in column.covariates:
         raise InputError(

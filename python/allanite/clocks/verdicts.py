@@ -122,11 +122,12 @@ def _verdict_on_error(
 
 
 def _verdict_on_deviation(mask: str, kind: str, limit: Limit, phase: Array, rate: float) -> Verdict:
-    """`Verdict` on the deviation `kind` (``tdev``, ``mtie``) of a phase (s) against its limit at all averaging times.
+    """`Verdict`: does the deviation `kind` (``tdev`` or ``mtie``) of a phase stay below its limit at all averaging times?
 
-    ``fails`` if the low end of any 95 % interval exceeds the limit. ``passes`` if the record is long enough for the mask
-    and no high end exceeds the limit at τ up to 1/12 of the record (MTIE: the record). Otherwise ``undecided``, also
-    without any usable τ. A deviation without an interval is compared itself. The numbers are those at the worst τ.
+    ``fails`` if the lower end of a 95 % interval exceeds the limit. ``passes`` needs a record as long as the mask
+    requires. In addition no upper end may exceed the limit at τ up to 1/12 of the record (MTIE: the record). Otherwise
+    ``undecided``, also if no τ can be used. A deviation without an interval is compared itself. The numbers are those at
+    the worst τ.
     """
     _, high_tau = limit.span
     last = high_tau if np.isfinite(high_tau) else limit.pieces[-1].low

@@ -395,12 +395,10 @@ def _minimum_variance_weights(covariance: Array) -> Array:
 
 
 def _weights_for_all_times(covariance: Array) -> Array:
-    """Array of weights with sum 1 and the lowest mean of ln σ over all τ, shape (units,), by at most 200 iterations.
+    """Weights of the units, sum 1, shape (units,), with the lowest mean of ln σ(τ) over all τ; σ is that of the average.
 
-    `covariance` has the shape (τ, units, units).
-
-    At the minimum all elements of Σ C_k w/(wᵀC_k w) are equal, so that w is the minimum-variance solution for the
-    covariance Σ C_k/(wᵀC_k w).
+    `covariance`, shape (τ, units, units), has the Allan covariances C_k. At most 200 fixed-point iterations are made: at
+    the minimum, w is the minimum-variance solution for the covariance Σ C_k/(wᵀC_k w).
     """
     count = covariance.shape[1]
     w = np.full(count, 1.0 / count)

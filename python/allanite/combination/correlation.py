@@ -53,9 +53,10 @@ class Correlation:
 
 
 def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]:
-    """Tuple of `Correlation`, one for each pair of units on one board with a significant correlation in any octave.
+    """Tuple of `Correlation`: correlation of the noise over frequency, for each pair of units on one board that has any.
 
-    Empty without any; units on different boards have no correlation.
+    A pair is included if its correlation is significant in at least one octave. Units on different boards are never
+    correlated. Often empty.
 
     Parameters
     ----------
@@ -75,10 +76,10 @@ def correlations(boards: Sequence[Mapping[int, Fit]]) -> tuple[Correlation, ...]
 
 
 def _octave_correlations(bands: Sequence[CrossBand]) -> list[float]:
-    """List of in-phase correlations, one per octave, of a pair with at least one significant octave.
+    """List of the in-phase correlations of two columns, one per octave in `bands`; one octave must be significant.
 
-    An octave without a significant correlation gets the value of the nearest significant octave if this value lies in
-    its own interval, else 0. Octaves with few ordinates have wide intervals.
+    A significant octave has its measured correlation. Any other octave takes over the value of the nearest significant
+    octave if its own 95 % interval contains this value, else it has 0.
     """
     significant = [k for k, band in enumerate(bands) if band.significant]
     out = []

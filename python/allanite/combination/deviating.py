@@ -91,13 +91,13 @@ def deviating_units(fits: Sequence[Fit], labels: Sequence[str]) -> tuple[Deviati
 def _test_of_unit(
     levels: Array, variances: Array, place: int, compared: list[int]
 ) -> tuple[float, float]:
-    """Pair: two-sided p-value, and difference in ln power, of a unit against the mean of other units.
+    """Tuple (two-sided p-value, difference of ln power) of one unit against the mean of other units.
 
-    `place` is the index of the unit; the others are those in `compared`. `levels` and `variances`, shape (units, octaves),
-    are ln power and its variance. Octaves are averaged, weighted by their inverse variances. The ratio of both powers is
-    tested by an F distribution with degrees of freedom that match the variances. The spread between units is estimated
-    from these units and a typical spread. Therefore the normal score of the test is judged by Student's t distribution,
-    with degrees of freedom by Satterthwaite (1946).
+    `levels` and `variances`, shape (units, octaves), are ln power and its variance; octaves are averaged with weights
+    1/variance. `place` is the index of the tested unit; the others are those in `compared`. The ratio of powers is tested
+    by an F distribution whose degrees of freedom match the variances. These include the spread between units, estimated
+    from the others and from a typical spread. The resulting normal score is judged by Student's t, with degrees of
+    freedom by Satterthwaite (1946).
     """
     from scipy.special import digamma, fdtr, fdtrc, ndtri, stdtr
 

@@ -36,9 +36,9 @@ def align_when_unpickled(cls: C) -> C:
     restore = getattr(cls, "__setstate__", None)
 
     def set_state(self: Any, state: Any) -> None:
-        """Set the attributes of `self` from its pickled state, after each misaligned array is replaced by an aligned copy.
+        """Set the attributes of `self` from its pickled `state`, after misaligned arrays were replaced by aligned copies.
 
-        If the class had a ``__setstate__`` of its own, that method gets the changed state instead.
+        If the decorated class already had a ``__setstate__``, this method is called with the changed state instead.
         """
         state = with_aligned_arrays(state)
         if restore is not None:

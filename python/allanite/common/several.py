@@ -84,11 +84,11 @@ class Several(Mapping[str, T], Generic[T]):
 def results_with_warning(
     columns: Sized, instead: str, compute: Callable[[], Several[T]], stacklevel: int = 3
 ) -> T:
-    """The mapping ``compute()`` of results by column, after a `DeprecationWarning` that tells to call `instead`.
+    """The result of ``compute()``, a mapping from column to result, after a `DeprecationWarning` to call `instead`.
 
-    This is for a function of one column that was called with several `columns`. The annotated type is that of one
-    result, because the signature of that function promises one. `stacklevel` is that of `warnings.warn`: 3 if that
-    function calls this one directly.
+    Used by functions of one column that were called with several `columns`. The annotated return type T is that of one
+    result, as in the signatures of these functions. With `stacklevel` 3, the warning points to the caller of the function
+    that calls this one.
     """
     warnings.warn(
         f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",

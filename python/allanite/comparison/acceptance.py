@@ -282,9 +282,10 @@ def accept(
 
 
 def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptance:
-    """`Acceptance` of the recording of a study, from the study's last fit; nothing is fitted again.
+    """`Acceptance`: verdicts on the figures of a data sheet from the last fit of a finished study; nothing is fitted again.
 
-    `own` is the data sheet with only the figures of this kind of sensor. `margin` is as in `accept`.
+    `own` is the data sheet with only the figures of this kind of sensor. `margin` is the allowed excess over a figure, as
+    a fraction.
     """
     fit = study.fit
     tested = tuple(_verdict_on(figure, fit, margin) for figure in own.figures)

@@ -245,7 +245,10 @@ def _lowest_deviation(fit: Fit) -> float:
 
 
 def _remark_on_unit(figure: Quoted, ratio: Estimate) -> str:
-    """Text of the typical mistake (such as a wrong unit) that explains a ratio; empty if none does, or if not detected."""
+    """Text that names the typical mistake with units by which measured value and data sheet differ; empty if there is none.
+
+    Empty also if the coefficient was not detected. `ratio` is measured over stated value.
+    """
     if not ratio.detected:
         return ""
     return mistake_text(figure.coefficient, ratio.value, _log_ratio_tolerance(ratio))

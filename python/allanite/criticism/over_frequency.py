@@ -24,9 +24,10 @@ def rows(fit: Fit) -> list[dict[str, Any]]:
 
 
 def worst(fit: Fit) -> tuple[float, float] | None:
-    """Pair (low, high), Hz: the interval of frequencies in which the fit fails most; None if it fails nowhere.
+    """Pair (lowest, highest frequency), Hz, of the interval in which the fit fails most; None if it fails nowhere.
 
-    It is the range of k bins with the largest |Σz|/√k, if this score is at least `MIN_INTERVAL_SCORE`.
+    Among all intervals of k neighboring bins, this one has the largest |Σz|/√k, where z is the score of a bin. The fit
+    fails there if this value is at least `MIN_INTERVAL_SCORE`.
     """
     z = fit.z
     total = np.concatenate([[0.0], np.cumsum(z)])

@@ -23,9 +23,10 @@ def rows(curve: Curve) -> list[dict[str, Any]]:
 
 
 def worst(curve: Curve) -> tuple[float, float] | None:
-    """Pair (low, high), s: the range of τ in which the fit fails most; None if no |z| reaches `MIN_FAILING_SCORE`.
+    """Pair (shortest, longest) of the averaging times, s, around the worst misfit of the Allan deviation.
 
-    It is the range around the largest |z| in which z stays above 2 (or below −2). A z that is not finite counts as 0.
+    These are the neighbors of the largest |z| at which z has the same sign and exceeds 2 in magnitude. None if no |z|
+    reaches `MIN_FAILING_SCORE`. A z that is not finite counts as 0.
     """
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
     top = int(np.argmax(np.abs(z)))

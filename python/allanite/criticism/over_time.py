@@ -53,10 +53,11 @@ class TimeMap:
         )
 
     def worst(self) -> tuple[float, float] | None:
-        """Pair (start, end), s: segments around the largest |z|; None if this |z| is below 4.6, or without octaves.
+        """Pair (start, end) in s of the time in which the power deviates most; None if it deviates nowhere.
 
-        z is the normal score of the power in one segment and octave. The interval extends over neighboring segments of
-        the same octave while z stays above 2 (or below −2).
+        It is the segment with the largest |z|, in any octave, and its neighbors in time. In these neighbors, z of the
+        same octave has the same sign and exceeds 2 in magnitude. None if the largest |z| is below 4.6, or without
+        octaves.
         """
         if self.z.size == 0:
             return None

@@ -140,7 +140,7 @@ def _ratio_text(factor: float) -> str:
 
 
 def _range_text(low: float, high: float, unit: str) -> str:
-    """Text such as ``, and differs beyond its expected scatter at 2–9 s``; empty if low equals high."""
+    """Clause on a misfit: ``, and differs beyond its expected scatter at 2–9 s``; empty if `low` equals `high`."""
     return (
         ""
         if low == high

@@ -148,10 +148,10 @@ def _plot_kinds(results: list[_Measured], kinds: int, path: str) -> None:
 def _measured_columns(
     log: str, file: Path, kinds: tuple[str, ...], taus: str, options: LogOptions
 ) -> list[_Measured]:
-    """List of `_Measured` with a deviation for each column of a log and each of the `kinds`, such as ``oadev``.
+    """List of `_Measured`: one deviation for each column of a log and each of the `kinds`, such as ``oadev``.
 
-    `file` holds the content of the log. A text log or NPY file larger than half of the free memory is read in chunks, if
-    oadev is the only kind, without --trim and --decimate.
+    `file` holds the content of the log. A text log or NPY file larger than half of the free memory is read in chunks.
+    This needs oadev as the only kind, octaves or a number per decade in `taus`, and neither --trim nor --decimate.
     """
     from allanite.readers import long_log
 

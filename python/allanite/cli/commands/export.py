@@ -104,9 +104,10 @@ def command(
 
 
 def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:
-    """List with one unit or None per model: the unit of --unit for all models, or its units in order, one per model.
+    """List with the unit (or None) of the samples of each model, from the text of --unit.
 
-    None without --unit. Raises `InputError` for another number of units.
+    One unit holds for all models; several units, separated by commas, are those of the models in order. Without --unit,
+    every entry is None. Raises `InputError` if the number of units is neither 1 nor that of the models.
     """
     units = unit.split(",") if unit else [None]
     if len(units) == 1:

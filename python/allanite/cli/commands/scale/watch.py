@@ -200,9 +200,9 @@ class _WatchOutput:
         self.shown = watch.taken
 
     def advance(self, *, raised: bool) -> None:
-        """Print the state of the test if an alarm was `raised`.
+        """Print the state of the test as a JSON line if an alarm was `raised`.
 
-        Otherwise print it once --every seconds of samples have arrived since the last line.
+        Without an alarm, print it only if samples of --every seconds have arrived since the last line.
         """
         if raised or self.watch.taken - self.shown >= self.samples:
             self._print()
