@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from allanite.effects import Deterministic, Model, Modifier, Stochastic
 from allanite.fit import excludes_samples
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.whitened import expected_level, whiten
+from allanite.fit.likelihood.whitened import expected_level
 from allanite.suggestion.constants import (
     LEVEL_CELLS,
     MAIN_SHARE,
@@ -30,24 +30,31 @@ from allanite.suggestion.screens.exclusions import (
 from allanite.suggestion.screens.level_changes import level_series
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from allanite.effects import Effect
     from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.result import Fit
     from allanite.suggestion.suggest import Suggestion
 
 
-def goes_first(one: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+def goes_first(
+    one: Suggestion, found: list[Suggestion], fit: Fit, whitened_by: Callable[[Fit], Whitened]
+) -> bool:
     """True if the suggestion `one` excludes samples and must be added before all other suggestions in `found`.
 
     The conditions are those of `_disturbance_goes_first` for a segment, and of `_outliers_go_first` for outliers. False
-    if `one` excludes no samples.
+    if `one` excludes no samples. `whitened_by` returns the record whitened by a fit.
     """
     if excludes_segment(one.effect):
-        return _disturbance_goes_first(one, found, fit)
-    return _outliers_go_first(one, found, fit)
+        return _disturbance_goes_first(one, found, fit, whitened_by)
+    return _outliers_go_first(one, found, fit, whitened_by)
 
 
-def _disturbance_goes_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+def _disturbance_goes_first(
+    out: Suggestion, found: list[Suggestion], fit: Fit, whitened_by: Callable[[Fit], Whitened]
+) -> bool:
     """True if the suggestion `out` excludes a segment and must be added before all other suggestions in `found`.
 
     This holds for a stuck value, and for a loud segment that no other significant suggestion with an effect at certain
@@ -73,7 +80,7 @@ def _disturbance_goes_first(out: Suggestion, found: list[Suggestion], fit: Fit) 
         The samples are whitened by the model of the fit `one`. Each octave of frequency has its own level in the
         segment.
         """
-        return delta_logl_of_separate_levels(whiten(one.solution, one.data), first, last)
+        return delta_logl_of_separate_levels(whitened_by(one), first, last)
 
     risen = remaining_delta_logl(fit)
 
@@ -99,7 +106,9 @@ def _is_scattered(effect: Effect, data: Data) -> bool:
     return not _is_clustered(effect.missing(data.n, data.rate))
 
 
-def _outliers_go_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+def _outliers_go_first(
+    out: Suggestion, found: list[Suggestion], fit: Fit, whitened_by: Callable[[Fit], Whitened]
+) -> bool:
     """True if the suggestion `out` excludes outliers and must be added before all other suggestions in `found`.
 
     Outliers go first if their score is far above that of every other significant suggestion (`is_far_ahead`). Otherwise
@@ -130,7 +139,7 @@ def _outliers_go_first(out: Suggestion, found: list[Suggestion], fit: Fit) -> bo
         """
         if ends:
             return float(np.sum(end_outlier_scores(one.solution, one.data) ** 2))
-        return float(np.sum(whiten(one.solution, one.data).samples[taken] ** 2))
+        return float(np.sum(whitened_by(one).samples[taken] ** 2))
 
     def explains(one: Effect) -> bool:
         """True if the effect could explain the outliers: an effect that acts at certain times.
@@ -180,7 +189,9 @@ def _best_process(found: list[Suggestion]) -> Suggestion | None:
     return max(stationary, key=lambda s: s.score, default=None)
 
 
-def explained_by_process(level: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+def explained_by_process(
+    level: Suggestion, found: list[Suggestion], fit: Fit, whitened_by: Callable[[Fit], Whitened]
+) -> bool:
     """True if the best significant process or filter in `found` explains a change of level: its ΔlogL falls by over half.
 
     A missing band may make up most of the whitened power, so that a change of the band looks like a change of all noise.
@@ -192,7 +203,7 @@ def explained_by_process(level: Suggestion, found: list[Suggestion], fit: Fit) -
 
     def delta_logl(one: Fit) -> float:
         """ΔlogL of the change of level in the power over time of a record whitened by the model of `one`."""
-        series = level_series(one.solution, one.data, whiten(one.solution, one.data))
+        series = level_series(one.solution, one.data, whitened_by(one))
         if series is None:
             return 0.0
         return series.delta_logl(expected_level(Model((effect,)), one.data, series.power.size))

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from allanite.effects import Modifier
+from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
 from allanite.suggestion.constants import MIN_OVERDISPERSION_LEVEL_FIRST, MIN_SCORE_GAIN
 from allanite.suggestion.exclusions_first import (
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from allanite.effects import Effect
+    from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.result import Fit
     from allanite.suggestion.suggest import Suggestion
 
@@ -39,7 +42,7 @@ def min_score(effect: Effect) -> float:
 
 
 def in_order(
-    found: Iterable[Suggestion], fit: Fit, overdispersion: float
+    found: Iterable[Suggestion], fit: Fit, whitened: Whitened, overdispersion: float
 ) -> tuple[Suggestion, ...]:
     """Tuple of copies of the suggestions, best first, with the kinds of alternative explanations filled in as `rivals`.
 
@@ -51,14 +54,33 @@ def in_order(
     * all other effects, and a change of the level of all frequencies that is far ahead,
     * other exclusions and changes of level.
 
-    Within each group, the highest score comes first. `overdispersion` is that of the spectrum, 1 for a steady record.
+    Within each group, the highest score comes first. `whitened` is the whitened record of `fit`, and `overdispersion`
+    that of the spectrum, 1 for a steady record.
     """
     judged = list(found)
+
+    @lru_cache(maxsize=1)
+    def whitened_by(one: Fit) -> Whitened:
+        """Whitened record of the fit of a suggestion, or of `fit`."""
+        return whitened if one is fit else whiten(one.solution, one.data)
+
     # A disturbance that something else explains is not suggested, and delays no outliers.
-    judged = [s for s in judged if not excludes_segment(s.effect) or goes_first(s, judged, fit)]
-    first = [s for s in judged if excludes_segment(s.effect) or goes_first(s, judged, fit)]
-    levels = [s for s in judged if s.significant and changes_level(s.effect)]
-    alone = [s for s in levels if not explained_by_process(s, judged, fit)]
+    judged = [
+        s
+        for s in judged
+        if not excludes_segment(s.effect) or goes_first(s, judged, fit, whitened_by)
+    ]
+    first = [
+        s for s in judged if excludes_segment(s.effect) or goes_first(s, judged, fit, whitened_by)
+    ]
+
+    def is_alone(one: Suggestion) -> bool:
+        """True if the suggestion is a significant change of level that no process explains."""
+        return (
+            one.significant
+            and changes_level(one.effect)
+            and not explained_by_process(one, judged, fit, whitened_by)
+        )
 
     def key(one: Suggestion) -> tuple[bool, int, float]:
         """Sort key (significant, class, score) of a suggestion; the highest key comes first.
@@ -72,12 +94,12 @@ def in_order(
         """
         if one in first:
             place = 3 + excludes_segment(one.effect)
-        elif one in alone and overdispersion > MIN_OVERDISPERSION_LEVEL_FIRST:
+        elif overdispersion > MIN_OVERDISPERSION_LEVEL_FIRST and is_alone(one):
             place = 2
         else:
-            white = one in alone and isinstance(one.effect, Modifier) and one.effect.band is None
+            white = isinstance(one.effect, Modifier) and one.effect.band is None
             waits = excludes_or_changes_level(one.effect)
-            place = int(not waits or (white and is_far_ahead(one, judged)))
+            place = int(not waits or (white and is_far_ahead(one, judged) and is_alone(one)))
         return one.significant, place, one.score
 
     return _with_rivals(sorted(judged, key=key, reverse=True))

@@ -285,7 +285,7 @@ def suggest(
         _suggestion(fit, c, searches=searches, surplus=surplus, scatter=scatter[c.family.scatter])
         for c in candidates
     ]
-    suggestions = in_order(_with_shares(fit, judged), fit, overdispersion)
+    suggestions = in_order(_with_shares(fit, judged), fit, whitened, overdispersion)
     progress()
     return suggestions
 
