@@ -21,6 +21,15 @@ def scaled_inverse(matrix: Array) -> Array:
     return np.asarray(np.linalg.pinv(matrix / sizes, rcond=1e-10, hermitian=True) / sizes)
 
 
+def medians(rows: Array) -> Array:
+    """Array of the medians along the last axis. It sorts, which numpy does faster than its median of many rows."""
+    rising = np.sort(rows, axis=-1)
+    middle = rising.shape[-1] // 2
+    if rising.shape[-1] % 2:
+        return np.asarray(rising[..., middle])
+    return np.asarray(0.5 * (rising[..., middle - 1] + rising[..., middle]))
+
+
 def runs_of(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Tuple of two arrays (first, end): indices at which the runs of True in a mask begin and end.
 

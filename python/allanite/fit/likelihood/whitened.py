@@ -8,13 +8,14 @@ over time; each is χ²₁ if the model holds.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite import _kernels
-from allanite.common.arrays import Array
+from allanite.common.arrays import Array, medians
+from allanite.common.memory import cleared_by_free_buffers
 from allanite.common.showing import brief
 from allanite.common.threads import results_or_raise, side_by_side
 from allanite.fit.likelihood.bands_in_time import (
@@ -110,7 +111,7 @@ class Whitened:
         if self.is_from_summary or self.step > 0.0 or not cells.size:
             return self
         size = np.abs(cells)
-        usual = np.median(size, axis=1, keepdims=True) / 0.6745
+        usual = medians(size)[:, None] / 0.6745
         # The largest of as many normal samples exceeds this limit in one of a hundred records.
         limit = -float(ndtri_exp(np.log(0.005 / samples.size)))
         single = (size > OUTLIER_FACTOR * limit * usual) & (usual > 0.0)
@@ -128,8 +129,6 @@ class Whitened:
         changes. Coarsely rounded samples are first spread over one rounding step by random numbers of fixed seed. Equal
         values thus get different ranks.
         """
-        from scipy.special import ndtri
-
         samples = self.samples
         if self.is_from_summary or _is_normal(self.without_outliers.samples):
             return self.without_outliers
@@ -141,7 +140,7 @@ class Whitened:
         # The sort cannot be interrupted; a separate thread lets the main thread handle interrupts.
         [order] = results_or_raise(side_by_side([lambda: _kernels.order(samples)]))
         scores = np.empty(samples.size)
-        scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
+        scores[order] = _normal_scores(samples.size)
         return replace(self._with_samples(scores), step=0.0)
 
     def _with_samples(self, samples: Array) -> Whitened:
@@ -150,6 +149,15 @@ class Whitened:
         kept = {low for low, *_ in self.bands}
         bands = tuple(band for band in found.bands if band[0] in kept)
         return replace(found, bands=bands, step=self.step)
+
+
+@cleared_by_free_buffers
+@lru_cache(maxsize=1)
+def _normal_scores(n: int) -> Array:
+    """Array of the normal scores of n ranks, ascending, shape (n,); cached."""
+    from scipy.special import ndtri
+
+    return np.asarray(ndtri((np.arange(n) + 0.5) / n))
 
 
 def whiten(solution: Solution, data: Data) -> Whitened:
@@ -237,7 +245,7 @@ def _is_normal(samples: Array) -> bool:
     size = size[: size.size // TAIL_TEST_SEGMENTS * TAIL_TEST_SEGMENTS].reshape(
         TAIL_TEST_SEGMENTS, -1
     )
-    usual = np.median(size, axis=1, keepdims=True)
+    usual = medians(size)[:, None]
     if not usual.all():
         return False
     tail = tail_of((size / usual).ravel(), CENSORED_SHARES[0])
