@@ -88,22 +88,18 @@ def with_second_effect(
     """Pair: `State` with a second effect added to `after`, and the suggestion of this effect; None if no effect helps.
 
     `after` is `before` plus a first effect. The second effect must leave no error above that of `before` beyond its
-    scatter. If `tolerable` is False, the first effect alone raises an error. The significant suggestions of `check`,
-    made for `before`, are tried first. If the Allan error still rises, those of a check of `after` are tried as well,
-    and the result with the lower Allan error is returned. These may also replace the first effect. If `tolerable` is
-    True, only a check of `after` is used; the score must rise by more than 3 nats, and the discrepancy must not exceed
-    that of `before`.
+    scatter. The significant suggestions of `check`, made for `before`, are tried first. If `tolerable` is True, the first
+    effect alone raises no error beyond its scatter. The score must then rise by more than 3 nats, and the discrepancy must
+    not exceed that of `before`. If `tolerable` is False and the Allan error still rises, the suggestions of a check of
+    `after` are tried as well, and the result with the lower Allan error is returned. These may also replace the first
+    effect.
     """
     new = after.fit.model.effects[-1].kind
-    if tolerable:
-        # A suggestion that replaces the addition gets a step of its own, and so do further exclusions.
-        found = after.fit.last_check.significant
-        additional = [s for s in found if not (s.gives_way or excludes_samples(s.effect))]
-        pair = _first_tolerable_pair(before, after, additional)
-        if pair is None or discrepancy_rises(before.fit, pair[0].fit):
-            return None
-        return pair if score_change(after.fit, pair[0].fit) > MAX_RIVAL_LOG_EVIDENCE else None
     first = _first_tolerable_pair(before, after, [s for s in check.significant if s.kind != new])
+    if tolerable:
+        if first is None or discrepancy_rises(before.fit, first[0].fit):
+            return None
+        return first if score_change(after.fit, first[0].fit) > MAX_RIVAL_LOG_EVIDENCE else None
     if first is not None and not allan_error_rises(before.fit, first[0].fit):
         return first
     second = _first_tolerable_pair(before, after, after.fit.last_check.significant)
