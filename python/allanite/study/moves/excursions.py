@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Deterministic, Model, Stochastic
+from allanite.effects import BiasStep, Deterministic, Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
@@ -74,9 +74,11 @@ def _missing_excursion(
     None if another slow function explains more, or if it has a p-value above 1 %. `rival` is the solution with the best
     slowly drifting random process, `whitened` returns the whitened record of the search.
     """
-    found = screen_slow(solution, data, rival, whitened)
-    if not found:
+    # Excursions are pairs of steps; without one, the other functions need no search.
+    steps = screen_slow(solution, data, rival, whitened, {BiasStep.family})
+    if not any(c.effect.returns for c in steps):
         return None
+    found = screen_slow(solution, data, rival, whitened)
     best = max(found, key=score)
     if not (isinstance(best.effect, Deterministic) and best.effect.returns):
         return None

@@ -51,7 +51,7 @@ from allanite.suggestion.screens._screen import (
 from allanite.suggestion.screens.several_excursions import several_excursions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     from allanite.effects import Effect
     from allanite.fit.likelihood.data import Data
@@ -96,14 +96,21 @@ SCREEN = Screen(
 
 
 def screen_slow(
-    solution: Solution, data: Data, rival: Solution | None, whitened: Callable[[], Whitened]
+    solution: Solution,
+    data: Data,
+    rival: Solution | None,
+    whitened: Callable[[], Whitened],
+    only: Collection[str] | None = None,
 ) -> tuple[Candidate, ...]:
     """Tuple of refitted `Candidate` of each slow function that the model may get, and of its significant forms.
 
     `rival` is the solution with the best slowly drifting random process, beyond which a function must explain something.
-    `whitened()` returns the whitened record of `solution`; it is called only if needed.
+    `whitened()` returns the whitened record of `solution`; it is called only if needed. `only` names the families to
+    search; None searches all.
     """
     slow = slow_families(solution.model, data.covariates)
+    if only is not None:
+        slow = {name: blanks for name, blanks in slow.items() if name in only}
     with Pool(parallel_searches(data)) as pool:
         families = pool.map(
             lambda name: _screen_family(slow[name], solution, data, rival, whitened), sorted(slow)
