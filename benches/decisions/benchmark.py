@@ -141,10 +141,12 @@ def speed() -> dict[str, Any]:
     rng = np.random.default_rng(1)
     n = 1_000_000
     long = al.Recording(g.white(rng, n, 100.0, 0.01) + g.walk(rng, n, 100.0, 1e-4), rate=100.0)
-    fit = al.fit_model(long, "N+B+K")
-    began = process_time()
-    fit.check()
-    found["check of 10^6 samples"] = round(process_time() - began, 2)
+    # The first check of a process also imports modules and fills caches.
+    for name in ("check of 10^6 samples", "second check of 10^6 samples"):
+        fit = al.fit_model(long, "N+B+K")
+        began = process_time()
+        fit.check()
+        found[name] = round(process_time() - began, 2)
     lines = g.white(rng, 20_000, 100.0, 0.01)
     for f in np.linspace(2.0, 45.0, 16):
         lines = lines + g.sinusoid(20_000, 100.0, f * (1 + 0.01 * rng.random()), 0.004)
