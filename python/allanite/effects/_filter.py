@@ -37,9 +37,6 @@ BANK_TIME_RATIO = 300.0
 #: Minimum distance between a pole of a term and a pole of the filter, relative to the filter pole's distance from 1.
 #: Residues of closer poles would lose their digits. Chosen by judgment; not measured.
 MIN_POLE_DISTANCE = 1e-3
-#: Maximum number of exponentials that pass the filter one by one (cached); more are computed together.
-#: Chosen by judgment; not measured.
-MAX_SINGLE_EXPONENTIALS = 4
 #: Maximum |p|⁻ᴸ (pole p, last lag L of a finite autocovariance) with which a filter pole's exponential is extracted; a
 #: larger one overflows. Chosen by judgment; not measured.
 MAX_INVERSE_POWER = 1e6
@@ -142,8 +139,8 @@ class Filter(Modifier):
     blocks: ClassVar[bool] = False
 
     @property
-    def whole(self) -> Filter:
-        """The effect itself: this filter acts on all random processes, not on white noise alone."""
+    def whole(self) -> Filter | None:
+        """The effect itself, if the filter acts on all random processes (default); None if it acts on white noise alone."""
         return self
 
     def response(self, rate: float) -> Response:
@@ -161,13 +158,13 @@ class Filter(Modifier):
 
         White noises, autocovariances of few lags (`Lags`) and exponentials with equal poles are merged.
         """
-        response, passed = _cached_response(self, rate), list[Term]()
-        # A moving band has dozens of exponentials; together they add one exponential for each pole of the filter.
+        response = _cached_response(self, rate)
         waves: list[Term] = [term for term in terms if isinstance(term, Exponential)]
-        if len(waves) > MAX_SINGLE_EXPONENTIALS:
-            passed = _filtered_sum(waves, response, 0.0)
-            terms = tuple(term for term in terms if not isinstance(term, Exponential))
-        return _merged_terms([*passed, *(p for t in terms for p in _filtered_term(t, response))])
+        passed = _filtered_sum(waves, response, 0.0) if waves else []
+        for term in terms:
+            if not isinstance(term, Exponential):
+                passed += _filtered_term(term, response)
+        return _merged_terms(passed)
 
 
 @cleared_by_free_buffers
@@ -219,7 +216,7 @@ def _filtered_term(term: Term, response: Response) -> tuple[Term, ...]:
         term = Lags((2.0 * term.variance, -term.variance))
     if isinstance(term, Lags):
         return tuple(_filtered_lags(np.array(term.covariance), response))
-    if isinstance(term, (White, Exponential, RandomWalk)):
+    if isinstance(term, (White, RandomWalk)):
         return tuple(_filtered_sum([term], response, 0.0))
     # The term times the gain at frequency zero, exactly, plus the difference computed with its bank of lags.
     own = [term.scaled(response.at_zero)] if response.at_zero else []
@@ -235,7 +232,7 @@ def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[T
     (one for a conjugate pair), even if its amplitude is 0. White noise and a random walk of variance 0 are omitted.
     """
     out: list[Term] = []
-    # Spectra at the few poles of the filter; arrays would be slower than loops.
+    # Spectra at the poles of the filter.
     spectra = [0.0j] * len(response.modes)
     white = 0.0
     waves = [piece for piece in pieces if isinstance(piece, Exponential)]
@@ -247,22 +244,10 @@ def _filtered_sum(pieces: list[Term], response: Response, less: float) -> list[T
                 spectra[k] += piece.variance / ((1.0 - p) * (1.0 - 1.0 / p))
             left = response.at_zero - less
             out += [piece.scaled(left)] if left else []
-    if len(waves) > MAX_SINGLE_EXPONENTIALS:
+    if waves:
         more, passed = _filtered_waves(waves, response, less)
         spectra = [one + other for one, other in zip(spectra, more, strict=True)]
         out += passed
-        waves = []
-    for wave in waves:
-        a, phi = complex(wave.a), _separated_pole(complex(wave.phi), response)
-        sides = (
-            ((0.5 * a, phi), (0.5 * a.conjugate(), phi.conjugate()))
-            if phi.imag
-            else ((complex(a.real), phi),)
-        )
-        for k, (p, _) in enumerate(response.modes):
-            for amount, at in sides:
-                spectra[k] += amount * (1.0 - at * at) / ((1.0 - at * p) * (1.0 - at / p))
-        out.append(Exponential(a * (response.power(phi) - less), phi))
     for (p, weight), spectrum in zip(response.modes, spectra, strict=True):
         out.append(Exponential(weight * (spectrum + white), p))
     kept = white * (response.lag_zero - less)

@@ -7,7 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from allanite.effects._declared import Array, Columns, Parameter
+from allanite.effects._declared import Array, Parameter
 from allanite.effects._known import Deterministic
 
 #: Declaration of the amplitude of a line.
@@ -26,15 +26,6 @@ class Tone(Deterministic):
     family = "line"
     low = False
     memoryless = True
-
-    def _angle(self, time: Array) -> Array:
-        """Array of the phase angle 2πft of the line at each `time` (s), without φ, rad."""
-        return np.asarray(2.0 * np.pi * (self.values["frequency"] or 0.0) * time)
-
-    def regressors(self, time: Array, covariates: Columns) -> Array:
-        """Array of sine and cosine of the phase angle of the line at each `time`, shape (n, 2)."""
-        angle = self._angle(time)
-        return np.column_stack([np.sin(angle), np.cos(angle)])
 
     def amplitudes(self) -> Array:
         """Array (A cos φ, A sin φ), U, shape (2,); 0 for values that are None."""

@@ -11,11 +11,11 @@ from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.effects import lowpass
 from allanite.effects._declared import CUTOFF, Array, Parameter, texts_for_clocks
-from allanite.effects._low_pass import LowPass
-from allanite.effects._modifier import Modifier
+from allanite.effects._filter import Filter
 from allanite.effects.terms import White
 
 if TYPE_CHECKING:
+    from allanite.effects._filter import Response
     from allanite.effects.terms import Term
 
 #: Minimum ratio of the record's length to the length of a moving average. Chosen by judgment; not measured.
@@ -33,7 +33,7 @@ FLOOR_RANGE = (1e-3, 0.45)
 
 
 @dataclass(frozen=True)
-class Bandwidth(Modifier):
+class Bandwidth(Filter):
     """White noise after a low-pass filter with gain |H(f)|²; N is the density at low frequencies.
 
     Designs and their `order`:
@@ -56,6 +56,9 @@ class Bandwidth(Modifier):
     >>> model = al.AngleRandomWalk(N=0.1) + al.effects.Bandwidth(cutoff=10.0)
     >>> print((model.psd([0.01, 10.0], rate=1000) / 0.1**2).round(2))  # half the power at the cutoff
     [1.  0.5]
+    >>> whole = al.effects.Bandwidth(cutoff=10.0, order=1, design="digital", acts_on="all")
+    >>> whole.response(rate=1000).settling, len(whole.passed((), 1000))
+    (255, 0)
     """
 
     cutoff: float | None = None
@@ -225,9 +228,13 @@ class Bandwidth(Modifier):
         )
 
     @property
-    def whole(self) -> LowPass | None:
-        """`LowPass` with the design, order and cutoff (Hz) of this effect. None if the filter acts on white noise alone."""
-        return LowPass(*self._design_values(1.0)) if self.acts_on == "all" else None
+    def whole(self) -> Bandwidth | None:
+        """The effect itself if the filter acts on all random processes; None if it acts on white noise alone."""
+        return self if self.acts_on == "all" else None
+
+    def response(self, rate: float) -> Response:
+        """`Response` (gain, zeros, poles) of a recursive design at sampling rate `rate`, Hz, with gain 1 at zero."""
+        return lowpass.response(*self._design_values(rate))
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from allanite.effects._declared import Array, Parameter, frequency_parameter
+from allanite.effects._declared import Array, Columns, Parameter, frequency_parameter
 from allanite.effects._tone import AMPLITUDE, PHASE, Tone
 
 
@@ -62,6 +62,8 @@ class DriftingLine(Tone):
         ends = (f + d * start, f + d * end)
         return min(ends), max(ends)
 
-    def _angle(self, time: Array) -> Array:
-        """Array of the phase angle 2π(ft + ½dt²) of the line at each `time` (s), without φ, rad."""
-        return 2.0 * np.pi * time * ((self.frequency or 0.0) + 0.5 * (self.drift or 0.0) * time)
+    def regressors(self, time: Array, covariates: Columns) -> Array:
+        """Array of sine and cosine of the phase angle 2π(ft + ½dt²) of the line at each `time` (s), shape (n, 2)."""
+        mean = (self.frequency or 0.0) + 0.5 * (self.drift or 0.0) * time
+        angle = 2.0 * np.pi * time * mean
+        return np.column_stack([np.sin(angle), np.cos(angle)])

@@ -120,8 +120,13 @@ def generators(design: str, order: int, cutoff: float, white: float) -> Generato
         taps = _polyphase_taps(design, order, _clipped_cutoff(cutoff))
         gain = np.sqrt(white / sum(float(t.sum()) ** 2 for t in taps))
         return [("finite", [float(gain * c) for c in t]) for t in taps]
-    sections = _second_order_sections(*_poles_and_zeros(design, order, cutoff))
-    return [("filtered", [float(np.sqrt(white)), *sections])]
+    from scipy.signal import zpk2sos
+
+    passed = response(design, order, cutoff)
+    # Each section is b0, b1, b2, a0, a1, a2 with a0 = 1, which the core does not take.
+    sections = zpk2sos(passed.zeros, passed.poles, passed.gain)  # type: ignore[arg-type]
+    numbers = sections[:, [0, 1, 2, 4, 5]].ravel().tolist()
+    return [("filtered", [float(np.sqrt(white)), *numbers])]
 
 
 def response(design: str, order: int, cutoff: float) -> Response:
@@ -147,12 +152,7 @@ def _clipped_cutoff(cutoff: float) -> float:
 
 def _butterworth_poles(order: int) -> Poles:
     """Array of the poles of the continuous Butterworth low-pass with cutoff 1 rad/s, in exact conjugate pairs."""
-    k = np.arange(order)
-    out = np.exp(1j * np.pi * (2 * k + order + 1) / (2 * order))
-    if order % 2:
-        out[order // 2] = -1.0
-    out[(order + 1) // 2 :] = out[: order // 2][::-1].conj()
-    return out
+    return np.asarray(-np.exp(0.5j * np.pi * np.arange(1 - order, order, 2) / order))
 
 
 def _sampled_terms(order: int, cutoff: float) -> tuple[Term, ...]:
@@ -219,25 +219,6 @@ def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:
     roots = np.roots(np.concatenate([g[:0:-1], g]))
     inside = roots[np.argsort(np.abs(roots))][: order - 1]
     return np.concatenate([inside, [0.0]])
-
-
-def _second_order_sections(poles: Poles, zeros: Poles) -> list[float]:
-    """Flat list of b0, b1, b2, a1, a2 of each second-order section of a cascade; each has gain 1 at frequency zero."""
-    upper = [p for p in poles if p.imag > 0.0]
-    real = [p for p in poles if p.imag == 0.0]
-    pairs = [(p, p.conjugate()) for p in upper]
-    pairs += [tuple(real[i : i + 2]) for i in range(0, len(real), 2)]
-    # Keep conjugate zeros in one section.
-    left = sorted(zeros, key=lambda z: (-abs(z.imag), z.real, z.imag))
-    out: list[float] = []
-    for pair in sorted(pairs, key=len, reverse=True):
-        mine, left = left[: len(pair)], left[len(pair) :]
-        b, a = np.real(np.poly(mine)), np.real(np.poly(pair))
-        # Compute the gain from the roots: for roots near 1 the sums of coefficients lose all digits.
-        gain = np.prod([1.0 - p for p in pair]).real / np.prod([1.0 - z for z in mine]).real
-        b, a = np.pad(gain * b, (0, 3 - b.size)), np.pad(a, (0, 3 - a.size))
-        out += [*map(float, b), float(a[1]), float(a[2])]
-    return out
 
 
 @cleared_by_free_buffers

@@ -18,12 +18,10 @@ if TYPE_CHECKING:
 #: SI units of samples, in the order in which they are tried for model strings with units.
 SI_UNITS = ("rad/s", "m/s^2", "1")
 
-#: A name, or one sign, after white space.
-_TOKEN = re.compile(r"\s*(?:(?P<name>[^\W\d]\w*)|(?P<sign>[+(),=!]))")
-#: A decimal number after white space.
-_NUMBER = re.compile(r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
-#: A word such as the name of a column, after white space.
-_WORD = re.compile(r"\s*(?P<word>[\w.\-/°]+)")
+#: Patterns of a name, of a decimal number, and of a word such as the name of a column.
+_NAME = r"[^\W\d]\w*"
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_WORD = r"[\w.\-/°]+"
 
 
 class _Reader:
@@ -45,59 +43,46 @@ class _Reader:
             f"(…{self.text[max(0, place - 8) : place]}»{self.text[place : place + 8]})"
         )
 
-    def skip_space(self) -> None:
-        """Advance over white space."""
-        while self.at < len(self.text) and self.text[self.at].isspace():
-            self.at += 1
+    def take(self, pattern: str) -> str | None:
+        """Next text after white space, consumed, if it matches a regular expression; otherwise None.
 
-    def take(self, signs: str) -> str | None:
-        """Next character, consumed, if it is one of `signs`; otherwise None, and only white space is consumed."""
-        self.skip_space()
-        if self.at < len(self.text) and self.text[self.at] in signs:
-            self.at += 1
-            return self.text[self.at - 1]
-        return None
-
-    def take_name(self, what: str) -> tuple[str, int]:
-        """Pair (next name, position of its first character); the position of the reader moves behind the name.
-
-        InputError "expected `what`" if no name follows.
+        The white space is consumed in any case.
         """
-        self.skip_space()
-        match = _TOKEN.match(self.text, self.at)
-        if match is None or match["name"] is None:
-            raise self.error_at(f"expected {what}")
-        start = self.at
+        match = re.compile(rf"\s*({pattern})?").match(self.text, self.at)
+        assert match is not None
         self.at = match.end()
-        return match["name"], start
+        return match[1]
+
+    def require(self, pattern: str, what: str) -> str:
+        """Next text after white space, consumed; InputError "expected `what`" if it does not match a regular expression."""
+        found = self.take(pattern)
+        if found is None:
+            raise self.error_at(f"expected {what}")
+        return found
 
     def is_next(self, sign: str) -> bool:
         """True if the next text is `sign`; only white space is consumed."""
-        self.skip_space()
-        return self.text.startswith(sign, self.at)
+        return self.take(f"(?={re.escape(sign)})") is not None
 
     def take_limits(self) -> tuple[float | None, float | None] | None:
         """Pair (low, high) from limits ``[low,high]``, consumed, with None for a missing end; None without limits.
 
         InputError for another syntax.
         """
-        if self.take("[") is None:
+        if self.take(r"\[") is None:
             return None
         low = None if self.is_next(",") else self.take_number()
-        if self.take(",") is None:
-            raise self.error_at("expected , between two limits")
+        self.require(",", ", between two limits")
         high = None if self.is_next("]") else self.take_number()
-        if self.take("]") is None:
-            raise self.error_at("expected ]")
+        self.require("]", "]")
         return low, high
 
     def take_number(self) -> float:
         """Next number as a float, consumed; InputError without a number."""
-        return float(self.take_match(_NUMBER, "a number"))
+        return float(self.require(_NUMBER, "a number"))
 
     def take_unit(self) -> str:
         """Text up to the next ``,`` ``)`` ``!`` or ``[`` outside parentheses, consumed: the unit of a value, or empty."""
-        self.skip_space()
         start, depth = self.at, 0
         while self.at < len(self.text):
             letter = self.text[self.at]
@@ -138,17 +123,6 @@ class _Reader:
             self.unit = sample_unit
             return factor
         raise self.error_at(f"{parameter.name} in {own}: {problem}", place)
-
-    def take_match(self, pattern: re.Pattern[str], what: str) -> str:
-        """First group of the match of `pattern` at the present position; the position moves behind the match.
-
-        InputError "expected `what`" if `pattern` does not match there.
-        """
-        match = pattern.match(self.text, self.at)
-        if match is None:
-            raise self.error_at(f"expected {what}")
-        self.at = match.end()
-        return match[1]
 
 
 def parse_string(text: str) -> Model:
@@ -195,11 +169,8 @@ def parse_with_units(text: str, unit: str | None = None) -> tuple[Model, str | N
     effects: list[Effect] = []
     while True:
         effects.append(_take_effect(reader))
-        reader.skip_space()
-        if reader.at == len(text):
+        if not reader.require(r"\+|\Z", "+ or the end"):
             break
-        if reader.take("+") is None:
-            raise reader.error_at("expected + or the end")
     if reader.has_units and reader.bare is not None and unit is None:
         name, place = reader.bare
         raise reader.error_at(
@@ -210,7 +181,8 @@ def parse_with_units(text: str, unit: str | None = None) -> tuple[Model, str | N
 
 def _take_effect(reader: _Reader) -> Effect:
     """Next `Effect` of a model string, consumed; InputError for unknown names or invalid syntax."""
-    name, start = reader.take_name("the name of an effect")
+    name = reader.require(_NAME, "the name of an effect")
+    start = reader.at - len(name)
     cls = find(name)
     if cls is None and "temp" in name.lower():
         raise reader.error_at(
@@ -222,9 +194,10 @@ def _take_effect(reader: _Reader) -> Effect:
     values: dict[str, Any] = {}
     held: list[str] = []
     limits: dict[str, tuple[float | None, float | None]] = {}
-    if reader.take("("):
+    if reader.take(r"\("):
         while True:
-            key, place = reader.take_name("a parameter")
+            key = reader.require(_NAME, "a parameter")
+            place = reader.at - len(key)
             parameter = next(
                 (p for p in cls.parameters if key in (p.name, *p.aliases) and p.role != "derived"),
                 None,
@@ -234,8 +207,7 @@ def _take_effect(reader: _Reader) -> Effect:
                 raise reader.error_at(
                     f"{cls.kind} has no parameter {key!r} (it has: {known})", place
                 )
-            if reader.take("=") is None:
-                raise reader.error_at("expected =")
+            reader.require("=", "=")
             several = has_several(cls, parameter.name)
             if several and reader.is_next("["):
                 raise reader.error_at(
@@ -246,7 +218,7 @@ def _take_effect(reader: _Reader) -> Effect:
             factor: float | None = None
             if not reader.is_next("["):
                 if parameter.unit == "text" and not several:
-                    values[parameter.name] = reader.take_match(_WORD, "a value")
+                    values[parameter.name] = reader.require(_WORD, "a value")
                 else:
                     number = reader.take_number()
                     factor = reader.take_factor(parameter, place)
@@ -262,9 +234,6 @@ def _take_effect(reader: _Reader) -> Effect:
                     None if low is None else low * factor,
                     None if high is None else high * factor,
                 )
-            sign = reader.take(",)")
-            if sign is None:
-                raise reader.error_at("expected , or )")
-            if sign == ")":
+            if reader.require("[,)]", ", or )") == ")":
                 break
     return cls(**values, hold=tuple(held), limits=limits or NO_LIMITS)
