@@ -90,22 +90,15 @@ def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solut
     wandering = [
         place
         for place, effect in enumerate(effects)
-        if isinstance(effect, Stochastic)
-        and effect.wanders
-        and is_removable(effect)
-        and is_detected(fit, place)
+        if _wanders(type(effect)) and is_removable(effect) and is_detected(fit, place)
     ]
     found = []
-    for out in combinations(wandering, 2):
-        if len(effects) == 2:
-            continue
+    for out in combinations(wandering, 2) if len(effects) > 2 else ():
+        removed = {effects[place].kind for place in out}
         kinds = [
             cls
             for cls in CATALOGUE
-            if issubclass(cls, Stochastic)
-            and cls.is_tried_in_spectrum()
-            and cls().wanders
-            and all(cls.kind != effects[place].kind for place in out)
+            if _wanders(cls) and cls.is_tried_in_spectrum() and cls.kind not in removed
         ]
         base = fit.solution_without(*out)
         ones = [one for cls in kinds if (one := fit_replacement(cls, base, fit.data)) is not None]
@@ -113,7 +106,7 @@ def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solut
             two
             for one in ones
             for cls in kinds
-            if not (one.model.effects[-1].last_resort or cls().last_resort)
+            if not (one.model.effects[-1].last_resort or cls.last_resort)
             and (two := fit_replacement(cls, one, fit.data)) is not None
         ]
         for rough in (*ones, *twos):
@@ -125,6 +118,11 @@ def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solut
             if lead > -MAX_RIVAL_LOG_EVIDENCE:
                 found.append((lead, out, solution))
     return tuple(found)
+
+
+def _wanders(cls: type[Effect]) -> bool:
+    """True for the class of a random process that drifts slowly."""
+    return issubclass(cls, Stochastic) and cls.wanders
 
 
 def alternative_pairs(fit: Fit, place: int, also: int | None = None) -> list[Pair]:

@@ -107,22 +107,22 @@ def undecided(fit: Fit) -> Undecided | None:
     weights = np.exp(leads - leads.max())
     weights /= weights.sum()
     unit, units = fit.recording.unit, fit.recording.covariate_units
-    coefficients_of_models = [_coefficients_by_kind(fit.model, fit.estimates)]
-    coefficients_of_models += [
-        _coefficients_by_kind(s.model, estimates(s, fit.data, unit, units))
-        for _, s in list(found.values())[1:]
+    solutions = [solution for _, solution in found.values()]
+    chosen = _coefficients_by_kind(fit.model, fit.estimates)
+    every = [chosen] + [
+        _coefficients_by_kind(s.model, estimates(s, fit.data, unit, units)) for s in solutions[1:]
     ]
-    intervals = []
-    for key, values in coefficients_of_models[0].items():
-        own = {}
-        for name, estimate in values.items():
-            laws = [_distribution(each.get(key, {}).get(name)) for each in coefficients_of_models]
-            if has_interval(estimate):
-                own[name] = _interval(laws, weights)
-        intervals.append(own)
-    models = list(zip((s.model for _, s in found.values()), weights.tolist(), strict=True))
+    intervals = tuple(
+        {
+            name: _interval([_distribution(c.get(key, {}).get(name)) for c in every], weights)
+            for name, estimate in values.items()
+            if has_interval(estimate)
+        }
+        for key, values in chosen.items()
+    )
+    models = [(s.model, weight) for s, weight in zip(solutions, weights.tolist(), strict=True)]
     names = tuple((model.name, weight) for model, weight in models)
-    return Undecided(names, tuple(intervals), _replacements(fit.model, models[1:]))
+    return Undecided(names, intervals, _replacements(fit.model, models[1:]))
 
 
 def _replacements(
