@@ -14,8 +14,8 @@ from allanite.effects.hysteresis import Hysteresis
 from allanite.effects.rate_of_change import RateOfChange
 from allanite.fit import Fit, fit_model
 from allanite.fit.engine import solve
-from allanite.fit.estimates import shape_slope
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, discrepancy_gain, parameter_cost
+from allanite.fit.shapes.deterministic import shape_slope
 from allanite.fit.shapes.matched import grid_points, matched_gains
 
 if TYPE_CHECKING:

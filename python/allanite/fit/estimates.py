@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
 from allanite.common.parameters import NORMAL, Estimate
@@ -16,7 +15,7 @@ from allanite.common.units import coefficient_unit
 from allanite.effects import Deterministic, Model
 from allanite.fit.covariance import joint_covariance, logl_scale, shape_widening
 from allanite.fit.likelihood.heavy import widened_by_tails
-from allanite.fit.likelihood.marginal import slow_amplitudes
+from allanite.fit.likelihood.marginal import slow_values
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import profile_interval
@@ -110,10 +109,10 @@ def estimates(
         joint.setdefault(place, {})[name] = error
     places = range(len(solution.effects)) if places is None else places
     wanted = [solution.effects[place] for place in places]
-    slow: dict[Regressed, Mixture] = {}
+    slow: dict[Regressed, tuple[Mixture, list[str]]] = {}
     known = (own.effect for own in wanted if isinstance(own, Regressed))
     if any(e.low and not set(_amplitude_names(e)) <= set(e.held) for e in known):
-        slow = slow_amplitudes(solution, data)
+        slow = slow_values(solution, data)
     out = []
     for place, own in zip(places, wanted, strict=True):
         errors, detected = joint.get(place, {}), True
@@ -122,7 +121,7 @@ def estimates(
         elif isinstance(own, Regressed):
             detected, ranges = _function_ranges(solution, own, data)
             if own in slow:
-                ranges |= with_noise_uncertainty(own.effect, ranges, slow[own])
+                ranges |= with_noise_uncertainty(own.effect, ranges, *slow[own])
         else:
             ranges = _modifier_ranges(own.effect, errors, data)
         units = {
@@ -160,15 +159,22 @@ def _estimates_of(
     return out
 
 
-def with_noise_uncertainty(effect: Deterministic, ranges: Ranges, law: Mixture) -> Ranges:
-    """Dict of the ranges of the amplitudes of a slow effect that include the uncertainty of the noise coefficients.
+def with_noise_uncertainty(
+    effect: Deterministic, ranges: Ranges, law: Mixture, shapes: Sequence[str] = ()
+) -> Ranges:
+    """Dict of the ranges of the amplitudes and `shapes` of a slow effect that include the uncertainty of the noise.
 
-    `law` is the distribution of the amplitudes averaged over the noise coefficients. If a fitted value lies outside the
-    new interval, the interval is extended to the former one. Amplitudes without an interval are omitted.
+    `law` is the distribution of the amplitudes, then of the changes of the shapes from their fitted values, averaged over
+    the noise coefficients. If a fitted value lies outside the new interval, the interval is extended to the former one.
+    Values without an interval are omitted.
     """
     out: Ranges = {}
-    for place, name in enumerate(_amplitude_names(effect)):
-        if name in ranges:
+    for place, name in enumerate((*_amplitude_names(effect), *shapes)):
+        if name in ranges and name in shapes:
+            out[name] = _range(
+                effect.parameter(name), effect.values[name], law.standard_error(place)
+            )
+        elif name in ranges:
             own, interval = ranges[name][1], law.interval(place)
             if not interval[0] <= effect.values[name] <= interval[1]:
                 # Under equally likely noise another value is best; the interval includes both values.
@@ -410,7 +416,7 @@ def deterministic_shape_error(
     The derivative of the signal by the shape is projected (by GLS) orthogonal to the regressors. For effects that are
     not slow, e.g. a drifting line, it is also projected orthogonal to the derivatives by the other shapes.
     """
-    from allanite.fit.shapes.deterministic import design_of
+    from allanite.fit.shapes.deterministic import design_of, shape_slope
 
     here = design_of((effect,), data)
     target = shape_slope(effect, name, here.ordinates, data)
@@ -427,28 +433,3 @@ def deterministic_shape_error(
     orthogonal = target - white @ coefficients
     size = float(orthogonal @ orthogonal)
     return 1.0 / np.sqrt(size) if size > 0.0 else None
-
-
-def shape_slope(
-    effect: Deterministic, name: str, ordinates: NDArray[np.int64], data: Data
-) -> Array | None:
-    """Array of the derivative of an effect's cosine ordinates with respect to the shape `name`, shape of `ordinates`.
-
-    None if the shape cannot be changed.
-    """
-    from allanite.fit.shapes.deterministic import regressors_at
-
-    value = effect.values[name]
-    steps = {"Hz": 1e-4 / data.duration, "Hz/s": 1e-4 / data.duration**2}
-    steps["s"] = max(
-        1e-3 * abs(value), 1.0 / data.rate
-    )  # a smaller step than a sample changes nothing
-    step = steps.get(str(effect.parameter(name).unit), 1e-3 * abs(value))
-    if step == 0.0:
-        return None
-    try:
-        moved = [effect.with_values(**{name: value + s}) for s in (step, -step)]
-    except ValueError:
-        return None
-    up, down = (regressors_at(m, ordinates, data) for m in moved)
-    return np.asarray((up - down) @ effect.amplitudes() / (2.0 * step))

@@ -2,21 +2,25 @@
 
 The variance of a ramp or a step comes from about a dozen of the lowest ordinates. Their density is extrapolated by the
 fit of K and B. With K and B fixed at their estimates the variance is too small, above all if K or B was fitted to zero.
-Averaging over the coefficients (flat prior, restricted likelihood: Patterson & Thompson 1971) corrects this.
+Averaging over the coefficients (flat prior, restricted likelihood: Patterson & Thompson 1971) corrects this. The average
+includes flicker noise if the model has no process that drifts slowly: such noise may be there without being detected.
 The average is computed by importance sampling around the fit.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.arrays import Array, scaled_inverse
-from allanite.fit.likelihood.expected import density
+from allanite.effects import Stochastic, standard
+from allanite.fit.likelihood.expected import column_of, density
 from allanite.fit.likelihood.whittle import information
+from allanite.fit.shapes.deterministic import shape_slope
+from allanite.fit.solution import Process
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -138,26 +142,61 @@ class _Record:
         return means, covariance, value
 
 
-def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
-    """Dict from each slow fitted function to the distribution (`Mixture`) of its amplitudes; there must be at least one.
+def slow_values(solution: Solution, data: Data) -> dict[Regressed, tuple[Mixture, list[str]]]:
+    """Dict from each slow fitted function to (`Mixture`, names); there must be at least one.
 
-    Lines and other fast functions are excluded: their noise density is known from many ordinates.
+    The mixture is the distribution of its amplitudes and of the changes of its shapes from the fit, with the function
+    linear in the shapes. `names` are those of the shapes. Shapes whose likelihood is not smooth are omitted
+    (`Effect.shape_error`). Lines and other fast functions are excluded: their noise density is known from many ordinates.
     """
     slow = [own for own in solution.functions if own.effect.low]
-    law = joint_amplitudes(slow, solution, data)
-    ends = np.cumsum([0, *(own.amplitudes.size for own in slow)])
+    shapes = [_slopes(own, solution, data) for own in slow]
+    both = [
+        replace(
+            own,
+            matrix=np.column_stack([own.matrix, *slopes.values()]),
+            amplitudes=np.append(own.amplitudes, np.zeros(len(slopes))),
+        )
+        for own, slopes in zip(slow, shapes, strict=True)
+    ]
+    law = joint_amplitudes(both, solution, data)
+    ends = np.cumsum([0, *(own.amplitudes.size for own in both)])
     return {
-        own: law.marginal(slice(first, last))
-        for own, first, last in zip(slow, ends[:-1], ends[1:], strict=True)
+        own: (law.marginal(slice(first, last)), list(slopes))
+        for own, slopes, first, last in zip(slow, shapes, ends[:-1], ends[1:], strict=True)
     }
+
+
+def _slopes(own: Regressed, solution: Solution, data: Data) -> dict[str, Array]:
+    """Dict from each free shape with a smooth likelihood to the derivative of the function at the regressed ordinates.
+
+    Shapes that the record does not determine are omitted.
+    """
+    found = {
+        name: shape_slope(own.effect, name, solution.regressed_ordinates, data)
+        for name in own.effect.free_shapes
+        if own.effect.shape_error(name, float(own.covariance[0, 0]), data.duration) is None
+    }
+    return {name: slope for name, slope in found.items() if slope is not None and slope.any()}
+
+
+def _with_flicker(solution: Solution, data: Data) -> Solution:
+    """`Solution` with flicker noise of coefficient 0 added, or `solution` itself if it has a process that drifts slowly."""
+    flicker = standard()["B"]()
+    assert isinstance(flicker, Stochastic)
+    if any(effect.wanders for effect in solution.model.stochastic):
+        return solution
+    added = Process(flicker, 0.0, column_of(solution.model, flicker, data))
+    return replace(solution, effects=(*solution.effects, added))
 
 
 def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) -> Mixture:
     """`Mixture`: joint distribution of the amplitudes of at least one slow function of time, in their order.
 
-    It includes the uncertainty of the noise coefficients. Up to 1024 of the lowest ordinates are used singly, the higher
-    ones in bins.
+    It includes the uncertainty of the noise coefficients, and that of flicker noise if no slow noise was detected. Up to
+    1024 of the lowest ordinates are used singly, the higher ones in bins.
     """
+    solution = _with_flicker(solution, data)
     # The single ordinates end at the edge of a bin.
     first = int(np.searchsorted(data.bins.edges, min(SINGLE_ORDINATES, data.n), side="right")) - 1
     ordinates = np.arange(1, data.bins.edges[first], dtype=np.int64)

@@ -202,6 +202,29 @@ def regressors_at(effect: Deterministic, j: NDArray[np.int64], data: Data) -> Ar
     return regressor_ordinates([effect], j, data).T
 
 
+def shape_slope(
+    effect: Deterministic, name: str, ordinates: NDArray[np.int64], data: Data
+) -> Array | None:
+    """Array of the derivative of an effect's cosine ordinates with respect to the shape `name`, shape of `ordinates`.
+
+    None if the shape cannot be changed.
+    """
+    value = effect.values[name]
+    steps = {"Hz": 1e-4 / data.duration, "Hz/s": 1e-4 / data.duration**2}
+    steps["s"] = max(
+        1e-3 * abs(value), 1.0 / data.rate
+    )  # a smaller step than a sample changes nothing
+    step = steps.get(str(effect.parameter(name).unit), 1e-3 * abs(value))
+    if step == 0.0:
+        return None
+    try:
+        moved = [effect.with_values(**{name: value + s}) for s in (step, -step)]
+    except ValueError:
+        return None
+    up, down = (regressors_at(m, ordinates, data) for m in moved)
+    return np.asarray((up - down) @ effect.amplitudes() / (2.0 * step))
+
+
 def residual_ordinates_at(
     effects: Sequence[Deterministic], j: NDArray[np.int64], data: Data
 ) -> Array:
