@@ -67,7 +67,8 @@ class CrossBand:
     def to_dict(self) -> dict[str, Any]:
         """Dict for JSON: low_hz, high_hz, coherence, chance, phase_rad, correlation, interval, p_value and significant.
 
-        ``chance`` is the 95 % quantile of the squared coherence of independent axes, ``interval`` that of the correlation.
+        ``coherence`` is squared, and ``chance`` is its 95 % quantile for independent axes. ``interval`` is the 95 %
+        interval of ``correlation``.
         """
         return fields_dict(self, low="low_hz", high="high_hz", phase="phase_rad")
 

@@ -128,9 +128,10 @@ class _Axis:
         self.values = dict(zip(labels, fit.estimates, strict=True))
 
     def detects(self, label: str) -> bool:
-        """True if the model of the axis has the effect and, for a noise process, the fit detects its coefficient.
+        """True if the model of this axis has the effect with this `label`, and the fit detects it.
 
-        A coefficient without an estimate counts as detected.
+        A noise process is detected if its coefficient is; a coefficient without an estimate counts as detected. Effects
+        of other kinds are always detected.
         """
         effect = self.effects.get(label)
         if not isinstance(effect, Stochastic):

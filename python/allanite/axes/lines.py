@@ -202,9 +202,9 @@ def _weighted_mean(group: list[_Occurrence]) -> tuple[float, float]:
 
 
 def _belongs_to(group: list[_Occurrence], line: _Occurrence) -> bool:
-    """True if `line` agrees within the errors with the weighted mean of `group`, which has no entry of its column.
+    """True if `line` agrees, within the errors, with the weighted mean of the `group`.
 
-    False if `group` has an entry of the column of `line`.
+    False if the group already has an entry of the column of `line`.
     """
     if line.column in {s.column for s in group}:
         return False

@@ -144,7 +144,7 @@ def improve_columns(
     seconds: float | None = None,
     on_study: Callable[[Study], None] | None = None,
 ) -> list[Study | AllaniteError]:
-    """List with one entry per column: its study, or the package's exception that explains why there is none.
+    """List with one entry per column: its `Study`, or the `AllaniteError` that explains why there is none.
 
     `models` are the initial models of the columns. The other parameters are those of `characterize`. Columns are computed
     in parallel and share `seconds`. (`allanite.improve_columns` gives `seconds` to each column.) Other exceptions are

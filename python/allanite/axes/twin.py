@@ -213,10 +213,11 @@ def _without_rounding(model: Model, step: float | None, rate: float) -> tuple[Mo
 
 
 def _as_recorded(samples: Array, known: Mapping[str, Any], step: float | None) -> Array:
-    """Array of simulated `samples` as the sensor would record them.
+    """Array of simulated `samples` as the sensor would record them: with its mean, rounded and clipped.
 
-    `known` is the dict of `sample_statistics`. Its mean is added; then the samples are rounded to multiples of `step`,
-    unless None. Last, they are limited to the values in ``clipped``, the ends of the sensor's range, if it has any.
+    `known` is the dict of `sample_statistics`. The mean is added first. Then the samples are rounded to multiples of
+    `step`, unless that is None. Last, they are clipped at the values in ``known["clipped"]``, which is empty or missing
+    for a sensor that did not clip.
     """
     out = samples + float(known.get("mean", 0.0))
     if step is not None:

@@ -174,10 +174,10 @@ class Working:
 def working_states(
     studies: Mapping[str, Study], recordings: Sequence[Recording]
 ) -> dict[str, Working]:
-    """Dict from column name to its `Working`: the model of the column with the noise that running motors add.
+    """Dict from column name to `Working`: the noise model of a column, with the noise that running motors add.
 
-    `studies` are those of the log at rest, `recordings` the log with running motors. Columns of only one of them are
-    omitted.
+    `studies` are those of the log at rest, `recordings` the log with running motors. A column that only one of the two
+    logs has is left out.
 
     Raises
     ------

@@ -191,7 +191,10 @@ def with_near_best_evidence(tried: Sequence[Tried]) -> list[Tried]:
 
 
 def chosen(tried: Sequence[Tried]) -> Tried:
-    """`Tried` whose form has the fewest parameters among `with_near_best_evidence`; of equal ones the best evidence."""
+    """The `Tried` with the fewest parameters of the law, among those with log evidence within 3 nats of the highest.
+
+    Of several, it is the one with the highest evidence.
+    """
     return min(
         with_near_best_evidence(tried), key=lambda one: (one.form.numbers, -one.log_evidence)
     )
@@ -233,10 +236,11 @@ def design(fit: Fit) -> tuple[Array, Array, NDArray[np.bool_]]:
 
 
 def law_cost(fit: Fit) -> float:
-    """Cost of the coefficients of the law, by which its log evidence is below logL, nats; 0 without coefficients.
+    """Cost in nats that the log evidence subtracts from logL for the parameters of the thermal law; 0 without parameters.
 
-    It is the sum of `parameter_cost` over powers of T, lag and width. A coefficient costs the more, the more precisely it
-    is known, given the coefficients before it (first the offsets of the logs, which cost nothing here).
+    It is the sum of `parameter_cost` over the coefficients of the powers of T, the lag and the width. The cost of a
+    parameter grows with the precision with which it is known, given the parameters before it. The offsets of the logs
+    come first and cost nothing.
     """
     matrix, values, own = design(fit)
     if not own.any():

@@ -254,7 +254,7 @@ class AxisLaw:
 
     @property
     def limit(self) -> float | None:
-        """Largest absolute value in the 95 % interval of the linear form's coefficient, unit/°C.
+        """95 % limit of the magnitude of the slope of a linear law, unit/°C: the larger magnitude of the two interval ends.
 
         None if the linear form was not tried or has no interval.
         """
@@ -265,9 +265,9 @@ class AxisLaw:
         return None if found.interval is None else float(max(map(abs, found.interval)))
 
     def _correction_clause(self) -> str:
-        """Clause at the end of the headline: largest ratio of the Allan deviations before and after correction, and its τ.
+        """Clause at the end of the headline: by how much the correction divides the Allan deviation, at the best τ.
 
-        Empty if the ratio is below 1.1.
+        Empty if this ratio is below 1.1, or without averaging times.
         """
         remainder = self.remainder
         if not remainder.tau.size:

@@ -64,9 +64,9 @@ def axis_lines(axis: AxisLaw) -> list[str]:
 
 
 def _deviation_line(axis: AxisLaw, unit: str) -> str:
-    """Text: Allan deviation before and after correction at up to three τ, and a second line if correcting raises it.
+    """Text with the Allan deviation before and after correction at up to three averaging times; empty without any.
 
-    Empty without averaging times.
+    A second line follows if a law was found but correcting raises the Allan deviation at the longest averaging times.
     """
     r = axis.remainder
     if not r.tau.size:

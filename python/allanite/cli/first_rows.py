@@ -157,12 +157,11 @@ def _factor_to_model_unit(
 
 
 def _column_index(roles: Roles, column: str | None, model_column: str, source: str) -> int:
-    """Index of the column to watch.
+    """Index of the column to watch: that of `column` (a name or number) if given, otherwise of the name `model_column`.
 
-    It is that of `column` (a name or number) if given, or else that of the name `model_column` if the table has it.
-    Otherwise it is that of a sensor: the first column that is read as a sensor of a log. In a table without names,
-    columns with constant numbers are passed over, if possible. If there are several sensors, a note is printed, which
-    names the `source`. Raises `InputError` if there is no such column, or if it holds time stamps.
+    If no column has that name, it is the first column that `allanite.read` would take for a sensor. A note lists further
+    sensors, if there are any; it names the `source`. In a table without names, columns with constant numbers are skipped
+    if possible. Raises `InputError` if `column` does not exist, or if the column holds time stamps.
     """
     from allanite.readers.columns import Request, layout_from_roles
     from allanite.recording import find_column
@@ -195,7 +194,7 @@ def _may_be_sensor(table: Table, at: int) -> bool:
 
 
 def _table_of_lines(lines: Sequence[str]) -> tuple[Table, str]:
-    """Tuple (`Table` of the numbers in the first lines, delimiter), as the reader of text logs finds them.
+    """Tuple (`Table` of the columns of numbers in these lines, delimiter), found by the same code that reads text logs.
 
     Raises `InputError` if the lines are no text log, or if the temporary file for the reader cannot be written.
     """

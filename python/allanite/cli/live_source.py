@@ -197,10 +197,10 @@ class _Lines:
         self.follows = True
 
     def rows(self, blocks: Iterator[_Block], stop: Stop) -> Iterator[Rows]:
-        """Yield the collected samples as `Rows`, and clear them each time.
+        """Yield the samples of the blocks as `Rows`, in batches; each batch is forgotten once it is yielded.
 
-        They are yielded once there are 4096, after 0.2 s, when the source pauses, and at the end. Before an `InputError`
-        of a bad row, the samples before this row are yielded.
+        A batch is yielded once it has 4096 samples, after 0.2 s, when the source pauses, and at the end. Before an
+        `InputError` of a bad row, the samples before this row are yielded.
         """
         passed_on = time.monotonic()
         try:

@@ -347,7 +347,10 @@ class LogOptions:
 
     @property
     def output_units(self) -> dict[str, str]:
-        """Dict from kind of sensor to the unit of its samples that --output-unit implies; empty without this option."""
+        """Dict from kind of sensor to the unit into which --output-unit converts its samples; empty without this option.
+
+        For a unit of a coefficient, such as ug/sqrt(Hz), it is the unit of the samples, ug.
+        """
         if self.output_unit is None:
             return {}
         return units_by_kind(",".join(map(sample_unit, self.output_unit.split(","))))

@@ -55,9 +55,10 @@ def print_results(results: Sequence[Any], options: LogOptions) -> None:
 
 
 def document_of(results: Sequence[Any]) -> dict[str, Any]:
-    """Dict for JSON of one result or more, one per column: the dict of the only result, or all in the list ``columns``.
+    """Dict for JSON of results, one per column: for a single result, its own dict.
 
-    The dict of several results also has the schema of the first one. Raises `IndexError` without results.
+    For several, the dict has the schema of the first result, and all their dicts in the list ``columns``. Raises
+    `IndexError` without results.
     """
     documents: list[dict[str, Any]] = [result.to_dict() for result in results]
     if len(documents) == 1:

@@ -224,11 +224,11 @@ def three_cornered_hat(
 def _differences_of_clocks(
     recording: Recording, pairs: list[tuple[str, str]] | None
 ) -> tuple[list[str], dict[tuple[str, str], Recording]]:
-    """Tuple (names of the clocks, dict from each pair of names (a, b) to the `Recording` of clock a minus clock b).
+    """Tuple (names of the clocks, dict from a pair of names (a, b) to the `Recording` of clock a minus clock b).
 
-    If `pairs` is None, the columns of the recording are clocks, and the function subtracts them. Otherwise the columns
-    are already differences, one for each of the `pairs`. Raises `InputError` for fewer than three clocks, or a pair of
-    clocks without a column. Also if `pairs` is None, but the columns seem to be differences.
+    If `pairs` is None, each column is a clock, and the function subtracts the columns. Otherwise the columns are already
+    the differences that `pairs` names. Raises `InputError` for fewer than three clocks, for a pair of clocks without a
+    column, or if `pairs` is None and the columns seem to be differences.
     """
     if pairs is None:
         names = list(recording.columns)
@@ -291,15 +291,19 @@ def _phase_of(one: Recording) -> Array:
 
 
 def _allan_differences(phase: Array, m: int, rate: float) -> Array:
-    """Differences of adjacent mean frequencies over m samples, shape (n − 2m,), one for each first sample."""
+    """Second differences of the phase over m samples, divided by m/`rate`: changes of the mean frequency, shape (n − 2m,).
+
+    Half of their mean square is the overlapping Allan variance at τ = m/`rate`.
+    """
     return np.asarray((phase[2 * m :] - 2.0 * phase[m:-m] + phase[: -2 * m]) * (rate / m))
 
 
 def _variances_of_clocks(names: list[str], allan: dict[tuple[str, str], Array]) -> Array | None:
-    """Allan variance of each clock, shape (clocks,), from the differences of all pairs of clocks.
+    """Allan variance of each clock, shape (clocks,), from the Allan differences `allan` of all pairs of clocks.
 
-    It is the mean of the Groslambert covariances: for two other clocks, the covariance of this clock's differences to
-    both. The result is None if two differences have no common samples.
+    For clock a and two others b and c, the variance of a is estimated by half the mean product of the differences a − b
+    and a − c (Groslambert covariance). The result is the mean over all b and c. None if two differences have no common
+    samples.
     """
     out = []
     for own in names:

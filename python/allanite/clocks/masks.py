@@ -46,7 +46,10 @@ class Piece:
     terms: tuple[tuple[float, float], ...]
 
     def at(self, tau: Array) -> Array:
-        """Limit in ns at the averaging times τ (s), shape of `tau`; also outside of `low` to `high`."""
+        """Value in ns of the formula of this piece of a limit, Σ c·τ^p, at the averaging times `tau` (s), shape of `tau`.
+
+        The range of τ for which the piece holds is not tested.
+        """
         return np.sum([coefficient * tau**power for coefficient, power in self.terms], axis=0)
 
 
@@ -71,7 +74,7 @@ class Limit:
         return self.pieces[0].low, self.pieces[-1].high
 
     def at(self, tau: Array) -> Array:
-        """Limit (s) at the averaging times `tau` (s), shape of `tau`; NaN outside of all pieces."""
+        """Limit in s at the averaging times `tau` (s), shape of `tau`; NaN where the mask states no limit."""
         tau = np.asarray(tau, dtype=float)
         out = np.full(tau.shape, np.nan)
         for piece in self.pieces:

@@ -25,10 +25,10 @@ SAMPLES_PER_PART = 512
 
 
 def thinned_indices(n: int) -> NDArray[np.int64]:
-    """Array of the indices of the samples to keep of n samples, ascending, shape (k,); the older, the more sparsely.
+    """Ascending indices of those of n samples that a fit uses, shape (k,): all recent ones, ever fewer of the older ones.
 
-    These are the last 1024, every second one of the 1024 before, every fourth one of the 2048 before those, and so on.
-    The likelihood accepts samples at any times. The dense samples at the end determine fast noise and the present
+    These are the last 1024 samples, every second one of the 1024 before, every fourth one of the 2048 before those, and
+    so on. The likelihood accepts samples at any times. The dense samples at the end determine fast noise and the present
     phase, the sparse samples before them determine slow noise.
     """
     rows: list[NDArray[np.int64]] = []

@@ -322,10 +322,11 @@ def timing_columns(recording: Recording, **options: Unpack[TimingOptions]) -> Ti
 
 
 def _require_phase(recording: Recording) -> None:
-    """Raise `InputError` for samples that are not a phase: for another unit, a fractional frequency, or a rate.
+    """Raise `InputError` unless the samples can be the phase of a clock.
 
-    Samples without a unit may be a phase. A recording states the unit of the rate, which is 1 both for a phase in s and
-    for a fractional frequency. Only the columns of the log show which of the two was stated.
+    They are no phase if they have another unit, such as deg/s, if the log states that they are a fractional frequency, or
+    if they are rates (`quantity` is not ``"angle"``). A phase in s and a fractional frequency both have the unit 1 in a
+    recording, so the unit of the column in the log is examined.
     """
     other = next((u for u in recording.units if parse_unit(u).kind != FREQUENCY), None)
     if other is not None:
@@ -356,9 +357,9 @@ def _timing_of_column(
 ) -> Timing:
     """`Timing` of one column; `report`, if given, is called with the number of noise models fitted so far.
 
-    `steering` is the name of a covariate and the factor that converts its values to a fractional frequency. The phase
-    that the servo added is then subtracted before the fit, and added to the holdover; ``constant_error`` is None. Raises
-    `TooShortError` for fewer than 32 samples.
+    `steering` is None, or the name of a covariate with the frequency corrections of a servo and the factor that converts
+    its values to a fractional frequency. If it is given, the phase that the servo added is subtracted before the fit and
+    added to the holdover, and ``constant_error`` is None. Raises `TooShortError` for fewer than 32 samples.
     """
     name = column.columns[0]
     # Samples may be in a multiple of seconds: the scale of the unit converts them.
@@ -460,12 +461,18 @@ class _PhaseFit:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Tuple of the names of the known functions; the drift is the last one if it is detected."""
+        """Tuple of the names of the fitted functions, such as offset, frequency, temperature, ``jump 0`` and drift.
+
+        The drift is included only if it is detected.
+        """
         return self.functions if self.drifts else self.functions[:-1]
 
     @property
     def series(self) -> StampedSeries:
-        """`StampedSeries` that was fitted: phase and known functions, with the drift only if it is detected."""
+        """`StampedSeries` that was fitted: the phase, and functions such as offset, frequency and steps.
+
+        The drift is one of these functions only if it is detected.
+        """
         return self.models[self.drifts].series
 
     @property
@@ -534,7 +541,10 @@ class _PhaseFit:
         return cls(models, drifts, (*functions, "drift"), errors, freedom)
 
     def _amplitude(self, name: str, unit: str, factor: float = 1.0) -> Estimate | None:
-        """`Estimate` of the amplitude of the known function `name` times `factor`; None if the function was not fitted."""
+        """`Estimate` of the fitted amplitude of a function such as ``"drift"``, times `factor`, with the given `unit`.
+
+        None if this function was not fitted.
+        """
         if name not in self.names:
             return None
         i = self.names.index(name)
@@ -585,9 +595,9 @@ class _PhaseFit:
         return float(np.sqrt(alone.regressed(self.best.noise).covariance[0, 0]))
 
     def holdover(self, after: Sequence[float]) -> list[Holdover]:
-        """List of `Holdover`, one for each time after the last sample (s), at the mean temperature of the last tenth.
+        """List of `Holdover`, one for each time in `after` (s after the last sample), in the same order; can be empty.
 
-        The order is that of `after`; empty without times.
+        The temperature, if it was fitted, is assumed to stay at its mean over the last tenth of the record.
         """
         if not after:
             return []

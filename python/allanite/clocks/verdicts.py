@@ -70,9 +70,10 @@ class Verdict:
 
 
 def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
-    """List of `Verdict`, one for each limit of a mask: MTIE and TDEV, then time error and constant time error if limited.
+    """List of `Verdict`, one for each limit that a mask has: MTIE, TDEV, then time error and constant time error.
 
-    MTIE and TDEV are those of the phase after the low-pass of the mask, if it has one.
+    Most masks limit only some of these. MTIE and TDEV are those of the phase after the low-pass of the mask, if it has
+    one.
 
     Parameters
     ----------

@@ -101,7 +101,7 @@ class Combination:
 
     @property
     def best_unit(self) -> int:
-        """Index of the unit with the lowest mean of ln σ over all τ."""
+        """Index of the unit with the lowest Allan deviation: the lowest mean of its logarithm over all averaging times."""
         return int(np.argmin(np.log(self.single).mean(axis=0)))
 
     @property
@@ -412,7 +412,10 @@ def _weights_for_all_times(covariance: Array) -> Array:
 
 
 def _measured_deviation(columns: Sequence[Recording], weights: Array, tau: Array) -> Array:
-    """Array of the overlapping Allan deviation of the weighted sum of the samples of one board, shape of `tau`."""
+    """Array of the overlapping Allan deviation of the weighted sum of the `columns`, at the averaging times `tau` (s).
+
+    The columns were sampled together, on one board.
+    """
     rate = columns[0].rate
     samples = np.column_stack([column.rate_samples() for column in columns])
     factors = np.round(tau * rate).astype(int)

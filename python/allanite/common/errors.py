@@ -121,15 +121,14 @@ class InternalError(RuntimeError):
 
 @contextmanager
 def about(where: object, instead: object = None) -> Iterator[None]:
-    """Context that puts the name of a file or option in front of the message of each `AllaniteError`.
+    """Context that puts the name of a file or option in front of the message of each `AllaniteError` raised inside.
 
     Parameters
     ----------
     where : object
-        The file or option. With None, messages are unchanged. If an inner `about` has already put its name there, that
-        name is kept.
+        The file or option. With None, messages are unchanged. A message that already has a name keeps it.
     instead : object, optional
-        Exception: `where` replaces this name of an inner `about`, for example that of a temporary file.
+        A name in messages, for example of a temporary file, that `where` replaces nevertheless.
     """
     try:
         yield

@@ -104,12 +104,12 @@ def common_step(values: Sequence[float]) -> float | None:
 def harmonics_text(
     frequency: float, overtones: Iterable[float], unit: str, factor: float = 1.0
 ) -> str:
-    """Text of the harmonics of a spectral line: ``34.6 Hz 28.6 °/h (harmonic 2)``.
+    """Text of the harmonics of a spectral line: ``34.6 Hz 28.6 °/h (harmonic 2)``, separated by commas.
 
     `frequency` is that of the line, Hz. `overtones` is a flat sequence: multiple, amplitude and phase of the first
-    harmonic, then of the second, and so on. If a multiple is no whole number, or for more than 12 harmonics, the text
-    states instead how many further lines there are, their spacing if they are evenly spaced, highest frequency and range
-    of amplitudes. Amplitudes times `factor` are in `unit`.
+    harmonic, then of the second, and so on. Amplitudes times `factor` are in `unit`. If a multiple is no integer, or for
+    more than 12 harmonics, the text is a summary: number of lines, their spacing if they are no harmonics but evenly
+    spaced, highest frequency, and range of amplitudes.
     """
     given = list(overtones)
     multiples, amplitudes = given[::3], [factor * a for a in given[1::3]]
@@ -185,9 +185,9 @@ def value_and_interval_text(value: float, interval: tuple[float, float]) -> str:
 
 
 def value_and_interval_texts(value: float, interval: tuple[float, float]) -> tuple[str, str, str]:
-    """Tuple of three texts: a value and both ends of its interval.
+    """Tuple of three texts: a value and the two ends of its interval, all with or all without a power of ten.
 
-    The numbers have enough significant digits, at least 4 and 3, to show the interval.
+    They have enough significant digits to show how the ends differ: at least 4 for the value and 3 for the ends.
     """
     low, high = interval
     figures = figures_for_interval(interval, 3)

@@ -44,7 +44,7 @@ class Several(Mapping[str, T], Generic[T]):
         return self._results[column]
 
     def _missing(self, name: str) -> str:
-        """Message (str) of the error for an unknown column with this name; it lists the columns that exist."""
+        """Message for a column name that does not exist: it repeats the name and lists the columns that exist."""
         return f"no column {name!r}: choose one of {', '.join(self)}"
 
     def __iter__(self) -> Iterator[str]:

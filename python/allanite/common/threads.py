@@ -45,7 +45,7 @@ def max_parallel_columns() -> int:
 
 
 def columns_at_work() -> int:
-    """Number of columns that the current `side_by_side` (parallel threads) computes now, with that of the caller.
+    """Number of columns that the current `side_by_side` (parallel threads) computes at this moment, including this one.
 
     It is 1 outside of `side_by_side`.
     """

@@ -349,10 +349,10 @@ def is_frequency(text: str | None) -> bool:
 
 
 def rate_unit(text: str, quantity: str) -> Unit:
-    """`Unit` of the rate for samples in the unit `text`: ``deg/s`` for an angle or increment in ``deg``.
+    """`Unit` of the rate of samples in the unit `text`: ``deg/s`` for an angle or increment in ``deg``.
 
-    For the quantity ``rate``, it is the unit itself. For the others, `text` may also be a unit of a rate, and the result
-    is then this unit: ``1`` for a clock phase. Raises `InputError` for a text that is no unit.
+    With the quantity ``"rate"``, it is the unit `text` itself. With another quantity, `text` may also be the unit of a
+    rate, which is then returned. Seconds, the phase of a clock, give ``1``. Raises `InputError` if `text` is no unit.
     """
     if quantity == "rate":
         return parse_unit(text)

@@ -160,7 +160,10 @@ class Acceptance:
 
     @property
     def needs(self) -> float | None:
-        """Largest `needs` of all figures: record length, s, that would probably decide them. None if no figure has one."""
+        """Length of a record, s, that would probably decide all undecided figures: the largest `needs` of the figures.
+
+        None if no figure has one.
+        """
         return max((f.needs for f in self.figures if f.needs is not None), default=None)
 
     def to_dict(self) -> dict[str, Any]:

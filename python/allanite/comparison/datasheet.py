@@ -162,7 +162,7 @@ def compare_datasheet(fit: Fit, sheet: DataSheet) -> Comparison:
 
 
 def with_figures(model: Model, sheet: DataSheet) -> Model:
-    """`Model`: `model` plus the effects, without values, that it lacks for the coefficients in the sheet."""
+    """Copy (`Model`) of `model` with an added effect, without values, for each coefficient of the sheet that it lacks."""
     present = {effect.kind for effect in model}
     for name in dict.fromkeys(figure.coefficient for figure in sheet.figures):
         effect = find(name.partition(".")[0])

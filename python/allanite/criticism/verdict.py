@@ -58,7 +58,7 @@ class Where:
 
     @property
     def fails(self) -> bool:
-        """True if any of τ, frequency and time has a worst interval."""
+        """True if the fit fails in at least one view: Allan deviation (τ), spectrum (frequency) or power over time."""
         return any(self.worst().values())
 
     def sentences(self) -> list[str]:

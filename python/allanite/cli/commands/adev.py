@@ -116,7 +116,7 @@ def command(
 
 
 def _points_per_decade(taus: str) -> int | None:
-    """Number of points per decade, if the text of --taus is a whole number of at most 9 digits; otherwise None."""
+    """Whole number of points per decade, if the text of --taus is such a number of at most 9 digits; otherwise None."""
     # "²".isdigit() is true, and int() refuses thousands of digits. No log has 10⁹ averaging times.
     return int(taus) if taus.isascii() and taus.isdigit() and len(taus) <= 9 else None
 

@@ -121,7 +121,10 @@ def _is_table(item: str) -> bool:
 
 
 def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
-    """List of `NamedModel` of the sheet for the kinds of sensor in these columns; empty if the sheet makes no model."""
+    """List of `NamedModel`: models from a data sheet for the kinds of sensor of these columns.
+
+    Empty if the sheet does not state enough for a model, or has none of these kinds.
+    """
     kinds = {parse_unit(column.unit).kind for column in columns}
     try:
         found = models_of(datasheet)

@@ -207,7 +207,7 @@ def _write_and_describe(
 
 
 def _check_format(path: str) -> None:
-    """Raise `InputError` unless a file name ends in .npy, .npz, .csv or .txt, in any case."""
+    """Raise `InputError` unless the file name ends in .npy, .npz, .csv or .txt (upper or lower case)."""
     suffix = Path(path).suffix.lower()
     if suffix not in (".npy", ".npz", ".csv", ".txt"):
         found = f"unknown format {suffix}" if suffix else "the name has no suffix"
