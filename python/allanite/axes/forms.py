@@ -76,7 +76,7 @@ class Form:
     def agree(self) -> bool:
         """True if no parameter differs significantly between the axes, at 5 % over all parameters together (Bonferroni).
 
-        True if no parameter can be compared.
+        Also True if no parameter can be compared.
         """
         least = min((n.pooled.p_value for n in self.numbers), default=1.0)
         return least * len(self.numbers) >= DIFFERENCE_LEVEL

@@ -146,7 +146,7 @@ def _cell_text(cell: _Cell | None, unit: str | None = None, *, interval: bool = 
 
 
 def _discrepancy_text(fit: Fit) -> str:
-    """Text such as ``0.5 % (0.1 … 0.9)``: discrepancy between model and data of a fit, with its 95 % interval."""
+    """Text such as ``0.5 % (0.1 … 0.9)``: model discrepancy of a fit, in % of the deviation, with its 95 % interval."""
     found = fit.discrepancy
     low, high = found.interval
     return f"{number(found.percent, 2)} % ({low:.2g} … {high:.2g})"

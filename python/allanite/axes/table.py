@@ -50,7 +50,7 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
 def _sentences_by_section(
     found: Characterization, words: Mapping[str, str] = CALL
 ) -> dict[str, list[str]]:
-    """Dict from the head of each section below the table to its sentences."""
+    """Dict from the heading of each section below the table of axes to its list of sentences, which can be empty."""
     sections = {
         "at work": [f"{name}: {'; '.join(w.reasons)}" for name, w in found.working.items()],
         "bias at switch-on": [f"{name}: {bias}" for name, bias in found.turn_on.items()],

@@ -385,8 +385,9 @@ def _vibration_bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list
     """Tuple (bands, end): third octaves above `low` Hz with vibration, and the frequency (Hz) where the noise floor ends.
 
     `S` is the measured and `floor` the expected spectral density at the frequencies `f`. A band is the tuple (lowest,
-    highest frequency in Hz, rms of the excess over the floor). It is listed if its power exceeds that of the floor by
-    more than 10 %. The floor ends where the first third octave with less than half of its power begins, else at f[-1].
+    highest frequency in Hz, rms of the excess over the floor). A third octave is listed if its power exceeds that of the
+    floor by more than 10 %. The floor ends where the first third octave begins whose power is below half of the floor's
+    power; otherwise at f[-1].
     """
     high = float(f[-1])
     count = max(1, round(BANDS_PER_OCTAVE * float(np.log2(high / low))))

@@ -53,9 +53,9 @@ def plot_thermal(
 
 
 def _law_panel(axis: AxisLaw, row: int) -> Panel:
-    """`Panel` in column 0: law b(T), its band, and the means of the samples while warming and while cooling.
+    """`Panel` of a figure (left column, given row): law b(T), its band, and mean samples while warming and while cooling.
 
-    A direction without samples has no points.
+    A direction of the temperature without samples has no points.
     """
     document = axis.to_dict()
     measured, curve = document["measured"], axis.curve
@@ -82,7 +82,7 @@ def _law_panel(axis: AxisLaw, row: int) -> Panel:
 
 
 def _deviation_panel(axis: AxisLaw, row: int) -> Panel:
-    """`Panel` in column 1: Allan deviation before and after correction."""
+    """`Panel` of a figure (right column, given row): Allan deviation of one axis before and after correction."""
     r = axis.remainder
     marks = (
         Line(r.tau, r.before, "before", "before correction", dash="dash"),

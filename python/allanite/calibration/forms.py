@@ -206,7 +206,9 @@ def law_of(fit: Fit) -> list[Deterministic]:
 
 
 def design(fit: Fit) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Tuple (design matrix, fitted values, mask of the columns of the law) of the offsets and the law in a fit.
+    """Tuple (matrix, values, own): linearized least-squares problem of the log offsets and the thermal law of a fit.
+
+    All three are empty if the fit has neither.
 
     Returns
     -------

@@ -168,13 +168,13 @@ class AxisLaw:
 
     @property
     def alternatives(self) -> tuple[Form, ...]:
-        """Tuple of `Form`: forms, except the chosen one, whose log evidence is within 3 nats of the highest."""
+        """Tuple of `Form`: forms of the law, other than the chosen one, with log evidence within 3 nats of the highest."""
         near = (one.form for one in with_near_best_evidence(self.tried))
         return tuple(form for form in near if form != self.form)
 
     @property
     def _law(self) -> Polynomial:
-        """`Polynomial`: bias in powers of (T − reference temperature of the curve), with the mean offset of the logs."""
+        """Law as a `numpy` `Polynomial` in T − reference temperature of the curve: bias averaged over the logs."""
         return Polynomial([self.offset, *self.curve.coefficients])
 
     def polynomial(self, reference: float) -> Array:
@@ -186,9 +186,9 @@ class AxisLaw:
         return np.array([law.deriv(k)(shift) / factorial(k) for k in range(4)])
 
     def bias(self, temperature: float | Array) -> Array:
-        """Array, shape of `temperature` (°C): bias with the mean offset of the logs, in the unit of the samples.
+        """Bias that the law predicts at a temperature (°C), in the unit of the samples; array of the shape of the argument.
 
-        Temperatures outside of `range` are clipped to `range`.
+        The bias differs between logs; the mean over the logs is taken. Temperatures outside of `range` are clipped to it.
         """
         low, high = self.range
         u = np.clip(np.asarray(temperature, dtype=float), low, high) - self.curve.reference

@@ -112,10 +112,9 @@ def walk_of_steps(fit: Fit, runs: Runs) -> float:
 
 
 def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
-    """Tuple of the bias of each log (float) at the reference temperature, which is the mean temperature of all logs.
+    """Tuple of the bias of each log (float, unit of the samples) at the reference temperature, the mean temperature.
 
-    The unit is that of the samples. It is the mean over the log of the samples minus the fitted dependence on
-    temperature.
+    This bias is the mean over the log of the samples minus the fitted dependence on temperature.
     """
     left = np.asarray(runs.recording.samples, dtype=float) - law_signal(fit)
     # The quadratic and cubic terms were fitted without their means, so that the means are subtracted here.

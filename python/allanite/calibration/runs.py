@@ -65,8 +65,8 @@ class Runs:
     def averaged(self, most: int) -> Runs:
         """Copy (`Runs`) in which neighboring samples are averaged, so that at most `most` remain; `self` if it has no more.
 
-        Samples of different logs are not averaged together. The copy has no `rounding` (error of the logged temperature):
-        0.
+        Samples of different logs are not averaged together. In the copy, `rounding` (the error of the logged temperature)
+        is zero.
         """
         k = -(-self.recording.n // most)
         if k < 2:

@@ -88,9 +88,9 @@ def _deviation_line(axis: AxisLaw, unit: str) -> str:
 
 
 def _growth_line(before: Growth, after: Growth) -> str:
-    """Line of text: an error at some times after the last position fix, without → with the thermal correction.
+    """Line of text: an error at some times after the last position fix, without and with the thermal correction.
 
-    ``  angle error after the last fix, before → after correction: 60 s 0.2 → 0.1 °``.
+    `` angle error after the last fix, before → after correction: 60 s 0.2 → 0.1 °``.
     """
     unit, factor = before.display_unit
     shown = (

@@ -59,7 +59,10 @@ class _Triad:
         return round(0.5 * (self.low + self.high), 2)
 
     def polynomials(self, reference: float) -> dict[str, list[float]]:
-        """Dict from x, y and z to the list [x0, x1, x2, x3] about `reference`, SI units; zeros for a missing axis."""
+        """Dict from ``"x"``, ``"y"`` and ``"z"`` to the bias polynomial of this axis, a list [x0, x1, x2, x3] in SI units.
+
+        The powers are those of T − `reference` (°C). A missing axis has zeros.
+        """
         out = {}
         for letter in "xyz":
             axis = self.axes.get(letter)
@@ -214,9 +217,9 @@ def _ardupilot(found: ThermalCalibration) -> str:
 
 
 def _c_header(found: ThermalCalibration) -> str:
-    """Text of a C header with one function NAME_bias(celsius) for each axis, a cubic polynomial.
+    """Text of a C header with a function ``NAME_bias(celsius)`` for each axis, which evaluates a cubic polynomial.
 
-    Temperatures outside of the measured range are limited to it.
+    These functions clip the temperature to the measured range.
     """
     lines = _comment_lines(
         found,

@@ -279,9 +279,9 @@ class _Lines:
         self.tail = (self.tail + taken)[-COMPARED_BYTES:]
 
     def _add_line(self, line: str) -> None:
-        """Collect the sample of a line. If the column to watch is not yet known, keep the line instead.
+        """Collect the sample in a line of the source; while the column to watch is not yet known, keep the line instead.
 
-        The column is chosen after 100 rows of numbers. Raises `InputError` if over 16 MB hold fewer rows of numbers.
+        The column is chosen once 100 rows of numbers have arrived. Raises `InputError` if fewer have arrived after 16 MB.
         """
         if self.column is not None:
             self._add_sample(line)

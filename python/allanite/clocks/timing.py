@@ -421,8 +421,8 @@ def _timing_of_column(
 def _steered_phase(column: Recording, name: str, scale: float, times: Array) -> tuple[Array, float]:
     """Tuple (phase that a servo has added since the first sample, s, shape (n,); fractional frequency that it set last).
 
-    The frequency is the covariate `name` times `scale`. Each value holds until the next sample; a missing value is
-    replaced by the previous one. Raises `InputError` if the covariate does not exist or is empty.
+    The frequency is the covariate `name` times `scale`, held until the next sample. A missing value is replaced by the
+    previous one, or by the first known one. Raises `InputError` if the covariate does not exist or is empty.
     """
     if name not in column.covariates:
         raise InputError(

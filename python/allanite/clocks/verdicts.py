@@ -70,10 +70,10 @@ class Verdict:
 
 
 def verdicts(mask: Mask, phase: Array, rate: float) -> list[Verdict]:
-    """List of `Verdict`, one for each limit that a mask has: MTIE, TDEV, then time error and constant time error.
+    """List of `Verdict`, one for each limit of a mask: MTIE and TDEV, then the time errors that the mask limits.
 
-    Most masks limit only some of these. MTIE and TDEV are those of the phase after the low-pass of the mask, if it has
-    one.
+    These are the time error and the constant time error; a mask may limit neither. MTIE and TDEV are those of the phase
+    after the low-pass of the mask, if it has one.
 
     Parameters
     ----------
@@ -167,9 +167,10 @@ def _verdict_on_deviation(mask: str, kind: str, limit: Limit, phase: Array, rate
 
 
 def _measured_deviation(kind: str, limit: Limit, phase: Array, rate: float) -> Deviation:
-    """`Deviation` named `kind` of a phase (s), at ten averaging times per decade of the limit and at ends of its pieces.
+    """`Deviation` of a phase (s), TDEV or MTIE as `kind` says, at ten averaging times per decade in the range of the limit.
 
-    Raises `TooShortError` if no averaging time of the limit fits into the record.
+    Averaging times at which the formula of the limit changes are added. Raises `TooShortError` if no averaging time of
+    the limit fits into the record.
     """
     estimator = getattr(deviation, kind)
     low, high = limit.span

@@ -125,11 +125,11 @@ def _test_of_unit(
 
 
 def _octave_levels(fits: Sequence[Fit]) -> tuple[Array, Array, Array]:
-    """Tuple (edges, levels, variances) of the octaves of frequency that all units have in common.
+    """Tuple (edges, levels, variances): how loud each unit is in each octave of frequency that all units have in common.
 
-    A level is the ln of a unit's measured power over the power that the first unit's model expects. Levels and their
-    variances have the shape (units, octaves). The edges are in Hz, ascending, shape (octaves + 1,). The octaves begin
-    with the lowest in which every unit has 8 ordinates, or with the lowest of all if there is none.
+    A level is ln(measured power of the unit / power that the model of the first unit expects). Levels and their variances
+    have the shape (units, octaves). The edges are in Hz, ascending, shape (octaves + 1,). The octaves begin with the
+    lowest in which every unit has 8 ordinates, or with the lowest of all if there is none.
     """
     from scipy.special import digamma, polygamma
 

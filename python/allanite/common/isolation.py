@@ -366,10 +366,10 @@ def limit_memory(most: float | None) -> None:
 
 
 def _lower_limit(name: str, most: int) -> None:
-    """Lower the soft limit of a resource of this process to `most`, unless this or the hard limit is lower already.
+    """Set the soft limit of a resource of this process to `most`, for example that of ``RLIMIT_CPU``, given as `name`.
 
-    `name` is that of a constant such as ``RLIMIT_CPU``. Nothing happens on Windows, where only the deadline of the parent
-    applies. A limit that the system does not know is left out.
+    A limit, soft or hard, that is already lower stays. Nothing happens on Windows (only the deadline of the parent
+    applies there), or if the system does not know the limit.
     """
     with suppress(ModuleNotFoundError, OSError, ValueError):  # macOS does not know all of them
         import resource

@@ -142,7 +142,10 @@ def column_unit(name: str, stated: str | None = None) -> str:
 
 
 def printed(unit: str, column: str = "") -> str:
-    """Printed form of a unit: °/√h for deg/sqrt(h), °/s per unit of Temp for deg/s/Temp with the column Temp."""
+    """Unit as it is printed: ``°/√h`` for ``deg/sqrt(h)``.
+
+    With `column` Temp, the unit ``deg/s/Temp`` becomes ``°/s per unit of Temp``.
+    """
     head, slash, power = unit.rpartition(f"/{column}")
     if column and slash and power in ("", "²"):
         return f"{printed(head).removeprefix('1')} per unit{power} of {column}".strip()

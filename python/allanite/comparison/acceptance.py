@@ -335,9 +335,9 @@ def _verdict_on(figure: Quoted, fit: Fit, margin: float) -> FigureVerdict:
 
 
 def _verdict_on_interval(low: float, high: float, limit: float) -> str:
-    """Verdict on an interval low … high: ``"meets"``, ``"does not meet"`` or ``"undecided"``.
+    """``"meets"`` if `high` is at most `limit`, ``"does not meet"`` if `low` exceeds `limit`, otherwise ``"undecided"``.
 
-    It meets the limit if `high` does not exceed it, and does not meet it if `low` exceeds it.
+    `low` and `high` are the ends of the interval of a measured value.
     """
     if high <= limit:
         return MEETS

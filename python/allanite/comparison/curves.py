@@ -237,7 +237,7 @@ def compare(
     -------
     Curves
         One curve for each item, in its own unit and in the given order. Models have the averaging times of the first
-        log, or octaves of one sample without a log.
+        log. Without a log, these are 1, 2, 4, … samples.
 
     Raises
     ------

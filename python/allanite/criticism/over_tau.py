@@ -25,8 +25,8 @@ def rows(curve: Curve) -> list[dict[str, Any]]:
 def worst(curve: Curve) -> tuple[float, float] | None:
     """Pair (shortest, longest) of the averaging times, s, around the worst misfit of the Allan deviation.
 
-    These are the neighbors of the largest |z| at which z has the same sign and exceeds 2 in magnitude. None if no |z|
-    reaches `MIN_FAILING_SCORE`. A z that is not finite counts as 0.
+    The pair spans the largest |z| and its neighbors in which z has the same sign and exceeds 2 in magnitude. None if no
+    |z| reaches `MIN_FAILING_SCORE`. A z that is not finite counts as 0.
     """
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
     top = int(np.argmax(np.abs(z)))

@@ -105,10 +105,10 @@ def command(
 
 
 def _output_unit_and_factor(unit: str, requested: str | None) -> tuple[str, float]:
-    """Tuple (unit of the results, factor that converts the samples to this unit).
+    """Tuple (unit of the results, factor by which the samples are multiplied to get this unit).
 
-    Without another requested unit, these are the given unit and 1. Raises `InputError` if another unit is requested,
-    unless both units are lengths or both are times.
+    Without `requested`, or if it equals `unit`, the tuple is (`unit`, 1). Lengths (m, cm, mm, um, nm) can be converted to
+    each other, as can times (s, ms, us, ns). Raises `InputError` for any other pair of units.
     """
     if requested is None or requested == unit:
         return unit, 1.0
