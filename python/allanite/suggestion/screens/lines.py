@@ -130,6 +130,8 @@ def look(context: Context) -> tuple[Candidate, ...]:
             candidate = _refitted(effect, start, solution, data, (width, surplus))
             if candidate is not None:
                 found.append(candidate)
+        if together is not None and len(places) == MAX_EVENTS:
+            break  # the next check finds the further lines together, too
     return tuple(found)
 
 
