@@ -246,7 +246,7 @@ def polish_line(
 
     # The highest harmonic determines the step. The grid only selects the maximum, for which lines may be taken apart.
     fine = step / (8.0 * max(multiples))
-    grid = start + np.arange(-2.0 * step, 2.0 * step + 0.5 * fine, fine)
+    grid = start + np.arange(-2.0 * step, 2.0 * step + 2.0 * fine, 4.0 * fine)
     inside = (grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)
     tried = np.append(grid[inside], start)
     center = tried[[int(np.argmax(gains_apart(tried)))]]
