@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE
@@ -25,9 +25,7 @@ from allanite.exports._lines import value_lines
 from allanite.exports._target import Target, Targets
 from allanite.recording.axis_names import AXIS
 from allanite.recording.samples import find_column
-
-if TYPE_CHECKING:
-    from allanite.sources import Source
+from allanite.sources import Source
 
 __all__ = [
     "TARGETS",

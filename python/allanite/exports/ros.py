@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.effects.terms import Term
 from allanite.exports._axis import Axis, gyro_and_accel_axes, rate_of
 from allanite.exports._follow import negligible_walk
 from allanite.exports._head import head_comments
@@ -16,9 +16,6 @@ from allanite.exports._held import NoiseParameters
 from allanite.exports._target import Target
 from allanite.exports._text import as_comments
 from allanite.exports._triad import numbers_in_xyz
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:

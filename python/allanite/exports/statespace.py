@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError
+from allanite.effects import Model
 from allanite.exports._axis import Axis, rate_of
 from allanite.exports._initial import initial_bias
 from allanite.exports._target import Target
 from allanite.statespace import StateSpace, state_space
-
-if TYPE_CHECKING:
-    from allanite.effects import Model
 
 #: Maximum number of states per axis, if that many are enough. Chosen by judgment; not measured.
 STATES = 8

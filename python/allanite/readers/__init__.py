@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,11 +33,9 @@ from allanite.readers.topics import rosbag
 from allanite.readers.unit_names import no_unit_findings
 from allanite.recording import Recording, find_column
 from allanite.recording.findings import Finding
+from allanite.recording.log_column import LogColumn
 from allanite.recording.samples import read_only
-
-if TYPE_CHECKING:
-    from allanite.recording.log_column import LogColumn
-    from allanite.recording.timebase import Stamps
+from allanite.recording.timebase import Stamps
 
 __all__ = [
     "FORMATS",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,13 +28,11 @@ from allanite.readers.frame import Log, is_frame, table_of
 from allanite.readers.plausibility import assumed_units, unit_doubts
 from allanite.readers.text import all_numbers
 from allanite.readers.unit_names import unit_remedy
+from allanite.recording import Recording
 from allanite.recording.at_rest import motion_findings
+from allanite.recording.findings import Finding
 from allanite.recording.log_column import LogColumn
 from allanite.recording.timebase import read_stamps
-
-if TYPE_CHECKING:
-    from allanite.recording import Recording
-    from allanite.recording.findings import Finding
 
 #: Number of first rows whose values are shown.
 SHOWN_ROWS = 3

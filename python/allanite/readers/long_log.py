@@ -34,11 +34,11 @@ from allanite.readers.text import (
 from allanite.recording.findings import stamp_findings
 from allanite.recording.samples import factors_to, require_finite
 from allanite.recording.stamps_in_chunks import fill_gaps_in_chunks, read_stamps_in_chunks
+from allanite.recording.timebase import Stamps
 from allanite.summary.making import summary_of_chunks
 
 if TYPE_CHECKING:
     from allanite.readers.time_parts import TimeParts
-    from allanite.recording.timebase import Stamps
     from allanite.summary import Summary
 
     _Rows = Callable[[Sequence[int]], Iterator[NDArray[Any]]]

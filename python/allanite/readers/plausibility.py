@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +21,10 @@ from allanite.common.units import (
 from allanite.readers._table import Table
 from allanite.readers.sensor_names import sensor_kind
 from allanite.readers.unit_names import usual_units
+from allanite.recording import Recording
 from allanite.recording.at_rest import motion_error
 from allanite.recording.axis_names import axis_triples
 from allanite.recording.findings import Finding, names_text
-
-if TYPE_CHECKING:
-    from allanite.recording import Recording
 
 #: Kind of sensor → smallest unit, in SI, whose whole numbers are taken for raw counts: 1 deg/s and 1 m/s². No inertial
 #: sensor has so coarse a resolution.

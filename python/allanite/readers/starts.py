@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from allanite.common.starts import CLOCK_START, SENSOR_START
 from allanite.common.units import FREQUENCY
 from allanite.readers.sensor_names import kind_of_sensor
-
-if TYPE_CHECKING:
-    from allanite.recording import Recording
+from allanite.recording import Recording
 
 
 def start_model(recording: Recording) -> str:

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-
-    from allanite.common.arrays import Array
+from allanite.common.arrays import Array
 
 #: Samples that are searched together; a copy further away from its original is not found.
 SEARCHED = 1 << 18

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from allanite.common.errors import CALL, remedy_text
 from allanite.common.numbers import percent_text, with_readable_numbers
-
-if TYPE_CHECKING:
-    from allanite.recording.timebase import Stamps
+from allanite.recording.timebase import Stamps
 
 #: Share of longer steps above which the sampling is irregular: about half of the samples are then next to one.
 MIN_IRREGULAR_SHARE = 0.25

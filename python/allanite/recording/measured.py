@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 from allanite.common.numbers import percent_text
 from allanite.recording.findings import Finding, stamp_findings
 from allanite.recording.markers import Marker, markers_of
+from allanite.recording.recording import Recording
 from allanite.recording.repeats import polling_of
-
-if TYPE_CHECKING:
-    from allanite.recording.recording import Recording
 
 
 def measured_samples(recording: Recording) -> Recording:

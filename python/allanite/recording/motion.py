@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +12,8 @@ from scipy.ndimage import median_filter
 
 from allanite.common.arrays import Array, runs_of
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
+from allanite.recording import Recording
 from allanite.recording.axis_names import axis_letter
-
-if TYPE_CHECKING:
-    from allanite.recording import Recording
 
 #: SI unit of each kind of sensor whose motion is detected.
 SI_UNITS = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2"}

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from allanite.common.errors import InputError
-
-if TYPE_CHECKING:
-    from allanite.recording.findings import Finding
+from allanite.recording.findings import Finding
 
 
 class Record(Protocol):

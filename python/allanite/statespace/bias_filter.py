@@ -11,18 +11,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError
+from allanite.effects import Deterministic, Model
 from allanite.effects.terms import Exponential, Term
 from allanite.statespace.growth import MAX_SAMPLES, variogram_of
-
-if TYPE_CHECKING:
-    from allanite.effects import Deterministic, Model
 
 #: Minimum duration of aiding before coasting, s. Aiding also lasts at least three times the horizon.
 MIN_AIDING = 300.0

@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +22,7 @@ from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
 from allanite.common.validation import positive, positive_rate
+from allanite.effects import Model
 from allanite.recording.axis_names import axis_letter
 from allanite.statespace.coasting import Coasting, Sums
 from allanite.statespace.growth import (
@@ -32,9 +32,6 @@ from allanite.statespace.growth import (
     terms_by_label,
     variogram_of,
 )
-
-if TYPE_CHECKING:
-    from allanite.effects import Model
 
 #: Mean radius of the Earth, m (IUGG).
 RADIUS = 6.371e6

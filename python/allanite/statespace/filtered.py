@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.effects._filter import Filter
 from allanite.statespace.sections import Section, stationary_covariance
-
-if TYPE_CHECKING:
-    from allanite.effects._filter import Filter
 
 
 def filtered_section(sections: Sequence[Section], filtering: Filter, rate: float) -> Section:

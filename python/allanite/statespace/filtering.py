@@ -14,11 +14,11 @@ from allanite.common.documents import rows_of
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.validation import require_recording
 from allanite.effects import Effect, Model, as_model
+from allanite.recording import Recording
 from allanite.statespace.model import StateSpace, state_space
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
-    from allanite.recording import Recording
 
 #: 95 % quantile of χ² with one degree of freedom.
 CHI2_95 = 3.841458820694124

@@ -26,12 +26,12 @@ from allanite.effects import Model, as_model
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic
 from allanite.effects._modifier import Modifier
+from allanite.effects.terms import Term
+from allanite.recording import Recording
 from allanite.statespace.coasting import Coasting, Sums, integration_weights
 
 if TYPE_CHECKING:
-    from allanite.effects.terms import Term
     from allanite.fit.result import Fit
-    from allanite.recording import Recording
 
 #: Standard gravity, m/s² (CGPM 1901).
 GRAVITY = 9.80665

@@ -15,10 +15,10 @@ from allanite.effects import Model, as_model
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic
 from allanite.effects._modifier import Modifier
+from allanite.effects.terms import Term
 from allanite.statespace.sections import Section, allan_variance_of, density_of, line, sections_of
 
 if TYPE_CHECKING:
-    from allanite.effects.terms import Term
     from allanite.statespace.reduction import Cost
 
 #: Record length, in samples, for which the slowest noise is approximated if no duration is given.

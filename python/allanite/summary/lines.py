@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite.common.arrays import Array
+from allanite.summary.ends import Reading
 from allanite.summary.lapped import LOW, SEGMENT, low_pass_gain
-
-if TYPE_CHECKING:
-    from allanite.summary.ends import Reading
 
 #: Half width of a line, and half width of the neighborhood whose median is the level, in coefficients.
 LINE_HALF_WIDTH, NEIGHBORHOOD = 6, 48

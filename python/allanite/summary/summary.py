@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,20 +13,18 @@ from allanite.common.arrays import Array
 from allanite.common.errors import InputError
 from allanite.common.former import Former
 from allanite.common.numbers import number
+from allanite.deviation import Deviation
+from allanite.deviation.accumulator import Accumulator
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
 from allanite.recording.record import Record
 from allanite.recording.samples import find_column
 from allanite.summary import storage
+from allanite.summary.ends import Reading
 from allanite.summary.level import MAX_KEPT_SAMPLES
 from allanite.summary.lines import Line, without_lines
 from allanite.summary.reading import read_column
-
-if TYPE_CHECKING:
-    from allanite.deviation import Deviation
-    from allanite.deviation.accumulator import Accumulator
-    from allanite.summary.ends import Reading
-    from allanite.summary.stream_segment import Extremes, StreamSegment
+from allanite.summary.stream_segment import Extremes, StreamSegment
 
 #: The audit warns of outliers if the kurtosis of the sample-to-sample differences, divided by that of normal noise, is at
 #: least this. Chosen by judgment; not measured.
