@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from functools import wraps
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from allanite.common.errors import AllaniteError, InputError, InternalError
 from allanite.common.isolation import Limits, call_isolated
@@ -16,9 +16,7 @@ from allanite.common.memory import out_of_memory_error
 from allanite.common.plain import plain
 from allanite.readers._table import Picker, Table
 
-if TYPE_CHECKING:
-    Reader = Callable[..., Table]
-
+Reader = Callable[..., Table]
 #: Attributes of a `Table` that a reader in a child process sets.
 TRANSFERRED = ("names", "columns", "units", "rate", "time", "named", "notes", "others")
 #: Allowed processor time for a log of any size, s. A damaged log of a few kilobytes may need that long.

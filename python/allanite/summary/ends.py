@@ -70,7 +70,7 @@ def read_segment(level: Level, depth: int) -> Reading:
             tail = np.concatenate([*here.tail, after])
             start = here.start - before.size
             tail_at = here.tiles[1] * TILE - MARGIN
-            found = Octave(Sum.zeros(here.power.high.size))
+            found = Octave(power=Sum.zeros(here.power.high.size))
             found.add(here)
             if at == depth:
                 raise AssertionError("a level that keeps all samples was asked for")
@@ -86,7 +86,7 @@ def read_segment(level: Level, depth: int) -> Reading:
         if at == depth:
             break
         size = SEGMENT - LOW if at == 0 else LOW
-        found = Octave(Sum.zeros(size))
+        found = Octave(power=Sum.zeros(size))
         before = _halved_end(found, samples, start, (True, True), level)
         after, here = np.zeros(0), None
         start = (start + start % 2) // 2

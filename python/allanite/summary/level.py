@@ -32,18 +32,28 @@ FINE, SECTIONS = 38 * BANDS, 64
 MAX_MISSING_SHARE = 1.0 / 8.0
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(slots=True, eq=False, kw_only=True)
 class Octave:
-    """Power of one level: of each coefficient from `LOW`, summed over all segments, and in bands over time."""
+    """Power of one level: of each coefficient from `LOW`, summed over all segments, and in bands over time.
 
-    power: Sum
+    Attributes
+    ----------
+    power : Sum, shape (coefficients,)
+        Power of the coefficients from `LOW` to twice `LOW`; on the first level to the last.
+    frames : float
+        Number of segments summed.
+    blocks, sections : Blocks
+        Power over time in `BANDS` and in `FINE` bands.
+    """
+
+    power: Sum = field(default_factory=lambda: Sum.zeros(0))
     frames: float = 0.0
     blocks: Blocks = field(default_factory=lambda: Blocks.empty(BANDS, BLOCKS))
     sections: Blocks = field(default_factory=lambda: Blocks.empty(FINE, SECTIONS))
 
     __repr__ = brief
 
-    def add(self, other: Octave | Level) -> None:
+    def add(self, other: Octave) -> None:
         """Add the spectral power of `other`, another stream segment at this level, in place: in total and over time."""
         self.power.add(other.power.high, other.power.low)
         self.frames += other.frames
@@ -53,7 +63,7 @@ class Octave:
 
 @align_when_unpickled
 @dataclass(slots=True, eq=False)
-class Level:
+class Level(Octave):
     """Level of a pyramid: samples `start` … `stop` − 1 of a stream at 2^−depth of its rate, or their power and ends.
 
     Attributes
@@ -64,12 +74,6 @@ class Level:
         Samples from the margin of the last finished tile on.
     tiles : (int, int)
         First finished tile, and the tile after the last finished one.
-    power : Sum, shape (coefficients,)
-        Power of the coefficients from `LOW` to twice `LOW`; on the first level to the last.
-    frames : float
-        Number of segments summed.
-    blocks, sections : Blocks
-        Power over time in `BANDS` and in `FINE` bands.
     deeper : Level or None
     threads : int
         Threads of the compiled loops; results do not depend on them.
@@ -82,10 +86,6 @@ class Level:
     head: list[Array] = field(default_factory=list)
     tail: list[Array] = field(default_factory=list)
     tiles: tuple[int, int] | None = None
-    power: Sum = field(default_factory=lambda: Sum.zeros(0))
-    frames: float = 0.0
-    blocks: Blocks = field(default_factory=lambda: Blocks.empty(BANDS, BLOCKS))
-    sections: Blocks = field(default_factory=lambda: Blocks.empty(FINE, SECTIONS))
     deeper: Level | None = None
     threads: int = 1
 
@@ -307,7 +307,7 @@ def long_gap_mask(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return out
 
 
-def add_bands(to: Level | Octave, tile: int, power: Array, frames: float) -> None:
+def add_bands(to: Octave, tile: int, power: Array, frames: float) -> None:
     """Add `power`, shape (tiles, `FINE`), of consecutive tiles in each band to both maps of power over time of `to`.
 
     The maps are `to.blocks`, in `BANDS` wider bands, and `to.sections`; both are changed in place. `tile` is the index of

@@ -26,7 +26,7 @@ def read_column(levels: list[Level], depth: int | None = None) -> Reading:
         samples[one.start - first : one.start - first + one.samples.size] = one.samples
     octaves = []
     for at in range(depth):
-        total = Octave(Sum.zeros(found[0].octaves[at].power.high.size))
+        total = Octave(power=Sum.zeros(found[0].octaves[at].power.high.size))
         for one in found:
             total.add(one.octaves[at])
         octaves.append(total)
