@@ -58,7 +58,7 @@ def common_form_sentences(sensor: Sensor) -> list[str]:
 
 
 def shared_effect_sentences(common: Common) -> list[str]:
-    """List of texts: one sentence per line, event and noise that several axes share."""
+    """List of sentences, one for each spectral line, event and noise that several axes share; empty without any."""
     of_lines = {one.line: one for one in common.shared if one.line is not None}
     without_line = [one for one in common.shared if one.line is None]
     lines = [of_lines.get(line, line) for line in common.lines]

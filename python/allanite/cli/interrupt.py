@@ -103,7 +103,7 @@ def _is_interrupt(error: BaseException | None) -> bool:
 
 
 def _is_importing(frame: FrameType | None) -> bool:
-    """True if a frame or one of its callers belongs to Python's import system."""
+    """True if code of Python's import system is running in `frame` or in one of its callers; False for None."""
     while frame is not None and frame.f_code.co_filename != IMPORT_FILE:
         frame = frame.f_back
     return frame is not None

@@ -308,9 +308,10 @@ class _Lines:
                 self._add_sample(line)
 
     def _add_sample(self, line: str) -> None:
-        """Append the sample of a line, times the factor of the column; does nothing if the line has no number there.
+        """Append the number that a line has in the watched column, times the factor of this column, to the samples.
 
-        Raises `InputError` if the row has no such column, or if the number is infinite.
+        Does nothing if there is text instead of a number, or for a blank line or a comment. Raises `InputError` if the
+        row has no such column, or if the number is infinite.
         """
         assert self.column is not None
         with about(self.name):

@@ -444,10 +444,10 @@ def read_columns(
 
 
 def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
-    """List of the columns that are not locked.
+    """List of the columns that do not always repeat one value.
 
-    A locked column has the same quantization code in 95 % of its samples or more. Prints a line for each locked column.
-    Raises `TooShortError` if every column is locked.
+    A column is left out if one quantization code makes up 95 % of its samples or more. Prints a line on standard error
+    for each such column. Raises `TooShortError` if no column is left.
     """
     from allanite.fit.locked import locked_error
 

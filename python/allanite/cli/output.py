@@ -201,7 +201,7 @@ def progress_of_axes(
     print_phase(f"{columns} axes, {max_parallel_columns()} at a time", options)
 
     def steps_shown(_item: object) -> str:
-        """Text with the number of steps done on each running axis."""
+        """Text with the number of steps done on each running axis: ``gyro_x step 3 · gyro_y step 1``."""
         return " · ".join(f"{name} step {done}" for name, done in at.items())
 
     with click.progressbar(

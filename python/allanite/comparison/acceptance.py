@@ -167,7 +167,7 @@ class Acceptance:
         return max((f.needs for f in self.figures if f.needs is not None), default=None)
 
     def to_dict(self) -> dict[str, Any]:
-        """Dict for JSON, schema ``allanite/accept/1``: recording, sheet, margin in %, verdict, figures and remarks."""
+        """Dict for JSON, schema ``allanite/accept/1``: recording, sheet, margin in %, model, verdict, figures, remarks."""
         return {
             "schema": "allanite/accept/1",
             "version": _kernels.version(),
@@ -197,9 +197,9 @@ class Acceptance:
         return "\n".join([*lines, *(f"! {remark}" for remark in self.remarks)])
 
     def plot(self, path: str | Path | None = None) -> Figure:
-        """Figure of the measured Allan deviation, last model and limits of the sheet; written to `path` if given.
+        """Figure with the measured Allan deviation, the last model and the limits of the sheet; written to `path` if given.
 
-        Figures of the sheet without an effect have no line.
+        A limit has no line if it belongs to no effect of allanite.
         """
         from allanite.plots import plot_compare
 

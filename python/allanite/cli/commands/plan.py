@@ -147,7 +147,7 @@ def _effect_to_find(text: str, unit: str | None) -> Effect | str:
 
 
 def _effect_pair(text: str) -> tuple[str, str]:
-    """Tuple of the two effect names in a text such as ``GM,K``. Raises `InputError` for any other text."""
+    """Tuple of the two names in a text such as ``GM,K``. Raises `InputError` unless one comma separates two names."""
     first, comma, second = (part.strip() for part in text.partition(","))
     if not comma or not first or not second or "," in second:
         raise InputError(f"--tell {text}: write two effects separated by a comma, such as GM,K")
