@@ -299,13 +299,15 @@ def table(result: Path) -> str:
     lines = [
         "# Ablation of the search",
         "",
-        "Written by `python benches/decisions/ablation.py RESULT.json --table docs/ablation.md`.",
+        "`python benches/decisions/ablation.py RESULT.json` searches the records of `benches/decisions/small_set.py` and",
+        "writes RESULT.json. The same command with `--table docs/ablation.md` writes this page.",
         "",
-        f"The search of {len(found)} records ends with exactly the hidden effects in {exact}.",
+        f"In {exact} of {len(found)} records the search finds exactly the hidden effects.",
         "An ablation removes one part of the search and repeats it. A move changes the model (add, drop, replace, split,",
         "merge); a veto refuses a change; the constants are those of `allanite/suggestion/constants.py`.",
         "In each row one move or veto is off, or one constant is half or twice as large. *Acts on* counts the records",
-        "whose search uses the move or the constant, and *searched again* those that were searched with the change.",
+        "whose search uses the move or the constant; all others end the same without it. *Searched again* counts those",
+        "that were searched with the change. Most of them end with the same model; the last three columns count the others.",
         "*Better*: only the search with the change ends with exactly the hidden effects. *Worse*: only the search without",
         "the change does. *Other*: both are right or both are wrong, with different models.",
         "",
@@ -345,8 +347,6 @@ def table(result: Path) -> str:
         "The following act on some of these records. A search without them, or with another value, was not run:",
         "",
         *(f"* {_shown(name)}" for name in waiting),
-        "",
-        "Integer constants are changed only with `--only`, because the search does not log where it compares them.",
     ]
     return "\n".join(lines) + "\n"
 

@@ -257,8 +257,8 @@ _LOG_OPTIONS = (
         "--piece",
         type=int,
         metavar="INDEX",
-        help="Segment to use if pauses split the log, counted from 1. A pause counts as missing samples; it splits the log"
-        " only if more than 80 % of the record would be missing samples. Default: the segment with the most samples.",
+        help="Segment to use if long pauses split the log, counted from 1. Shorter pauses count as missing samples. A log"
+        " is split if missing samples would be more than 80 % of it. Default: the segment with the most samples.",
     ),
     click.option(
         "--topic",

@@ -68,7 +68,7 @@ def command(
     """Test the sensor in LOG against the limits of its data sheet.
 
     LOG is a file, or - for standard input. Each figure (limit) of the sheet is measured with a 95 % interval. The verdict
-    is "meets" if the whole interval does not exceed the limit, and "does not meet" if the whole interval lies above.
+    is "meets" if the upper end of the interval is at or below the limit, and "does not meet" if the lower end is above it.
     Otherwise the figure is undecided. If the model has the coefficient, the table shows the record length that would
     probably decide.
 

@@ -40,8 +40,10 @@ def command(
     Prints for each column whether the model is adequate, the averaging times and frequencies where the model fails,
     and a ranked list of missing effects with their evidence. "adequate" means that no view (Allan curve, spectrum,
     record over time) fails, and no effect is significantly missing; an effect that is too weak for this log is not
-    found. One check of a true model in a hundred reports a missing effect. allanite improve adds these effects. LOG
-    is a file, or - for standard input.
+    found. One check of a true model in a hundred reports a missing effect. allanite improve adds these effects.
+
+    The exit code is 0 for every verdict. With --strict it is 1 unless every model is adequate. LOG is a file, or - for
+    standard input.
     """
     columns = read_columns(log, options)
     output.check_targets(plot)

@@ -70,8 +70,9 @@ def command(
 
     Most filters only know white noise N and a random walk K. By default, N and K also cover other slow noise of the
     sensor, such as B and Gauss-Markov processes. A filter is then not overconfident up to the horizon. A coefficient that
-    was not detected counts with its expected size, 0.64 times its 95 % limit. The comment "Use:" in the written file
-    says whether the file is fit for use. Further comments list what its format cannot state.
+    was not detected counts with its expected size, 0.64 times its 95 % limit. Each file has the units and the convention of
+    its reader, such as a two-sided density in continuous time or a standard deviation per step; comments state them. The
+    comment "Use:" says whether the file is fit for use. Further comments list what its format cannot state.
     """
     from allanite.exports import axes_named, axes_of, export, export_files
 

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     "--find",
     metavar="EFFECT",
     help='Effect that allanite check should find, with the size you expect, e.g. "GM(T=30,q_c=2e-3)". Values may'
-    " have units. Values without one are in SI units if the text MODEL states units. Otherwise they are in the units of"
-    " MODEL, for a file in those of its samples.",
+    " have units, as in GM(T=30,q_c=2e-3 deg/s/sqrt(s)). Values without a unit are in the unit of the samples of a MODEL"
+    " file. For a MODEL text that states units they are in SI units.",
 )
 @click.option(
     "--know",

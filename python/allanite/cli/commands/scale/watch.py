@@ -93,7 +93,8 @@ def command(
     SOURCE is a growing text file, - for standard input, or udp://127.0.0.1:PORT. Each line is one row. Prints a JSON
     line every --every seconds of samples, and one with the alarm. At most 1 % of runs raise a false alarm, however
     long they last. This holds if outliers are no more frequent than in a Student t distribution with 4 degrees of
-    freedom. After an alarm the watch goes on; the exit code stays 0.
+    freedom. After an alarm the watch goes on and prints its lines, but it
+    raises no second alarm. The exit code stays 0.
 
     With --state, rows of a file that an earlier run has read are skipped. Samples of a pipe or of UDP that arrive
     between two runs are lost. A file that is truncated or replaced is read from its first row.
