@@ -21,7 +21,7 @@ from allanite.fit.likelihood.peaks import (
     ordinates_of_bins,
 )
 from allanite.fit.models import with_effect, without_effect
-from allanite.fit.shapes.simplex import MIN_SHAPE_DELTA_LOGL, local_maximum
+from allanite.fit.shapes.simplex import MIN_SHAPE_DELTA_LOGL
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -32,8 +32,10 @@ if TYPE_CHECKING:
 HALF_WIDTH_RATIO = 2.0
 #: Minimum half-width of a band, in ordinates: the resolution of the spectrum; a narrower band is a line.
 MIN_HALF_WIDTH = 1.0
-#: First step of the optimization, in units of `Window.scales`. Chosen by judgment; not measured.
-FIRST_STEP = 0.3
+#: Maximum steps of the optimization. Chosen by judgment; not measured.
+MAX_STEPS = 40
+#: Fractions of a step that are tried until logL rises. Chosen by judgment; not measured.
+STEP_SHARES = 0.4 ** np.arange(8)
 #: Step of numerical derivatives, in units of `Window.scales`. Chosen by judgment; not measured.
 DERIVATIVE_STEP = 1e-4
 #: Maximum change of ln density of the other effects within a bin, for the bin to count as flat.
@@ -205,14 +207,30 @@ class Window:
         return best
 
     def optimized(self, x: Array) -> Array:
-        """Array of the coordinates of the local maximum of logL near `x`; `x` itself if logL rises by less than 1e-3."""
+        """Array of the coordinates of the local maximum of logL, by Fisher scoring from `x`; `x` itself if no step helps.
 
-        def gain(tried: Array) -> float:
-            """LogL at the coordinates `tried`; −∞ if they are not admissible."""
-            return self.log_likelihood(tried) if self.is_admissible(tried) else -np.inf
-
-        found, value = local_maximum(gain, x, FIRST_STEP * self.scales(x))
-        return found if value > self.log_likelihood(x) + MIN_SHAPE_DELTA_LOGL else x
+        The iteration ends after 40 steps, or when a step raises logL by less than 1e-3.
+        """
+        value = self.log_likelihood(x)
+        for _ in range(MAX_STEPS):
+            slopes, now = self._slopes(x)
+            gradient = 0.5 * slopes.T @ (self.power / now - 1.0)
+            step = scaled_inverse(0.5 * slopes.T @ slopes) @ gradient
+            if float(gradient @ step) < 2.0 * MIN_SHAPE_DELTA_LOGL:
+                break
+            # Limit a step to the width of the band.
+            step /= max(1.0, float(np.max(np.abs(step) / self.scales(x))))
+            for share in STEP_SHARES:
+                tried = x + share * step
+                found = self.log_likelihood(tried) if self.is_admissible(tried) else -np.inf
+                if found > value:
+                    break
+            else:
+                break
+            x, risen, value = tried, found - value, found
+            if risen < MIN_SHAPE_DELTA_LOGL:
+                break
+        return x
 
     def _slopes(self, x: Array) -> tuple[Array, Array]:
         """Pair: derivatives of ln spectrum by the coordinates at `x`, (k, coordinates), and the spectrum, (k,)."""
