@@ -307,7 +307,7 @@ def table(result: Path) -> str:
         "merge); a veto refuses a change; the constants are those of `allanite/suggestion/constants.py`.",
         "In each row one move or veto is off, or one constant is half or twice as large. *Acts on* counts the records",
         "whose search uses the move or the constant; all others end the same without it. *Searched again* counts those",
-        "that were searched with the change. Most of them end with the same model; the last three columns count the others.",
+        "that were searched with the change. Most of them end with the same model; the last columns count the others.",
         "*Better*: only the search with the change ends with exactly the hidden effects. *Worse*: only the search without",
         "the change does. *Other*: both are right or both are wrong, with different models.",
         "",

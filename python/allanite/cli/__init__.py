@@ -141,7 +141,9 @@ def cli() -> None:
     a table, or JSON with --json. Figures, models and parameter files are written where an option names a file.
 
     A MODEL is a sum of noise effects, or a file written with --save. N+B+K is angle random walk N, bias instability B and
-    rate random walk K. N+GM(T=30) has a Gauss-Markov process with a correlation time of 30 s instead.
+    rate random walk K. N+GM(T=30) has a Gauss-Markov process with a correlation time of 30 s instead. Other effects are,
+    for example, Q quantization, R a rate ramp, SIN a line, RES a vibration band, BW a low-pass filter and STEP a step of
+    the bias; docs/contract.md in the source code lists all.
     """
 
 

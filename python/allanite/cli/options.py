@@ -37,7 +37,8 @@ MIN_SAMPLES = 16
 model_option = click.option(
     "--model",
     metavar="MODEL",
-    help="Model to fit or to start from: a sum of effects, e.g. N+B+K, or a model file. T is the correlation time of a"
+    help="Model to fit or to start from: a sum of effects, e.g. N+B+K, or a model file; allanite --help names common"
+    " effects. T is the correlation time of a"
     " Gauss-Markov process GM: GM(T=30) starts the search at 30 s, T=30! holds T (as for any value),"
     " T=[10,100] limits T. Default:"
     f" {SENSOR_START}; for a clock {CLOCK_START}, where Q is white and F flicker phase noise.",
@@ -49,8 +50,8 @@ _EXPORT_OPTIONS = (
     click.option(
         "--overbound",
         is_flag=True,
-        help="Parameter file: write the smallest N and K whose Allan curve lies nowhere below the upper 95 % limit of the"
-        " model, over alternative models too, for a conservative filter. Not together with --as-fitted.",
+        help="Parameter file: write the smallest N and K whose Allan curve covers the upper 95 % limits of the model"
+        " and of its alternatives at all τ, for a conservative filter. Not together with --as-fitted.",
     ),
     click.option(
         "--as-fitted",
@@ -225,7 +226,8 @@ _LOG_OPTIONS = (
         "--unit",
         metavar="UNIT",
         help="Unit of the samples, if the log does not state it: rad/s deg/s deg/h m/s^2 g mg ug uT, or 1 for none."
-        " For gyroscopes and accelerometers together: deg/s,m/s^2. Phase of a clock: s, ms, us, ns.",
+        " For gyroscopes and accelerometers together: deg/s,m/s^2; the names of the columns must then show which is which."
+        " Phase of a clock: s, ms, us, ns.",
     ),
     click.option(
         "--quantity",
@@ -251,7 +253,8 @@ _LOG_OPTIONS = (
     click.option(
         "--time-column",
         metavar="NAME",
-        help="Column of time stamps. Default: found by name or numbers. none: ignore time stamps, and give --rate.",
+        help="Column of time stamps, by name or by number from 0. Default: found by its name or its values. none: ignore"
+        " time stamps, and give --rate.",
     ),
     click.option(
         "--piece",

@@ -140,8 +140,8 @@ def imus_of(axes: Sequence[Axis]) -> list[list[Axis]]:
     """List with one list of axes per IMU: the first gyroscope with the first accelerometer, and so on.
 
     Columns whose names differ only in the letter of the axis (x, y, z) belong to one sensor. All axes form one IMU if no
-    kind of sensor has more than three axes. The same holds if the numbers of gyroscopes and accelerometers differ, or
-    if an axis belongs to another kind of sensor.
+    kind of sensor has more than three axes. The same holds if both kinds are present in
+    different numbers, or if an axis belongs to another kind of sensor.
     """
     groups: dict[str, dict[str, list[Axis]]] = {ANGULAR_RATE: {}, ACCELERATION: {}}
     for axis in axes:

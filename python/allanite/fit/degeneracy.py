@@ -49,7 +49,10 @@ class Correlations:
 
 
 def correlations(solution: Solution, data: Data) -> Correlations:
-    """`Correlations` of the fitted parameters of random effects, from their joint covariance."""
+    """`Correlations` of the fitted parameters of random effects and modifiers, from their joint covariance.
+
+    They are those of the logarithms of the parameters, or of the parameter itself if it may be negative.
+    """
     places, covariance = joint_covariance(solution, data)
     labels = solution.model.labels
     names = tuple(parameter_label(labels[place], name) for place, name in places)

@@ -333,9 +333,10 @@ def _shape_ranges(effect: Effect, errors: dict[str, float]) -> Ranges:
 
 
 def _modifier_ranges(effect: Effect, errors: dict[str, float], data: Data) -> Ranges:
-    """Dict of the ranges of a modifier: its shapes, and times and factors with an error (`Effect.errors`).
+    """Dict of parameter name to (standard error, 95 % interval) for the parameters of a modifier that have an error.
 
-    Intervals of times are cut at the ends of the record.
+    They are the free shapes in `errors`, and the times and factors of `Effect.errors`. Intervals of times are cut at the
+    ends of the record.
     """
     out = _shape_ranges(effect, errors)
     for name, error in effect.errors(data.rate).items():

@@ -101,9 +101,10 @@ class Tab(TabState):
         self._refit(f"+ {name}", f"Adding {name}", lambda: Rung(fit.add(effect), effect))
 
     def remove(self, place: int) -> None:
-        """Start a job that removes the effect at index `place` from the model and fits the rest; `restore` can undo this.
+        """Start a job that removes the effect at index `place` from the model and fits the rest.
 
-        Raises `InputError` if there is no effect at this index, or if it is the only effect of the model.
+        `restore` can add the effect again, unless another effect of its kind is left. Raises `InputError` if there is no
+        effect at this index, or if it is the only effect of the model.
         """
         fit = self.step.fit
         effect = effect_at(fit.model, place)

@@ -134,7 +134,10 @@ def _stamps_of(rows: _Rows, layout: Layout, request: Request) -> Stamps | None:
 
 
 def _times_of_chunks(chunks: Iterable[NDArray[Any]], parts: TimeParts) -> Iterator[Array]:
-    """Yield the time of each row of the chunks, s since the first row; their columns are the parts of the time."""
+    """Yield one array per chunk: the time of each row, s. The columns of the chunks are the parts of the time.
+
+    Zero is the start of the coarsest part of the first row, such as midnight; see `TimeParts.joined`.
+    """
     origin: list[float] | None = None
     for chunk in chunks:
         arrays = list(chunk.T)

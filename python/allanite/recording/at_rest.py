@@ -45,8 +45,8 @@ def quiet_segment(recording: Recording) -> Recording:
 def motion_findings(recording: Recording, least: float = MAX_MOVING_SHARE) -> list[Finding]:
     """List with one `Finding` of kind ``motion`` if the recording moves; else empty.
 
-    It moves if more than the fraction `least` of its windows shows motion, if it turns at least 3 times, or if it tilts
-    by over 10°.
+    It moves if more than the fraction `least` of its windows, or more than a fifth, shows motion. It also moves if it turns
+    at least 3 times, or tilts by over 10°.
     """
     motion = recording.motion
     if motion is None or not (motion.moves or motion.share > least):

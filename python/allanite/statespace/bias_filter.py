@@ -87,7 +87,8 @@ class Errors:
 def mission_of(horizon: float, rate: float) -> Mission:
     """`Mission` (aiding, then coasting) for a filter horizon; its step is a whole number of samples. Cached.
 
-    The step is 1 s if the horizon then has 10 to 200 steps. Otherwise, the horizon has 10 or 200 steps. Aiding lasts 300 s
+    The step is 1 s if the horizon then has 10 to 200 steps. Otherwise, the horizon has 10 or 200 steps. The step is
+    then rounded to whole samples, so that at low rates the horizon has fewer steps. Aiding lasts 300 s
     or three horizons, the longer of both, but at most 1000 steps. There are about five coasting times per decade, from one
     step to the horizon.
 

@@ -64,7 +64,7 @@ def command(
     """Write the parameters of a model as the file of a filter or simulator.
 
     MODEL is a file written with --save by fit, improve or characterize. Give one MODEL per axis, or one file with all
-    axes. Without a log, MODEL may also be a data sheet (TOML, see allanite compare --help) or a table of Allan
+    axes. If you have no log, MODEL may also be a data sheet (TOML, see allanite compare --help) or a table of Allan
     deviations. A YAML file of Kalibr or imu_utils, or a MATLAB script with gyroparams, works too. A model string needs
     units, as in "N(N=0.3 deg/sqrt(h))+B(B=5 deg/h)".
 

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     "--tell",
     metavar="A,B",
     help="Two effects to distinguish, e.g. GM,K. Put the more specific one (here GM, with values) into"
-    " MODEL. The reverse has no answer: a K always looks like a GM with a very long T.",
+    " MODEL. With K in MODEL there is no answer, because a GM with a very long T looks like a K.",
 )
 @click.option(
     "--to",

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     required=True,
     metavar="MODEL",
     help="Model file, or a sum of effects with values. With LOG, values may be missing: all values are then"
-    " fitted, except those held with !, as in GM(T=30!). Effects without LOG need --rate, and --unit if no value has a"
-    " unit.",
+    " fitted, except those held with !, as in GM(T=30!). Without LOG, add --rate if MODEL is a sum of effects, and --unit"
+    " if its values have no units.",
 )
 @click.option(
     "--aided",

@@ -122,7 +122,8 @@ class _ConditionalMean:
     def unknown_part(self, draw: Array) -> Array:
         """Array of a random record minus the conditional mean given its present samples; 0 at these samples, shape (n,).
 
-        `draw` holds the ordinates of the random record, divided by the root of the spectrum: standard normal numbers.
+        `draw`, shape (n,), holds standard normal numbers. Their products with the root of the spectrum are the ordinates
+        of the cosine transform of the random record. `draw[0]` is not used.
         """
         out = np.zeros(draw.size)
         # Q_mm (x_m − E x_m) = Q_mm x_m + Q_mo x_o, which is Q x at the missing samples.

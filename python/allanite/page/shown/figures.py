@@ -209,10 +209,10 @@ def _map_figure(tab: Tab, _: Mapping[str, str]) -> Figure:
 
 
 def _samples_view(tab: Tab, options: Mapping[str, str]) -> Figure:
-    """`Figure` of the samples over time, with events, excluded segments, and the sum of the known functions of time.
+    """`Figure` of the samples over time, with events, excluded segments, and the sum of the known functions without lines.
 
-    If the first missing effect follows a logged column, its function is included in the sum, and the subtitle names the
-    effect. This does not happen while trial values are displayed.
+    If the first missing effect follows a logged column, the subtitle names it, and its function, if it is one, is part of
+    the sum. This does not happen while trial values are displayed. Without a fit there is no sum.
     """
     step = tab.column_steps.step
     worst = None if step is None or step.check is None else step.check.where.worst_time
