@@ -85,8 +85,8 @@ def example_of(
 ) -> Effect:
     """Effect of a kind with typical values for a record of `n` samples at `rate` Hz with the logged `columns`.
 
-    Coefficients are 1, factors are 3, and shapes are the medians of their grids. Times lie within the record, bands below the Nyquist
-    frequency. Optional parameters have no value. A column that the effect follows is the first of `columns`.
+    Coefficients are 1, factors are 3, and shapes are the medians of their grids. Times lie within the record, bands below
+    the Nyquist frequency. Optional parameters have no value. A column that the effect follows is the first of `columns`.
     """
     texts = {f.name: str(f.type) for f in fields(kind)}
     beside = Model((white_noise(),))

@@ -51,7 +51,8 @@ def without_lines(reading: Reading, level: int, rate: float) -> tuple[Array, lis
     """Tuple (power of one octave without spectral lines, shape (coefficients,); list of the lines, most significant first).
 
     The octave is the one with index `level`. Its power is that of `octave_power`. The median of the neighbors replaces
-    each line. A line is more significant if its power is larger, relative to this median. At most 32 lines: the search ends at the first peak that is too weak (normal score below 5.6) or too wide.
+    each line. A line is more significant if its power is larger, relative to this median. At most 32 lines: the search
+    ends at the first peak that is too weak (normal score below 5.6) or too wide.
     """
     power = octave_power(reading, level)
     freedom = max(reading.octaves[level].frames, 1.0)
