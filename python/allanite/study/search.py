@@ -141,10 +141,13 @@ class Search:
     def _steps(self, stop: str) -> tuple[Rung, ...]:
         """Tuple of the checked steps as users see them, rearranged by `story`.
 
-        Not rearranged if `stop` is "time" or "interrupted".
+        Not rearranged if `stop` is "time" or "interrupted", or if the deadline passes before `story` is done.
         """
         ladder = tuple(self.ladder[: self.checked])
-        return ladder if stop in {"time", "interrupted"} else story(ladder)
+        if stop not in {"time", "interrupted"}:
+            with suppress(TimeoutError), with_deadline(self.deadline, self.clock):
+                return story(ladder)
+        return ladder
 
 
 def has_reached_limit(ladder: Sequence[Rung], limit: int = MAX_ADDED_EFFECTS) -> bool:

@@ -7,7 +7,10 @@ import pytest
 
 import allanite as al
 import generators as g
+from allanite.common.threads import stop_if_unwanted
 from allanite.study.judgement import no_error_rises
+from allanite.study.ladder import Rung
+from allanite.study.search import Search
 
 RATE, LENGTH = 50.0, 12_000
 TIME = np.arange(LENGTH) / RATE
@@ -46,3 +49,23 @@ def test_steps_never_go_back(make):
     there = {e.kind for e in study.fit.model}
     assert not there & {e.kind for e in study.tried}
     assert study.to_dict()["tried"] == [e.kind for e in study.tried]
+
+
+def test_steps_stay_in_the_order_of_the_search_if_the_time_ends(monkeypatch):
+    now = [0.0]
+
+    def endless(_):
+        """Use up the time as steps of many effects do, of which each needs several fits."""
+        now[0] = 2.0
+        while True:
+            stop_if_unwanted()
+
+    monkeypatch.setattr("allanite.study.search.story", endless)
+    log = al.parse_model("N(N=0.1)+K(K=0.02)").simulate(rate=10.0, duration=600.0, seed=1)
+    search = Search([Rung(al.fit_model(log, "N"))], 8, None, 1.0, lambda: now[0])
+    stop = search.run()
+    study = search.study(stop)
+    assert now == [2.0]
+    assert study.ladder == tuple(search.ladder)
+    assert study.fit.model.name == "N+K"
+    assert study.stopped_because == stop == "adequate"
