@@ -51,8 +51,10 @@ def copies_of(x: NDArray[Any]) -> list[Copy]:
 
 def _copies_in(x: Array) -> Iterator[tuple[int, int, int]]:
     """Iterator over (start, count, lag) of the copies in some samples, in order of time, that do not overlap."""
+    if x.size < 4 * WINDOW[0]:
+        return
     equal = max((float(np.mean(x[k:] == x[:-k])) for k in (1, 2, 5, 17) if x.size > k), default=1.0)
-    least = (2.0 * math.log(max(x.size, 2)) - MAX_LOG_PAIRS) / -math.log(
+    least = (2.0 * math.log(x.size) - MAX_LOG_PAIRS) / -math.log(
         max(min(equal, 0.999), 1.0 / x.size)
     )
     length = max(WINDOW[0], math.ceil(least))
