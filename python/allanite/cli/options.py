@@ -260,8 +260,9 @@ _LOG_OPTIONS = (
         "--piece",
         type=int,
         metavar="INDEX",
-        help="Segment to use if long pauses split the log, counted from 1. Shorter pauses count as missing samples. A log"
-        " is split if missing samples would be more than 80 % of it. Default: the segment with the most samples.",
+        help="Segment to use if long pauses split the log, counted from 1. A pause splits the log"
+        " only if more than 80 % of the samples would be missing otherwise; other pauses are missing samples. Default: the"
+        " segment with the most samples.",
     ),
     click.option(
         "--topic",
@@ -273,8 +274,8 @@ _LOG_OPTIONS = (
     click.option(
         "--output-unit",
         metavar="UNIT",
-        help="Unit of the results, e.g. deg/h, or of one coefficient, e.g. deg/sqrt(h). For gyroscopes and"
-        " accelerometers together: deg/h,ug.",
+        help="Unit of the results, e.g. deg/h: N is then in deg/sqrt(h), B in deg/h. Or the unit of one coefficient, e.g."
+        " deg/sqrt(h). For gyroscopes and accelerometers together: deg/h,ug.",
     ),
     click.option(
         "--trim",
@@ -286,7 +287,8 @@ _LOG_OPTIONS = (
         "--scale",
         multiple=True,
         metavar="NAME=FACTOR",
-        help="Multiply a column by a factor, e.g. gx=1/131 for raw counts; repeatable.",
+        help="Multiply a column by a factor, e.g. gx=1/131 for raw counts; repeatable. --unit is then the unit after"
+        " the multiplication.",
     ),
     click.option(
         "--anyway",
@@ -297,7 +299,7 @@ _LOG_OPTIONS = (
         "--decimate",
         type=int,
         metavar="COUNT",
-        help="Replace each COUNT consecutive samples by their mean. N and the slow noise keep their values.",
+        help="Replace each COUNT consecutive samples by their mean. N, B, K and slower effects keep their values.",
     ),
     click.option(
         "--seed",

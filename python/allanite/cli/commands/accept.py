@@ -78,7 +78,7 @@ def command(
 
     Prints a table for each tested axis, with one row per figure. An axis is tested if the sheet has figures for its kind
     of sensor. The exit code is that of the worst axis: 0 if every figure meets the sheet, and 1 if one does not meet. It
-    is 3 if none fails, but one is undecided or the log is too short. It is 2 if the log or an option is wrong.
+    is 2 if the log or an option is wrong, and 3 if no figure fails, but one is undecided or the log is too short.
 
     For several units, run the command for each log. allanite fleet does not compare with a sheet.
     """

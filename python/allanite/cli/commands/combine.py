@@ -43,7 +43,8 @@ def command(
     """Combine several sensors that measure the same axis into one by a weighted mean.
 
     With one LOG, the sensors are on one board: columns whose names differ in a number (gyro0_x, gyro1_x), or the columns
-    named with --column. With several LOGs, each LOG is another board; all are combined.
+    named with --column. With several LOGs, each LOG is another board; all are combined. Boards
+    are taken as independent, so that the LOGs may have different times and rates.
 
     Prints the best weights, and the Allan deviation of the combination at each τ against that of the single sensors. Names
     the sensors that are noisier or quieter than the others. allanite export reads the file of --save.

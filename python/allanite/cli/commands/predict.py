@@ -66,7 +66,8 @@ def command(
     The last fix is the last measurement from another sensor, such as GNSS. The state is known until then. The bias is
     known as the mean over the last --aided seconds before the last fix. Afterwards the filter integrates the sensor
     alone. Prints the standard deviation of each error over time, and the contribution of each effect. An
-    effect that was not detected counts with its expected size, 0.64 times its 95 % limit.
+    effect that was not detected counts with its expected size, 0.64 times its 95 % limit. The head of each table states
+    the unit.
 
     With LOG, a record at rest (a file, or - for standard input), the growth is also measured on segments of the log. With
     models of gyroscopes and accelerometers, a budget of horizontal velocity and position follows, with gravity and the

@@ -88,7 +88,8 @@ def command(
     """Simulate samples of MODEL and write them as a log.
 
     MODEL is a sum of effects with values, e.g. "N(N=0.01)+K(K=1e-4)", or a model file. Values without a unit are in
-    --unit: N(N=0.01) with --unit deg/s is 0.01 deg/s/sqrt(Hz). N(N=0.3 deg/sqrt(h)) states its unit. docs/contract.md
+    --unit: N(N=0.01) with --unit deg/s is 0.01 deg/s/sqrt(Hz), a two-sided density. The noise density in a data sheet is
+    one-sided: divide it by sqrt(2). N(N=0.3 deg/sqrt(h)) states its unit. docs/contract.md
     lists the effects and their parameters. Effects of a logged column, such as the temperature (COV), need --all-axes
     and --covariates. Give the length with --duration or --samples. With --all-axes, the default length is that of the
     measured log.

@@ -59,7 +59,7 @@ def command(
     us or ns (header or --unit) is taken for a phase. - reads standard input. Each LOG is tested by itself. Prints
     time error, MTIE and TDEV with the verdict of each --mask, jumps, frequency offset, drift, noise and predicted
     holdover error. MTIE is the maximum time interval error, TDEV the time deviation. The exit code is 0 also if a
-    mask fails; --json has the verdicts for scripts.
+    mask fails; the list "masks" of --json has the verdicts for scripts.
 
     "holdover after 1 h: expected 172 ns ± 1.62 ns (95 %)" describes the time error 1 h after the last sample, without the
     reference. It lies within 170.4 ns to 173.6 ns with 95 % probability. Compare the farther end with your requirement.

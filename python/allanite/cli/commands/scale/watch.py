@@ -90,7 +90,8 @@ def command(
 ) -> None:
     """Watch the samples of a running sensor; raise an alarm when MODEL no longer holds.
 
-    SOURCE is a growing text file, - for standard input, or udp://127.0.0.1:PORT. Each line is one row. Prints a JSON
+    SOURCE is a growing text file, - for standard input, or udp://127.0.0.1:PORT. Each line is one row. One command watches
+    one column; start one for each axis, each with its own --state. Prints a JSON
     line every --every seconds of samples, and one with the alarm. At most 1 % of runs raise a false alarm, however
     long they last. This holds if outliers are no more frequent than in a Student t distribution with 4 degrees of
     freedom. After an alarm the watch goes on and prints its lines, but it
