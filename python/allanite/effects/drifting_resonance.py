@@ -13,6 +13,7 @@ from allanite.effects._base import Effect
 from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects._moving import Moving
 from allanite.effects.resonance import Resonance, oscillations
+from allanite.effects.wandering_line import WanderingLine
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
@@ -85,11 +86,15 @@ class DriftingResonance(Moving):
 
     @classmethod
     def like(cls, other: Effect, **values: Any) -> Self | None:
-        """Drifting resonance with the damping and rms of `other` and the frequencies ``course`` (Hz) of `values`.
+        """Drifting resonance with the rms and half-power width of `other` and the frequencies ``course`` (Hz) of `values`.
 
-        None if `other` is not exactly a `Resonance`, or if `values` have other names than ``course``.
+        None if `other` is neither exactly a `Resonance` nor a `WanderingLine`, or if `values` have other names.
         """
-        if type(other) is not Resonance or values.keys() != {"course"}:
+        if values.keys() != {"course"}:
+            return None
+        if isinstance(other, WanderingLine):
+            other = Resonance(rms=other.rms).banded(*(other.occupies or (1.0, 1.1)))
+        if type(other) is not Resonance:
             return None
         return cls(damping=other.damping, rms=other.rms, **values)
 

@@ -122,7 +122,9 @@ def _moving_band_candidate(own: Process, solution: Solution, data: Data) -> Cand
     """
     width = _relative_half_width(own.effect)
     sections = _Sections(own, solution, data)
-    course = sections.course([width * w for w in WIDTH_RATIOS], own.theta, (own.effect,))
+    # A wandering line is wide in each section, too; a moving band is narrower there.
+    ratios = WIDTH_RATIOS if own.effect.unsteady is None else WIDTH_RATIOS[1:]
+    course = sections.course([width * w for w in ratios], own.theta, (own.effect,))
     if course is None:
         return None
     refitted = _refitted_with(course, solution, data)
