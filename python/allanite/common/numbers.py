@@ -97,7 +97,7 @@ def common_step(values: Sequence[float]) -> float | None:
     """
     apart = [b - a for a, b in itertools.pairwise(values)]
     least = min(apart)
-    even = all(abs(d / least - round(d / least)) <= MAX_STEP_ERROR for d in apart)
+    even = least > 0.0 and all(abs(d / least - round(d / least)) <= MAX_STEP_ERROR for d in apart)
     return least if even else None
 
 

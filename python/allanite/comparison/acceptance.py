@@ -149,7 +149,8 @@ class Acceptance:
     def recording(self) -> Recording:
         """`Recording`: record that was tested."""
         log = self.study.recording
-        assert isinstance(log, Recording)
+        if not isinstance(log, Recording):
+            raise InputError("a summary keeps no samples to report on: read the log with al.read")
         return log
 
     @property

@@ -152,7 +152,8 @@ class WanderingLine(Stochastic):
         """Pair ("filtered", parameters) of the core's generator: three resonators in series.
 
         The zeros are those of the sampled process. If rounding spoils them, because the line is narrow or slow, a real zero
-        of each resonator compensates the slope of the mirrored poles at the middle instead.
+        of each resonator compensates the slope of the mirrored poles at the middle. Of both filters the better one is
+        used. Its variance is exact, also near 0 Hz and half the rate.
         """
         from scipy.signal import zpk2sos
 
@@ -161,16 +162,21 @@ class WanderingLine(Stochastic):
         near = np.array([middle - wander, middle, middle + wander])
         goal = self.squared_coefficient * _density(near, middle, wander, rate)
         slope = math.tan(math.pi / 4.0 - math.pi * middle / rate)
-        choices: tuple[Any, ...] = (_zeros(poles, middle, wander, rate), [slope] * poles.size)
-        for zeros in choices:
-            z = np.exp(2j * np.pi * near / rate)[:, None]
-            both = np.concatenate([poles, poles.conj()])
+        both = np.concatenate([poles, poles.conj()])
+        z = np.exp(2j * np.pi * near / rate)[:, None]
+        choices: list[tuple[float, float, Any]] = []
+        for zeros in (_zeros(poles, middle, wander, rate), np.full(poles.size, slope)):
             made = np.prod(np.abs(z - zeros), axis=1) ** 2 / np.prod(np.abs(z - both), axis=1) ** 2
             ratio = goal / made
-            if np.ptp(ratio) < MAX_GENERATOR_ERROR * ratio[1]:
+            choices.append((float(np.ptp(ratio) / ratio[1]), float(ratio[1]), zeros))
+            if choices[-1][0] < MAX_GENERATOR_ERROR:
                 break
+        error, squared, zeros = min(choices, key=lambda one: one[0])
+        if error >= MAX_GENERATOR_ERROR:
+            # Near 0 Hz or half the rate the shape is approximate; the variance is exact.
+            squared = self.squared_coefficient / _variance(zeros, both)
         sections = zpk2sos(zeros, both, 1.0)[:, [0, 1, 2, 4, 5]]
-        return "filtered", [float(np.sqrt(ratio[1])), *map(float, sections.ravel())]
+        return "filtered", [math.sqrt(squared), *map(float, sections.ravel())]
 
     @staticmethod
     def _turns(rate: float, middle: float, wander: float) -> list[complex]:
@@ -185,6 +191,13 @@ def _density(f: Array, middle: float, wander: float, rate: float) -> Array:
     centers = [k * rate + s * middle for k in range(-3, 4) for s in (-1.0, 1.0)]
     total = np.sum([1.0 / RECIPROCAL((f - center) / scale) for center in centers], axis=0)
     return np.asarray(total * rate / (4.0 * np.pi * scale * WHOLE))
+
+
+def _variance(zeros: NDArray[np.complex128], poles: NDArray[np.complex128]) -> float:
+    """Variance of white noise of variance 1 behind a filter with more poles than zeros, from its impulse response."""
+    apart = poles[:, None] - poles + np.eye(poles.size)
+    parts = np.prod(poles[:, None] - zeros, axis=1) / np.prod(apart, axis=1)
+    return float(np.real(parts @ (1.0 / (1.0 - np.outer(poles, poles))) @ parts))
 
 
 def _zeros(

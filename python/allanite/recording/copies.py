@@ -54,16 +54,14 @@ def _copies_in(x: Array) -> Iterator[tuple[int, int, int]]:
     if x.size < 4 * WINDOW[0]:
         return
     equal = max((float(np.mean(x[k:] == x[:-k])) for k in (1, 2, 5, 17) if x.size > k), default=1.0)
-    least = (2.0 * math.log(x.size) - MAX_LOG_PAIRS) / -math.log(
-        max(min(equal, 0.999), 1.0 / x.size)
-    )
-    length = max(WINDOW[0], math.ceil(least))
+    length = max(WINDOW[0], _min_length(equal, x.size))
     if length > WINDOW[1] or x.size < 4 * length:
         return
     hashes = _hashes(x, length)
     chosen = np.flatnonzero(hashes % np.uint64(CHOSEN) == 0)
     chosen = chosen[np.lexsort((chosen, hashes[chosen]))]
     twice = np.flatnonzero(np.diff(hashes[chosen]) == 0)
+    known: dict[int, tuple[NDArray[np.intp], int]] = {}
     end = 0
     for place in np.sort(chosen[twice + 1]).tolist():
         if place < end:
@@ -73,13 +71,26 @@ def _copies_in(x: Array) -> Iterator[tuple[int, int, int]]:
         lag = place - first
         if lag < WINDOW[0]:
             continue
-        differs = np.flatnonzero(x[lag:] != x[:-lag]) + lag
+        if lag not in known:
+            same = x[lag:] == x[:-lag]
+            # The probability of equal samples by chance, as in a rounded periodic signal, shows after unequal ones.
+            resumed = same[1:][~same[:-1]]
+            chance = float(np.mean(resumed)) if resumed.size else 1.0
+            known[lag] = np.flatnonzero(~same) + lag, _min_length(chance, x.size)
+        differs, needed = known[lag]
         after = int(np.searchsorted(differs, place))
         start = max(end, int(differs[after - 1]) + 1 if after else lag)
         end = int(differs[after]) if after < differs.size else x.size
         # A stuck value is no copy.
-        if end - start >= length and np.ptp(x[start:end]) > 0.0:
+        if end - start >= max(length, needed) and np.ptp(x[start:end]) > 0.0:
             yield start, end - start, lag
+
+
+def _min_length(equal: float, n: int) -> int:
+    """Length of a run of equal samples that n samples do not contain twice by chance, if a fraction `equal` is equal."""
+    return math.ceil(
+        (2.0 * math.log(n) - MAX_LOG_PAIRS) / -math.log(max(min(equal, 0.999), 1.0 / n))
+    )
 
 
 def _hashes(x: Array, length: int) -> NDArray[np.uint64]:

@@ -15,6 +15,7 @@ from allanite.plots.words import label_in_unit, unit_text, values_text
 from allanite.report.blocks import Block, Bullets, Card, Heading, Paragraph, Picture, Table
 from allanite.report.words import COMPLETED, as_sentence, tone_and_verdict
 from allanite.suggestion.check import evidence_text
+from allanite.suggestion.explanation import name_with_lines
 
 if TYPE_CHECKING:
     from allanite.deviation.result import Deviation
@@ -193,7 +194,7 @@ def _card_blocks(check: Check) -> list[Block]:
         if left > 0 and cards:
             cards.append(Paragraph(f"{as_sentence(title)[:-1]}:", "quiet"))
         for rank, suggestion in group:
-            name = check.fit.display_name(suggestion.effect)
+            name = name_with_lines(suggestion.effect, check.fit)
             if left > 0:
                 cards.append(_suggestion_card(suggestion, f"{rank}. {name}"))
             else:

@@ -48,7 +48,8 @@ class Entry:
     def recording(self) -> Recording:
         """`Recording` of the column."""
         log = self.study.recording
-        assert isinstance(log, Recording)
+        if not isinstance(log, Recording):
+            raise InputError("a summary keeps no samples to report on: read the log with al.read")
         return log
 
     def to_dict(self) -> dict[str, Any]:

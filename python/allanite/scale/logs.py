@@ -346,6 +346,7 @@ def child_setup(
     from allanite.effects.files import as_model, model_to_dict
     from allanite.effects.registry import CATALOGUE
     from allanite.readers import FORMATS
+    from allanite.suggestion.suggest import SCREENS
 
     start = as_model(model)
     effects = tuple(e for e in CATALOGUE if not e.__module__.startswith("allanite."))
@@ -360,6 +361,11 @@ def child_setup(
             _name_with_digest(one.read)
             for one in FORMATS
             if not one.read.__module__.startswith("allanite.")
+        ),
+        "screens": sorted(
+            _name_with_digest(one.look)
+            for one in SCREENS.values()
+            if not one.look.__module__.startswith("allanite.")
         ),
     }
     return Setup(

@@ -30,3 +30,20 @@ def test_stuck_values_missing_samples_and_coarse_samples_are_no_copies():
     x[8000:9000] = x[20_000:21_000] = np.nan
     assert _findings(x) == []
     assert _findings(np.where(rng.random(50_000) < 0.01, 1.0, 0.0)) == []
+
+
+@pytest.mark.parametrize(
+    ("size", "period", "noise"), [(30.0, 20, 0.2), (50.0, 20, 0.15), (1.0, 40, 0.0)]
+)
+def test_periods_of_a_rounded_line_are_no_copies(size, period, noise):
+    """Most samples equal those of one period before, if the noise is below the resolution."""
+    rng = np.random.default_rng(3)
+    line = size * np.sin(2.0 * np.pi * np.arange(20_000) / period)
+    x = line + noise * rng.standard_normal(line.size)
+    assert _findings(np.round(x) if noise else x) == []
+
+
+def test_packets_that_are_all_written_twice_are_copies():
+    packets = np.random.default_rng(4).standard_normal((400, 50))
+    (found,) = _findings(np.concatenate([packets, packets], axis=1).ravel())
+    assert found.kind == "copies"

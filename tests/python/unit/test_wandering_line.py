@@ -65,3 +65,13 @@ def test_state_space_and_simulation_have_the_spectrum_of_the_terms(wander):
         gain *= (b0 + b1 * z + b2 * z**2) / (1.0 + a1 * z + a2 * z**2)
     # `MAX_GENERATOR_ERROR`.
     assert sd**2 * np.abs(gain) ** 2 == pytest.approx(sum(t.spectrum(w) for t in terms), rel=1e-3)
+
+
+@pytest.mark.parametrize(("f", "wander"), [(49.5, 0.2), (49.9, 0.2), (0.5, 0.2), (1.0, 0.01)])
+def test_a_line_near_the_ends_of_the_spectrum_is_simulated_with_its_variance(f, wander):
+    """The variance of n samples has about n·wander/rate·2√π degrees of freedom; four standard errors."""
+    n = 200_000
+    line = al.parse_model(f"WLINE(frequency={f},wander={wander},rms=0.3)")
+    x = line.simulate(n=n, rate=RATE, seed=1).samples
+    freedom = 2.0 * np.sqrt(np.pi) * n * wander / RATE
+    assert np.var(x) == pytest.approx(0.09, rel=4.0 * np.sqrt(2.0 / freedom))
