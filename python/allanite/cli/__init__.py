@@ -140,13 +140,13 @@ def cli() -> None:
     Most commands read a LOG of a sensor at rest (CSV, NumPy, MATLAB, HDF5, Parquet, ROS bag, ULog and others). They print
     a table, or JSON with --json. Figures, models and parameter files are written where an option names a file.
 
-    The exit code is 0 if the command has done its work, 2 if the log or an option is wrong, and 3 if the log is too short
-    or damaged. Code 1 means "not adequate" for check --strict, and "does not meet" for accept.
+    The exit code is 0 if the command has done its work. It is 2 if the log or an option is wrong, and 3 if the log is too
+    short or damaged. Code 1 means "not adequate" for check --strict, and "does not meet" for accept.
 
     A MODEL is a sum of noise effects, or a file written with --save. N+B+K is angle random walk N, bias instability B and
-    rate random walk K. N+GM(T=30) has a Gauss-Markov process with a correlation time of 30 s instead. Other effects are,
-    for example, Q quantization, R a rate ramp, SIN a line, RES a vibration band, BW a low-pass filter and STEP a step of
-    the bias; docs/contract.md in the source code lists all.
+    rate random walk K. N+GM(T=30) has a Gauss-Markov process with a correlation time of 30 s instead. Other effects
+    are, for example, Q quantization, R a rate ramp, SIN a line, RES a vibration band, and STEP a step of the bias. The
+    page docs/contract.md of the source code lists all effects.
     """
 
 

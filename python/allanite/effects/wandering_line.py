@@ -47,7 +47,7 @@ class WanderingLine(Stochastic):
     """A line whose frequency wanders normally about f with the standard deviation w; rms² is its power.
 
     The density at f + δ is proportional to 1/(1 + u + u²/2 + u³/6) with u = δ²/(2w²), up to a factor of 1.05 in w. This is
-    the normal distribution of the frequency, with tails of a line whose phase changes smoothly. A m-th harmonic wanders
+    the normal distribution of the frequency, with tails of a line whose phase changes smoothly. An m-th harmonic wanders
     m times as far.
 
     References
