@@ -93,7 +93,7 @@ class DriftingResonance(Moving):
         if values.keys() != {"course"}:
             return None
         if isinstance(other, WanderingLine):
-            other = Resonance(rms=other.rms).banded(*(other.occupies or (1.0, 1.1)))
+            other = other.as_resonance()
         if type(other) is not Resonance:
             return None
         return cls(damping=other.damping, rms=other.rms, **values)

@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite.effects._declared import Array, Parameter, texts_for_clocks
 from allanite.effects.resonance import Resonance, oscillations
+from allanite.effects.wandering_line import WanderingLine
 
 if TYPE_CHECKING:
     from allanite.effects._base import Effect
@@ -75,9 +76,12 @@ class ModulatedVibration(Resonance):
     def like(cls, other: Effect, **values: Any) -> Self | None:
         """Modulated vibration whose carrier is the resonance `other`: the same frequency, damping, power and limits.
 
-        `values` are the ``modulation`` (Hz) and the ``depth``. None if their names differ, if `other` is no resonance, or
-        if it is a modulated vibration itself.
+        For a wandering line `other`, the carrier is the resonance with its power and half-power band. `values` are the
+        ``modulation`` (Hz) and the ``depth``. None if their names differ, if `other` is neither a resonance nor a wandering
+        line, or if it is a modulated vibration itself.
         """
+        if isinstance(other, WanderingLine):
+            other = other.as_resonance()
         if not isinstance(other, Resonance) or isinstance(other, cls):
             return None
         if values.keys() != {*cls.companions}:

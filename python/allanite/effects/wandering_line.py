@@ -97,6 +97,11 @@ class WanderingLine(Stochastic):
             return None
         return cls(rms=other.rms).banded(*other.occupies) if not other.held else None
 
+    def as_resonance(self) -> Resonance:
+        """Resonance with the power and the half-power band of the line; a `Resonance` without values for a line without."""
+        resonance = Resonance(rms=self.rms)
+        return resonance if self.occupies is None else resonance.banded(*self.occupies)
+
     def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of values of the parameter `name` to try: eight wanders from 2/T to rate/40, or frequencies of resonances.
 
