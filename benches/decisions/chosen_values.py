@@ -1,7 +1,8 @@
 """Results with other values of constants that have no derivation.
 
-    python benches/decisions/chosen_values.py [courses] [drift] [forms] [gates] [posterior] [refits]
+    python benches/decisions/chosen_values.py [bands] [courses] [drift] [forms] [gates] [posterior] [refits]
 
+bands: limits between lines, wandering lines, resonances and moving bands; names of hidden bands.
 courses: forms of a moving band; names of hidden bands that drift.
 drift: spreads of the prior of a clock's drift; difference of the half-width of a holdover band at 3 h.
 forms: forms of weak events that need no refit (MAX_NOISE_REFIT_FRACTION), and the significant ones among them.
@@ -28,6 +29,7 @@ import records
 
 BANDS = importlib.import_module("allanite.suggestion.screens.drifting_bands")
 LEVELS = importlib.import_module("allanite.suggestion.screens.level_forms")
+WANDERING = importlib.import_module("allanite.effects.wandering_line")
 HOLDOVER = importlib.import_module("allanite.clocks.holdover")
 POSTERIOR = importlib.import_module("allanite.fit.stamped.posterior")
 
@@ -49,6 +51,28 @@ def courses():
         setattr(BANDS, name, kept)
         exact = sum(sorted(m.name.split("+")) == sorted([*start.split("+"), "DRES"]) for m in found)
         print(f"{name} = {value}: {exact} of 6 exact", flush=True)
+
+
+def bands():
+    """Print how many of four records with each kind of hidden band are named exactly."""
+    kinds = ("wandering_line", "resonance", "drifting_resonance", "modulated_vibration", "sinusoid")
+    for module, name, value in (
+        (WANDERING, "MIN_RESOLVED_FREQUENCIES", WANDERING.MIN_RESOLVED_FREQUENCIES),
+        (WANDERING, "MIN_RESOLVED_FREQUENCIES", 5.0),
+        (WANDERING, "MIN_RESOLVED_FREQUENCIES", 20.0),
+        (WANDERING, "MAX_RELATIVE_WANDER", 0.05),
+        (WANDERING, "MAX_RELATIVE_WANDER", 0.2),
+    ):
+        kept = getattr(module, name)
+        setattr(module, name, value)
+        counts = []
+        for kind in kinds:
+            start, short = records.HIDDEN[kind].start, al.CATALOGUE.find(kind).short
+            found = [al.improve(records.record(kind, seed), start).fit.model for seed in range(4)]
+            goal = sorted([*start.split("+"), short])
+            counts.append(f"{kind} {sum(sorted(m.name.split('+')) == goal for m in found)}")
+        setattr(module, name, kept)
+        print(f"{name} = {value}, of 4 exact: {', '.join(counts)}", flush=True)
 
 
 def gates():
@@ -274,6 +298,7 @@ def refits():
 
 if __name__ == "__main__":
     parts = {
+        "bands": bands,
         "courses": courses,
         "drift": drift,
         "forms": forms,

@@ -193,7 +193,7 @@ def with_near_best_evidence(tried: Sequence[Tried]) -> list[Tried]:
 def chosen(tried: Sequence[Tried]) -> Tried:
     """The `Tried` with the fewest parameters of the law, among those with log evidence within 3 nats of the highest.
 
-    Of several, it is the one with the highest evidence.
+    If several laws have equally few parameters, the law with the highest evidence is returned.
     """
     return min(
         with_near_best_evidence(tried), key=lambda one: (one.form.numbers, -one.log_evidence)

@@ -155,7 +155,10 @@ class Acceptance:
 
     @property
     def verdict(self) -> str:
-        """``"meets"`` if every figure of the sheet is met, ``"does not meet"`` if any is not, else ``"undecided"``."""
+        """Verdict on the whole sheet: ``"meets"``, ``"does not meet"`` or ``"undecided"``.
+
+        The sheet is met if the sensor meets every figure. It is not met if the sensor fails at least one figure.
+        """
         found = {figure.verdict for figure in self.figures}
         return next(v for v in (DOES_NOT_MEET, UNDECIDED, MEETS) if v in found)
 

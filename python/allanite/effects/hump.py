@@ -15,7 +15,7 @@ from allanite.effects._event import HEIGHT, TIME, Event, cosines
 #: Widths to each side of the middle at which a hump has ended: there it has 3·10⁻⁴ of its height.
 WIDTHS_TO_END = 4.0
 
-#: Fewest cells of a record in which a hump that one of its ends cuts is transformed.
+#: Fewest cells of a record in which a hump that one of its ends cuts is transformed. Chosen by judgment; not measured.
 MIN_CELLS = 4096
 
 

@@ -42,7 +42,7 @@ class Target:
     any_sensor : bool
         Whether the format accepts any sensor. Otherwise it accepts gyroscopes and accelerometers of one IMU.
     both_sensors : bool
-        Whether the format needs a gyroscope and an accelerometer, because the program reads the keys of both.
+        True if the file must describe a gyroscope and an accelerometer, because its reader needs the values of both.
     own_rate : bool
         True if the numbers depend on the rate of the filter. If False, they depend on the rate of the sensor.
     whole_record : bool

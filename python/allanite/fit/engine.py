@@ -217,7 +217,7 @@ def _with_subtracted(
     """Pair: functions that are subtracted from the record now, and the residual ordinates, shape (n,).
 
     The current `functions` are subtracted instead of those in `removed`, which are already subtracted from `ordinates`.
-    The old amplitudes of a function remain if none of the new ones differs by more than 0.01 standard errors.
+    A function keeps its old amplitudes if all its new amplitudes differ from them by at most 0.01 standard errors.
     """
     scatter = np.sqrt(np.diag(functions.regression.covariance))
     before, changes, now = list(removed), [], []

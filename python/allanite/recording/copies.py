@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
 
-#: Samples that are searched together; a copy further away from its original is not found.
+#: Samples that are searched together, to limit the memory; a copy further away from its original is not found.
 SEARCHED = 1 << 18
-#: Ln of the expected number of pairs of equal windows in independent samples.
+#: Ln of the expected number of pairs of equal windows in independent samples: one false finding in a million records.
 MAX_LOG_PAIRS = -14.0
 #: Fewest and most samples of a window. In a record whose samples repeat so often that it would be longer, nothing is found.
+#: Chosen by judgment; not measured.
 WINDOW = (16, 512)
 #: One of so many windows, chosen by its content, is compared with the others: a copy and its original choose the same.
+#: Chosen by judgment; not measured.
 CHOSEN = 8
 #: Odd factor of the hash of a window, and its inverse modulo 2^64.
 FACTOR = 0x9E3779B97F4A7C15

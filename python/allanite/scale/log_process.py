@@ -50,7 +50,7 @@ SIGNALS = {
 #: Remedy for a log that takes too long.
 MORE_TIME = "give it a longer deadline"
 
-#: Whether this process is a child that works on logs.
+#: True in a child process that works on logs, False in its parent.
 _is_child = False
 
 

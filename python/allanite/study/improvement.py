@@ -51,8 +51,8 @@ def improve(
         % of the deviation. The search ends if the model discrepancy is below it.
     seconds : float, optional
         Limit of the elapsed time, s. The first model is always fitted and checked. By default the limit is 60 s of
-        processor time and 10 s more for each million samples. Steps that the search took back are shown if no time is
-        left to make the steps without them.
+        processor time and 10 s more for each million samples. If no time is left at the end, the steps are shown in the
+        order of the search, with those that it took back.
 
     Returns
     -------

@@ -60,8 +60,8 @@ def _disturbance_goes_first(
     This holds for a stuck value, and for a loud segment that no other significant suggestion with an effect at certain
     times explains. Such an effect explains the segment if, with it, the ΔlogL of separate noise levels in the segment
     falls below 14 nats or 10 % of its value (50 % for scattered outliers). False if `out` is not significant or has no
-    segment. False as well if the best process is a line that wanders, and not because of the segment: it is louder
-    where it seldom is.
+    segment. False as well if the best process is a wandering line that does not come from the segment. Frequencies
+    that such a line seldom visits are loud for a short time without a disturbance.
     """
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:

@@ -36,8 +36,9 @@ class Family:
     width : float
         W of a search over all frequencies; 0 for the others.
     scatter : str
-        What raises a ΔlogL by chance if a change of the noise level is missing: the overdispersion of the ``"spectrum"``,
-        the largest noise power at any ``"time"``, or ``"none"`` if the screen has considered the level.
+        An unmodeled change of the noise level raises ΔlogL by chance. ``"spectrum"``: ΔlogL is divided by the
+        overdispersion of the spectrum. ``"time"``: by the largest relative noise power at any time. ``"none"``: it is not
+        divided, because the screen has considered the level.
     """
 
     name: str

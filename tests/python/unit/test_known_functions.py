@@ -117,6 +117,7 @@ def test_a_matched_filter_counts_what_a_function_adds_to_those_beside_it():
     data, noise = fit.data, fit.solution.noise(fit.data)
     j = np.arange(1, 4096)
     variance = noise.variance(j)
+    # No trial shape may be that of a fitted effect, which would add nothing: the fitted time constant is near 200 s.
     points = [al.RateRamp(), *(WarmUp(time_constant=t) for t in (20.0, 600.0))]
     for point in points:
         gain, unit = matched_gains(

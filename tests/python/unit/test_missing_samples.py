@@ -161,7 +161,8 @@ def test_a_step_has_its_height():
     n = 20_000
     mask = holes("random", n)
     step = np.where(np.arange(n) / RATE > 90.0, 0.02, 0.0)
-    # Without a slow process in the model, the error would include flicker noise that was not detected.
+    # The error for white noise alone. Without a slow process in the model, it would include flicker noise that was not
+    # detected, as test_solution.py checks.
     fit = al.parse_model("N+B(B=1e-9!)+STEP(time=90!)").fit(
         record("N(N=0.0126)", n, mask, seed=4, signal=step)
     )

@@ -123,7 +123,7 @@ def _is_table(item: str) -> bool:
 def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
     """List of `NamedModel`: models from a data sheet for the kinds of sensor of these columns.
 
-    Empty if the sheet does not state enough for a model, or has none of these kinds.
+    Empty if the sheet states too few values for a model, or if it describes no sensor of these kinds.
     """
     kinds = {parse_unit(column.unit).kind for column in columns}
     try:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from allanite.page.tab import Tab
     from allanite.page.work import ColumnSteps, Step
 
-    #: Row of the table of differences: what is compared, its texts in both steps, and a remark.
+    #: Row of the table that compares two steps: name of a parameter, its value in each step as text, and a remark.
     Row = tuple[str, tuple[str, ...], str]
 
 #: Residual |z| of the guide lines: 95 % of the residuals of a true model are smaller.
@@ -89,10 +89,11 @@ def differences(tab: Tab) -> dict[str, Any] | None:
 
 
 def _value_rows(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterator[Row]:
-    """Yield (what is compared, its texts in both models, remark) for each fitted value, those of the model `one` first.
+    """Yield (name, texts, remark) for each fitted parameter of two models; parameters of the model `one` come first.
 
-    The text is ``–`` if a model lacks the value. The remark is the ratio of both values if both are detected, or says
-    which step has the value. It is empty for equal texts. `places` are the numbers of the two steps.
+    `texts` holds the value in each model, or ``–`` if a model lacks the parameter. The remark is the ratio of both values
+    if both are detected, or says which step has the parameter. It is empty for equal texts. `places` are the numbers of
+    the two steps.
     """
     first, second = _displayed_values(one, unit), _displayed_values(two, unit)
     for key in [*first, *(k for k in second if k not in first)]:

@@ -78,9 +78,9 @@ def _has_moving_frequency(fit: Fit, band: Effect) -> bool:
 def _with_modulated_band(before: State, band: Effect) -> State | None:
     """`State` in which a modulated band replaces a band of the model, with the new `band` as its side band; or None.
 
-    Of several possible bands, the one with the highest score is replaced, even if the score falls. Bands that the search
-    added near the new side bands are removed. Then other bands that show side bands are modulated as well. None if no
-    band can be modulated.
+    If several bands can be modulated, the replacement with the highest score is chosen. The score may fall. Bands that the
+    search added near the new side bands are removed. Then other bands that show side bands are modulated as well. None
+    if no band can be modulated.
     """
     fit = before.fit
     effects = fit.model.effects

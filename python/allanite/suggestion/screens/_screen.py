@@ -58,7 +58,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Context:
-    """What a screen looks at: a fit and its residual.
+    """Input of a screen: the fitted model, the data and the residual.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class Screen:
     name : str
         Its name, for `after` and `Context.found`.
     looks_for : str
-        What it looks for, and how.
+        Missing effect that the screen searches, and the method of the search.
     acts_in : str
         Where the effects act: ``"frequency"``, ``"time"`` (also functions of logged columns) or ``"both"``.
     look : callable

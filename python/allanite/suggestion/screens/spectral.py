@@ -55,11 +55,6 @@ if TYPE_CHECKING:
 DESIGN_SCAN_STEPS = 5
 
 
-#: Parts of the width of a band by which a kind alike is widened to each side at the start of its fit. Chosen by judgment;
-#: not measured.
-MORE_WIDTHS = (0.0, 1.0, 3.0)
-
-
 @lru_cache(maxsize=64)
 def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
     """Tuple of copies of the effect `blank`, one for each combination of its trial shape values and designs; cached.
@@ -245,16 +240,8 @@ def _of_alike_kind(
             continue
         model, start = base.model + made, None
         if not is_fitted_to_ordinates(made, part.data):
-            low, high = made.occupies
             places = [(len(base.model), name) for name in made.free_shapes]
-            # The shape of `found` may have fitted one peak of a wider band.
-            wider = [
-                base.model + one
-                for more in (high - low) * np.array(MORE_WIDTHS)
-                if low > more and (one := made.banded(low - more, high + more)) is not None
-            ]
-            ends = [polish(m, places, part.maximize(m), part, roughly=True) for m in wider]
-            model, start = max(ends, key=lambda end: end[1].log_likelihood)
+            model, start = polish(model, places, part.maximize(model), part, roughly=True)
             model = with_coefficients(model, start.theta)
         solution = solve(part.data, model, start=start, like=base, rounds=3, polish=False)
         other = _candidate_of_last_effect(solution, base, part.data, arc)
