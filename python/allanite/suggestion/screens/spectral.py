@@ -240,6 +240,9 @@ def _of_alike_kind(
             continue
         model, start = base.model + made, None
         if not is_fitted_to_ordinates(made, part.data):
+            # The shape of `found` may have fitted one peak of a wider band: the fit starts with three times its width.
+            low, high = made.occupies
+            model = base.model + (made.banded(2.0 * low - high, 2.0 * high - low) or made)
             places = [(len(base.model), name) for name in made.free_shapes]
             model, start = polish(model, places, part.maximize(model), part, roughly=True)
             model = with_coefficients(model, start.theta)
