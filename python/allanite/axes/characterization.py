@@ -19,7 +19,7 @@ from allanite.common.documents import fields_dict, plain_value
 from allanite.common.errors import CALL
 from allanite.common.files import write_text
 from allanite.common.threads import results_or_raise, side_by_side
-from allanite.readers import kind_of_sensor
+from allanite.recording.sensor_names import kind_of_sensor
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, MAGNETIC_FIELD
-from allanite.readers import kind_of_sensor
 from allanite.recording.axis_names import AXIS
+from allanite.recording.sensor_names import kind_of_sensor
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

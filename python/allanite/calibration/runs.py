@@ -12,9 +12,9 @@ from allanite._kernels import play
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
-from allanite.readers.sensor_names import role_of
 from allanite.recording import Recording
 from allanite.recording.coarse_column import coarse_step_of, without_steps
+from allanite.recording.sensor_names import role_of
 from allanite.spectrum import bridge_gaps
 
 #: Maximum relative difference of two equal sampling rates. Clocks of sensors differ by less than 1 %.

@@ -31,6 +31,7 @@ from allanite.fit.measures import MIN_ADEQUATE_P, Discrepancy, Error, Misfit
 from allanite.fit.missing.completion import complete
 from allanite.fit.models import without_effect
 from allanite.fit.prediction import predict
+from allanite.recording.sensor_names import kind_of_sensor
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -289,8 +290,6 @@ class Fit:
 
         It follows from the unit, and for a pure number from the name of the column. An unknown unit counts as the last.
         """
-        from allanite.readers import kind_of_sensor
-
         return kind_of_sensor(self.recording.columns[0], self.recording.unit)
 
     def alternatives(self, place: int) -> tuple[Alternative, ...]:

@@ -24,7 +24,7 @@ from allanite.page.shown.two_steps import differences
 from allanite.page.source import Reading
 from allanite.page.words import WORDS
 from allanite.plots.words import effect_text, unit_text
-from allanite.readers import sensor_kind
+from allanite.recording.sensor_names import sensor_kind
 
 if TYPE_CHECKING:
     from allanite.fit import Fit

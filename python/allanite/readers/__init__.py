@@ -27,7 +27,6 @@ from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import Log, is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
 from allanite.readers.plausibility import raw_count_findings
-from allanite.readers.sensor_names import kind_of_sensor, sensor_kind
 from allanite.readers.texts._lines import is_utf16, rewritten, utf16_lines
 from allanite.readers.topics import rosbag
 from allanite.readers.unit_names import no_unit_findings
@@ -42,11 +41,9 @@ __all__ = [
     "LogFormat",
     "Picker",
     "Table",
-    "kind_of_sensor",
     "read",
     "read_sensors",
     "read_table",
-    "sensor_kind",
 ]
 
 #: All log formats; a file that none of them claims is read as a table of text.

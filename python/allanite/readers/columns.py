@@ -33,9 +33,13 @@ from allanite.readers.column_numbers import (
 )
 from allanite.readers.plausibility import without_wrong_units
 from allanite.readers.scaling import factors_of
-from allanite.readers.sensor_names import role_and_reason, role_of, sensor_kind, words_in
 from allanite.readers.time_parts import TimeParts, find_time_parts
-from allanite.readers.unit_kinds import (
+from allanite.recording import find_column
+from allanite.recording.findings import Finding, names_text
+from allanite.recording.log_column import LogColumn
+from allanite.recording.sensor_names import role_and_reason, role_of, sensor_kind, words_in
+from allanite.recording.timebase import read_stamps
+from allanite.recording.unit_kinds import (
     FOREIGN,
     INTEGRAL,
     PHASE,
@@ -44,10 +48,6 @@ from allanite.readers.unit_kinds import (
     seconds_in,
     time_unit,
 )
-from allanite.recording import find_column
-from allanite.recording.findings import Finding, names_text
-from allanite.recording.log_column import LogColumn
-from allanite.recording.timebase import read_stamps
 
 #: Minimum number of rows with which the first column of a log without names may be the time. Chosen by judgment; not
 #: measured.

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from allanite.common.errors import InputError
 from allanite.common.memory import require_memory
 from allanite.readers._table import Table, split_unit
-from allanite.readers.sensor_names import role_of
 from allanite.recording.samples import stamps_of_index
+from allanite.recording.sensor_names import role_of
 
 
 class Frame(Protocol):

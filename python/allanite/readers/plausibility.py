@@ -19,12 +19,12 @@ from allanite.common.units import (
     unit_kind,
 )
 from allanite.readers._table import Table
-from allanite.readers.sensor_names import sensor_kind
 from allanite.readers.unit_names import usual_units
 from allanite.recording import Recording
 from allanite.recording.at_rest import motion_error
 from allanite.recording.axis_names import axis_triples
 from allanite.recording.findings import Finding, names_text
+from allanite.recording.sensor_names import sensor_kind
 
 #: Kind of sensor → smallest unit, in SI, whose whole numbers are taken for raw counts: 1 deg/s and 1 m/s². No inertial
 #: sensor has so coarse a resolution.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from allanite.common.starts import CLOCK_START, SENSOR_START
 from allanite.common.units import FREQUENCY
-from allanite.readers.sensor_names import kind_of_sensor
 from allanite.recording import Recording
+from allanite.recording.sensor_names import kind_of_sensor
 
 
 def start_model(recording: Recording) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
-from allanite.readers.sensor_names import words_in
+from allanite.recording.sensor_names import words_in
 
 #: Seconds of a day and of a week.
 DAY, WEEK = 86_400.0, 604_800.0

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable, Sequence
 
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit, unit_kind
-from allanite.readers.sensor_names import sensor_kind, words_in
 from allanite.recording.findings import Finding, names_text
+from allanite.recording.sensor_names import sensor_kind, words_in
 
 #: Most common unit of each kind of sensor, in the order of the option `unit`.
 USUAL = {ANGULAR_RATE: "deg/s", ACCELERATION: "m/s^2"}

@@ -20,7 +20,7 @@ from allanite.effects import CATALOGUE, Stochastic
 from allanite.fit.classical.gls import fit_gls
 from allanite.readers import read_table, text
 from allanite.readers._table import Table
-from allanite.readers.sensor_names import sensor_kind
+from allanite.recording.sensor_names import sensor_kind
 from allanite.sources.documents import model_document
 
 #: Points per decade of τ that are fitted. Neighboring points of an overlapping estimate are nearly equal, so that more

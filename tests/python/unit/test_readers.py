@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 from allanite.readers._table import split_unit
-from allanite.readers.sensor_names import role_of, sensor_kind
+from allanite.recording.sensor_names import role_of, sensor_kind
 
 
 def write(tmp_path, text, name="log.csv", encoding="utf-8"):

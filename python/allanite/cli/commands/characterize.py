@@ -243,9 +243,9 @@ def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
     This is tested by exporting a simple model; nothing is written. For the target ``all``, only the units are tested.
     """
     from allanite.effects.files import model_to_dict, parse_model
-    from allanite.readers.sensor_names import sensor_kind
     from allanite.readers.unit_names import unit_remedy
     from allanite.recording.findings import names_text
+    from allanite.recording.sensor_names import sensor_kind
 
     pairs = [pair for r in recordings for pair in zip(r.columns, r.units, strict=True)]
     unitless = [c for c, unit in pairs if sensor_kind(c) and parse_unit(unit).kind == FREQUENCY]

@@ -78,7 +78,7 @@ def command(
         output.print_results(results, options)
         return
     from allanite.fit.several.many import of_fits
-    from allanite.readers import kind_of_sensor
+    from allanite.recording.sensor_names import kind_of_sensor
 
     # Without units in the log, a gyroscope and an accelerometer have the same unit. They must not be pooled.
     sensors = [(c.unit, kind_of_sensor(c.columns[0], c.unit)) for c in columns]

@@ -20,7 +20,7 @@ from allanite.page.shown.tables import tables_of
 from allanite.page.source import Reading
 from allanite.page.state import UNITS
 from allanite.page.studies import study_document
-from allanite.readers import sensor_kind
+from allanite.recording.sensor_names import sensor_kind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -14,7 +14,7 @@ from allanite.readers._lines import head_of
 from allanite.readers._table import Picker, Table
 from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
 from allanite.readers.arrays.matlab import RATES, assemble
-from allanite.readers.unit_kinds import time_unit
+from allanite.recording.unit_kinds import time_unit
 
 
 @isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])

@@ -12,7 +12,7 @@ from allanite.readers._isolated import isolated
 from allanite.readers._lines import head_of
 from allanite.readers._table import Picker, Table, split_unit
 from allanite.readers.frame import table_of
-from allanite.readers.sensor_names import role_of
+from allanite.recording.sensor_names import role_of
 
 
 @isolated("pyarrow", 0.02, ["pyarrow.parquet", "pyarrow.feather"])

@@ -15,8 +15,8 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Picker, Table, split_unit
-from allanite.readers.sensor_names import role_of
 from allanite.readers.texts._lines import first_lines, numbered_lines
+from allanite.recording.sensor_names import role_of
 
 # Source: jsonlines.org: UTF-8, one JSON value a line; a line that is not an object is no row of a log.
 #: Maximum fraction of lines that may lack a key. Above, the lines are of different kinds. Chosen by judgment; not measured.

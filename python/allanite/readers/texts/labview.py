@@ -13,7 +13,7 @@ from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import read_rewritten, text_lines
-from allanite.readers.unit_kinds import FOREIGN, kind_of_unit
+from allanite.recording.unit_kinds import FOREIGN, kind_of_unit
 
 # Source: ni.com, "Specification for the LabVIEW Measurement File (.lvm)": a head for the file and one for each segment,
 # both ended by ***End_of_Header***; then a line of names, and the rows.

@@ -11,7 +11,6 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Picker, Table, split_unit
-from allanite.readers.sensor_names import role_of
 from allanite.readers.texts import sketch
 from allanite.readers.texts._lines import (
     STAMP,
@@ -21,6 +20,7 @@ from allanite.readers.texts._lines import (
     terminal_times,
     text_lines,
 )
+from allanite.recording.sensor_names import role_of
 
 # Source: docs.arduino.cc, "Serial Monitor" (IDE 1.8 and 2: "Show timestamp" puts "12:00:00.000 -> " before each line)
 # and arduino-serial-plotter-webapp, protocol.md ("label:value" pairs, separated by comma, blank or tab).

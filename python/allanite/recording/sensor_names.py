@@ -12,7 +12,7 @@ from allanite.common.units import (
     parse_unit,
     unit_kind,
 )
-from allanite.readers.unit_kinds import INTEGRAL, PHASE, RATE, TIME_ONLY, kind_of_unit
+from allanite.recording.unit_kinds import INTEGRAL, PHASE, RATE, TIME_ONLY, kind_of_unit
 
 Role = str  # "sensor", "time", "temperature", "other"
 
