@@ -260,8 +260,8 @@ _LOG_OPTIONS = (
         "--piece",
         type=int,
         metavar="INDEX",
-        help="Segment to use if long pauses split the log, counted from 1. A pause splits the log"
-        " only if more than 80 % of the samples would be missing otherwise; other pauses are missing samples. Default: the"
+        help="Segment to use if long pauses split the log, counted from 1. Pauses count as missing"
+        " samples. If more than 80 % of the samples would be missing, the longest pauses split the log instead. Default: the"
         " segment with the most samples.",
     ),
     click.option(

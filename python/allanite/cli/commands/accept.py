@@ -78,7 +78,8 @@ def command(
 
     Prints a table for each tested axis, with one row per figure. An axis is tested if the sheet has figures for its kind
     of sensor. The exit code is that of the worst axis: 0 if every figure meets the sheet, and 1 if one does not meet. It
-    is 2 if the log or an option is wrong, and 3 if no figure fails, but one is undecided or the log is too short.
+    is 3 if no figure fails, but at least one is undecided. It is also 3 if the log is too short to test, and 2 if the
+    log or an option is wrong.
 
     For several units, run the command for each log. allanite fleet does not compare with a sheet.
     """

@@ -77,9 +77,9 @@ def command(
     """Compute the Allan deviation of each sensor column in LOG.
 
     Prints a table: averaging time τ in s, deviation, its interval (95 % by default), equivalent degrees of freedom
-    (edf) and number n of averaged differences. The deviation has the unit of the samples, or --output-unit; mtie, tierms
-    and tdev of a clock are in s. LOG is a file, or - for standard input. A log larger than half of the free memory is
-    read in chunks.
+    (edf) and number n of averaged differences. The deviation is in the unit of the samples, or in --output-unit.
+    For a clock, mtie, tierms and tdev are always in s. LOG is a file, or - for standard input. A log larger than half
+    of the free memory is read in chunks.
 
     \b
     --kind            deviation, and when to use it

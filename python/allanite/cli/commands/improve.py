@@ -50,9 +50,8 @@ def command(
     """Build a noise model of LOG step by step.
 
     Starting with MODEL, each step fits the model, searches for missing effects and adds the best one. The steps end
-    when the model is adequate, no effect helps, or the time is up. At most 32 steps are made; allanite
-    characterize --steps sets another limit. Ctrl-C prints and saves the steps so far. Two
-    columns are computed at a time. LOG is a file, or - for standard input.
+    when the model is adequate, no effect helps, or the time is up. At most 32 steps are made. Ctrl-C prints and
+    saves the steps so far. Two columns are computed at a time. LOG is a file, or - for standard input.
 
     Prints a row for each step, then the final coefficients. A row has the added effect, the unexplained misfit, the model
     discrepancy δ, the rms error of the Allan deviation and where it is worst, and the model. "prediction" tells how badly

@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 @click.option(
     "--tell",
     metavar="A,B",
-    help="Two effects to distinguish, e.g. GM,K. Put the more specific one (here GM, with values) into"
-    " MODEL. With K in MODEL there is no answer, because a GM with a very long T looks like a K.",
+    help="Two effects to distinguish, e.g. GM,K. MODEL must contain the more specific one with values (here GM)"
+    " and not the other: if K is true, no record can exclude a GM with a very long T.",
 )
 @click.option(
     "--to",

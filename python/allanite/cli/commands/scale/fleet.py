@@ -44,8 +44,8 @@ from allanite.common.plain import plain
     "--deadline",
     type=float,
     metavar="SECONDS",
-    help="Abandon a log after this time; its row then holds the reason. The time to read its bytes, by which a finished"
-    " log is recognized, does not count.  [default: 3600]",
+    help="Abandon a log after this time; its row then holds the reason. The program first reads the bytes of each log to"
+    " see whether the log is finished already; this time does not count.  [default: 3600]",
 )
 @json_option
 @click.option("--quiet", is_flag=True, help="Print no progress.")
