@@ -1,7 +1,7 @@
 """Views of a fit: where the model differs from the measurement over τ, frequency and time.
 
-Input: a fit (`criticise`). Output: a `Where` with the residuals and the worst interval of each view. Add a view as a
-module that returns residuals with their expected scatter, and include it in `verdict.py`.
+Input: a fit (`criticise`). Output: a `Where` with the residuals and the worst interval of each view. Add a view as
+functions that return residuals with their expected scatter, and include it in `criticise`.
 """
 
 from allanite.criticism.verdict import Where, criticise

@@ -16,8 +16,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import Data, prepare
 from allanite.fit.locked import locked_error
 from allanite.fit.measures import Error, Misfit
-from allanite.fit.missing.completion import complete_and_fit, is_still_complete
-from allanite.fit.missing.ends import without_ends
+from allanite.fit.missing.completion import complete_and_fit, is_still_complete, without_ends
 from allanite.fit.result import Fit
 from allanite.fit.summarized import of_summary, require_summary_supports
 from allanite.recording import Recording

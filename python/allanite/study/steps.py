@@ -33,8 +33,7 @@ from allanite.study.moves.excursions import with_all_excursions
 from allanite.study.moves.levels import must_merge_levels, with_merged_levels
 from allanite.study.moves.merge import with_nameless_shape, with_wandering_line
 from allanite.study.moves.narrow_bands import with_harmonics_or_side_bands
-from allanite.study.moves.replace import models_with_replacement
-from allanite.study.moves.split import models_with_split
+from allanite.study.moves.replace import models_with_replacement, models_with_split
 from allanite.study.state import state_of
 from allanite.suggestion import explain_same_misfit, suggestions_elsewhere
 from allanite.suggestion.constants import (

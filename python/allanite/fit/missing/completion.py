@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.arrays import Array, runs_of
 from allanite.common.threads import stop_if_unwanted
-from allanite.fit.likelihood.data import CACHE_BYTES_LOWEST
-from allanite.fit.likelihood.expected import column
+from allanite.fit.likelihood.data import CACHE_BYTES_LOWEST, without_samples
+from allanite.fit.likelihood.expected import column, expected_power
 from allanite.fit.likelihood.remembered import ArrayCache
 from allanite.fit.likelihood.stop_band import EMPTY_BIN_FREEDOM, is_empty
 from allanite.fit.likelihood.whitened import log_density_at_nodes
@@ -66,6 +66,10 @@ DIAGONAL_INCREASES = (1e-12, 1e-10, 1e-8)
 GRADIENT_TOLERANCE = 1e-5
 #: Maximum steps of conjugate gradients. Chosen by judgment; not measured.
 MAX_GRADIENT_STEPS = 400
+#: Maximum of ½ Σ n s² (share s of the ends in a bin of n ordinates) up to which the ends are not masked. It is the ratio of
+#: two relative variances of a fitted level. The two random numbers at the ends change all ordinates together and add the
+#: variance 1. Independent ordinates have the variance 1/(½ Σ n s²). The value widens intervals by 5 %.
+MAX_ADDED_VARIANCE = 0.1
 
 
 class _ConditionalMean:
@@ -352,3 +356,30 @@ def complete_and_fit(data: Data, model: Model) -> tuple[Data, Solution]:
         if not solution.discrepancy:
             break
     return data, solution
+
+
+def without_ends(data: Data, solution: Solution) -> Data | None:
+    """Copy of the data with the first and last sample masked; None if leakage from the ends of the record is negligible.
+
+    A counter outputs differences x_k = p_{k+1} − p_k of a phase with white noise. Each ordinate contains ±p_n − p_0, in
+    addition to the differenced phase noise, which falls toward low frequencies. If nothing else exceeds them, hundreds of
+    the lowest ordinates show only these two random numbers. The ordinates are then not independent, and two large or small
+    numbers can imitate an effect. The two numbers affect only the first and the last sample. Without these samples the
+    ordinates are exactly independent, and weaker low-frequency noise becomes visible.
+
+    Leakage is negligible if ½ Σ n s² ≤ 0.1, summed over bins. Here n is the degrees of freedom of a bin, and s is the
+    part of its expected power that is leakage. None is also returned for summaries, and if both ends are already missing.
+    """
+    if not data.whole or data.ends_missing:
+        return None
+    if all(term.inside is term for term in data.terms(solution.model)):
+        return None
+    whole, inside = (
+        expected_power(solution.model, data, ends_missing) for ends_missing in (False, True)
+    )
+    share = 1.0 - inside / np.maximum(whole, 1e-300)
+    if 0.5 * float(data.bins.count @ share**2) <= MAX_ADDED_VARIANCE:
+        return None
+    ends = np.zeros(data.n, dtype=bool)
+    ends[[0, -1]] = True
+    return without_samples(data, ends)

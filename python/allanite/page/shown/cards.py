@@ -14,7 +14,8 @@ from allanite.common.numbers import (
     with_readable_numbers,
 )
 from allanite.common.parameters import Estimate
-from allanite.criticism import over_frequency, over_time
+from allanite.criticism import over_time
+from allanite.criticism.verdict import MIN_INTERVAL_SCORE
 from allanite.effects import Deterministic, Effect, find, limitable
 from allanite.fit.curve import MIN_FAILING_SCORE
 from allanite.fit.table import is_wider, undecided_sentence
@@ -142,7 +143,7 @@ def _largest_scores(study: Study) -> dict[str, float]:
         low, high = fit.data.bins.limits(fit.data.rate)
         inside = (low >= where.worst_frequency[0]) & (high <= where.worst_frequency[1])
         total = abs(float(fit.z[inside].sum())) / np.sqrt(max(1.0, float(inside.sum())))
-        out["psd"] = total / over_frequency.MIN_INTERVAL_SCORE
+        out["psd"] = total / MIN_INTERVAL_SCORE
     if where.worst_time is not None:
         out["map"] = max(abs(r["z"]) for r in where.time) / over_time.MIN_CELL_SCORE
     return out

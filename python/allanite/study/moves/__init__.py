@@ -3,6 +3,7 @@
 Input: a `State` of the search. Output: a changed `State`, or None if the move does not help. Add a move as a module
 here, and call it in `allanite.study.steps`; `allanite.study.judgement` decides which change is accepted.
 
-`add` adds a missing effect, `drop` removes needless effects, `replace` exchanges one effect, `split` replaces one
-effect by two, and `merge` replaces several effects by one.
+`add` adds a missing effect, and `drop` removes needless effects. `replace` exchanges an effect for another one or for
+two. Four modules replace several effects by one: `merge`, `excursions`, `levels`, and `narrow_bands` for harmonics and
+side bands.
 """
