@@ -1,9 +1,9 @@
-"""Base classes of effects: declarations, values, limits, and hooks for checks and simulation."""
+"""Base classes of effects: declarations, values, limits, and the terms of random processes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self, Unpack
 
@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike
 
 from allanite.common.errors import InputError
 from allanite.common.former import Former
-from allanite.effects._declared import Array, Columns, has_several, log_grid, names_of
+from allanite.effects._declared import Array, has_several, log_grid, names_of
 from allanite.effects._declared import Parameter as Parameter
 from allanite.effects._declared import StraightLine as StraightLine
 from allanite.effects._documented import document
 from allanite.effects._limits import NO_LIMITS, Limits, limits_of
+from allanite.effects._search_hooks import ProcessSearchHooks, SearchHooks
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -106,10 +107,20 @@ class AsModel:
 
         return al.simulate.simulate_chunks(self._model(), size=size, **options)
 
+    def psd(self, f: ArrayLike, rate: float | None = None) -> Array:
+        """Two-sided power spectral density, U²/Hz, at frequencies `f`, Hz, of samples at `rate` Hz; see `Model.psd`."""
+        return self._model().psd(f, rate)
+
+    def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> Array:
+        """Allan variance, U², at averaging times `tau`, s, of samples at `rate` Hz; see `Model.allan_variance`."""
+        return self._model().allan_variance(tau, rate)
+
 
 @dataclass(frozen=True)
-class Effect(AsModel):
+class Effect(SearchHooks, AsModel):
     """A physical effect with its values; None is a value to be fitted.
+
+    Optional declarations and methods for searches, which few effects override, are in `SearchHooks`.
 
     Examples
     --------
@@ -134,19 +145,13 @@ class Effect(AsModel):
     (-0.5, 24)
     >>> al.effects.Disturbance.from_values(start=1.0, end=2.0).when, al.GaussMarkov.from_values(start=1.0)
     ((1.0, 2.0), None)
-    >>> al.GaussMarkov.may_be(al.effects.BurstNoise), len(al.GaussMarkov.candidates(al.parse_model("N"), {}))
-    (True, 1)
-    >>> len(lag.variants()), lag.extended(), lag.equal_forms(), lag.shape_error("q_c", 1e-4, 1000.0)
-    (1, (), (), None)
-    >>> al.GaussMarkov.seen_in(np.ones(100), 10.0), al.GaussMarkov.is_tried_in_spectrum()
-    ((), True)
+    >>> al.GaussMarkov.may_be(al.effects.BurstNoise), al.GaussMarkov.is_tried_in_spectrum()
+    (True, True)
     >>> lag.kept("q_c"), al.GaussMarkov(q_c=0.01, hold=("q_c",)).kept("q_c")
     ('', 'held')
     >>> slow = al.GaussMarkov(limits={"correlation_time": (600, 900)})
     >>> lag.errors(10.0), *(ask("correlation_time", 10_000, 10.0) for ask in (slow.searched, slow.search_ends))
     ({}, array([600., 900.]), (300.0, 1800.0))
-    >>> al.effects.HighPass(cutoff=1.0).shows(al.parse_model("N(N=1)+HP(f=1,order=1)"), 100.0, 600.0)
-    True
     """
 
     kind: ClassVar[str]
@@ -166,25 +171,12 @@ class Effect(AsModel):
     common: ClassVar[bool] = False
     #: True if two instances cannot be told from one.
     single: ClassVar[bool] = False
-    #: Kinds that exclude this effect: if the model has one of them, a check does not suggest this effect. An effect that
-    #: follows a column is excluded only by effects of the same column.
-    one_of: ClassVar[tuple[str, ...]] = ()
-    #: Kind whose search also finds this effect; empty if a check tries the effect itself.
-    found_with: ClassVar[str] = ""
     #: Names of the parameters with the first and the last time of an effect that acts once.
     interval: ClassVar[tuple[str, ...]] = ()
-    #: Label used when an effect of several items (levels, excursions) is extended by more; empty for other effects.
-    further: ClassVar[str] = ""
     #: True for a sum of lines at multiples of one fitted frequency (`Deterministic.lines`).
     periodic: ClassVar[bool] = False
     #: True for a band whose frequency changes over time (`Stochastic.segments`).
     moving: ClassVar[bool] = False
-    #: True if the bias leaves its level and returns at a second edge, once or several times (`Deterministic.singly`).
-    returns: ClassVar[bool] = False
-    #: True if the effect only describes a spectrum; two standard effects that explain as much are preferred.
-    last_resort: ClassVar[bool] = False
-    #: True if the effect has no physical name; it is used only if no other effect explains the record.
-    nameless: ClassVar[bool] = False
     #: Kinds of effects that a short record cannot distinguish from this one (alternative explanations).
     rivals: ClassVar[tuple[str, ...]] = ()
     #: Straight line from which the coefficient is read, for the five effects of IEEE 952-1997; None for all others.
@@ -312,53 +304,12 @@ class Effect(AsModel):
         return cls.legend or tuple(ours)
 
     @classmethod
-    def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple of effects of this kind that a check tries to add to a fitted `model`; empty if the model must not get one.
-
-        By default it contains one effect without values, or, if the kind has a ``column``, one for each logged column that
-        is not constant. With `single`, the model must not contain the kind already; otherwise it must not contain a kind of
-        `one_of`. For kinds with a ``column``, this concerns effects of the same column only. Empty if `found_with` is set.
-        `columns` are the logged columns by name.
-        """
-        if cls.found_with:
-            return ()
-        kinds = (cls.kind,) if cls.single else cls.one_of
-        used = {e.follows for e in model if e.kind in kinds}
-        if "column" not in names_of(cls):
-            return () if used else (cls(),)
-        varying = (name for name, values in columns.items() if float(np.ptp(values)) > 0.0)
-        return tuple(cls().with_values(column=name) for name in varying if name not in used)
-
-    @classmethod
     def from_values(cls, **values: Any) -> Self | None:
         """Effect of this kind with the `values` by JSON name.
 
         None if the names are not exactly all parameters of the kind, without derived parameters.
         """
         return cls(**values) if values.keys() == {p.name for p, *_ in cls._given} else None
-
-    def variants(self) -> tuple[Self, ...]:
-        """Tuple of forms of this effect to try, e.g. filter designs, each with the values that are set.
-
-        By default only the effect.
-        """
-        return (self,)
-
-    def extended(self) -> tuple[Effect, ...]:
-        """Tuple of effects with more parameters that a search tries instead of this one; by default empty.
-
-        A search tries them if a misfit remains, and starts from the fitted values.
-        """
-        return ()
-
-    otherwise = Former("equal_forms")
-
-    def equal_forms(self) -> tuple[Effect, ...]:
-        """Tuple of other forms of the effect with the same number of parameters; by default empty.
-
-        A search tries each form, starting from the fitted values.
-        """
-        return ()
 
     def grid(self, name: str, n: int, rate: float) -> Array:
         """Array of ascending values of the shape parameter `name` that a fit tries for n samples at `rate` Hz.
@@ -397,37 +348,12 @@ class Effect(AsModel):
         most = 0.5 * rate if name == "frequency" else np.inf
         return float(grid.min()) / 2.0, min(2.0 * float(grid.max()), most)
 
-    @classmethod
-    def seen_in(cls, power: Array, rate: float) -> tuple[Self, ...]:
-        """Tuple of effects of this kind with values read from a spectrum, which a fit tries in addition to the grid.
-
-        By default empty. `power` are the squared coefficients of the cosine transform of n samples at `rate` Hz, raw or
-        relative to the model, shape (n,).
-        """
-        return ()
-
     def errors(self, rate: float) -> dict[str, float]:
         """Dict of standard errors by name, for values that are not fitted to the spectrum (times, factors).
 
         It is empty by default. `rate` is the sampling rate, Hz.
         """
         return {}
-
-    def shape_error(self, name: str, variance: float, duration: float) -> float | None:
-        """Standard error of the shape parameter `name`, in its unit, if its likelihood is not smooth; otherwise None.
-
-        By default None: Fisher information is used. `variance` is the variance of the first amplitude, `duration` the
-        duration of the record, s.
-        """
-        return None
-
-    def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """True if the fitted effect, the last of `model`, differs visibly from a simpler effect; by default always True.
-
-        A notch, for example, must show the rise of the density above its center. The record has a `duration` in s and a
-        sampling `rate` in Hz.
-        """
-        return True
 
     @property
     def numbers(self) -> int:
@@ -513,17 +439,9 @@ class Effect(AsModel):
 
         return Model((self,))
 
-    def psd(self, f: ArrayLike, rate: float | None = None) -> Array:
-        """Two-sided power spectral density, U²/Hz, at frequencies `f`, Hz, of samples at `rate` Hz; see `Model.psd`."""
-        return self._model().psd(f, rate)
-
-    def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> Array:
-        """Allan variance, U², at averaging times `tau`, s, of samples at `rate` Hz; see `Model.allan_variance`."""
-        return self._model().allan_variance(tau, rate)
-
 
 @dataclass(frozen=True)
-class Stochastic(Effect):
+class Stochastic(ProcessSearchHooks, Effect):
     """A random process whose spectrum is proportional to the square of one coefficient.
 
     The process, or its increments, are stationary.
@@ -534,16 +452,6 @@ class Stochastic(Effect):
     ((White(variance=10.0),), 1)
     >>> al.effects.BurstNoise(amplitude=1.0, dwell_time=2.0).generator(rate=10.0) is None
     False
-    >>> print(al.effects.BurstNoise.like(al.GaussMarkov(q_c=1.0, correlation_time=2.0)))
-    RTS(amplitude=1, dwell_time=4)
-    >>> pieces = al.effects.Unexplained.pieces(10_000, 100.0)  # of which a fit puts this effect together
-    >>> len(pieces), al.effects.Unexplained.joined(pieces[:2], [1.0, 3.0]).rms
-    (24, 2.0)
-    >>> print(al.effects.Resonance(rms=0.1).banded(9.9, 10.1), al.Quantization().banded(9.9, 10.1))
-    RES(frequency=10, damping=0.01, rms=0.1) None
-    >>> band = al.effects.Resonance(frequency=10.0, damping=0.01, rms=0.1)
-    >>> print(al.effects.ModulatedVibration.like(band, modulation=2.0, depth=0.5), al.Quantization.like(band))
-    MOD(frequency=10, damping=0.01, rms=0.106066, modulation=2, depth=0.5) None
     """
 
     #: Name of the coefficient.
@@ -554,10 +462,6 @@ class Stochastic(Effect):
     wanders: ClassVar[bool] = False
     #: Names of the shapes that place the further `peaks` and set their strength.
     companions: ClassVar[tuple[str, ...]] = ()
-
-    modulating = Former(
-        "like", lambda cls, band, rate, depth: cls.like(band, modulation=rate, depth=depth)
-    )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Tuple of spectral terms (`effects.terms`), whose sum is the process with coefficient 1, at `rate` (Hz).
@@ -584,31 +488,6 @@ class Stochastic(Effect):
         """
         return tuple(term.scaled(self.squared_coefficient) for term in self.unit_terms(rate))
 
-    @classmethod
-    def like(cls, other: Effect, **values: Any) -> Self | None:
-        """Effect of this kind with the shape parameters of the effect `other` and further `values` by JSON name.
-
-        None if this kind cannot take over the shape of `other`, or if the names in `values` are not exactly the further
-        parameters of this kind. The base class returns None.
-        """
-        return None
-
-    @classmethod
-    def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """Tuple of narrow-band effects of this kind whose sum can describe any spectrum; by default empty.
-
-        A fit of n samples at `rate` Hz chooses some of them, and `joined` builds one effect from these.
-        """
-        return ()
-
-    @classmethod
-    def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
-        """One effect whose spectrum is the sum of `pieces`, each with its squared coefficient in `variances`.
-
-        Only kinds that define `Stochastic.pieces` (narrow-band effects) define it.
-        """
-        raise NotImplementedError
-
     stretches = Former("segments")
 
     @property
@@ -618,14 +497,6 @@ class Stochastic(Effect):
         Empty unless the class declares `moving`.
         """
         return ()
-
-    @property
-    def unsteady(self) -> tuple[float, float] | None:
-        """Pair (low, high) of the frequencies, Hz, at which the power changes over time because the process wanders there.
-
-        None (default) for processes that are equally loud at all times.
-        """
-        return None
 
     @property
     def gauss_markov(self) -> tuple[float, float] | None:
@@ -642,10 +513,6 @@ class Stochastic(Effect):
         Empty unless the class declares `moving`.
         """
         return ()
-
-    def banded(self, low: float, high: float) -> Self | None:
-        """Copy with its band moved to `low` … `high` Hz; by default None: the effect has no movable band."""
-        return None
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:
         """Pair (name, parameters) of the core's generator of non-normal samples at `rate` Hz.

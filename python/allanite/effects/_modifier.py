@@ -70,7 +70,7 @@ class Modifier(Effect):
 
     @classmethod
     def candidates(cls, model: Model, columns: Columns) -> tuple[Self, ...]:
-        """Tuple of effects of this kind that a check tries to add, as `Effect.candidates` returns it.
+        """Tuple of effects of this kind that a check tries to add, as `SearchHooks.candidates` returns it.
 
         Empty if the `model` has no white noise, unless the effect excludes samples.
         """
