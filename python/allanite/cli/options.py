@@ -196,8 +196,8 @@ tolerance_option = click.option(
     "--tolerance",
     type=positive_percent,
     metavar="PERCENT",
-    help="Stop once the model discrepancy δ is below this, e.g. 5%. δ is the typical difference between model and"
-    " spectrum, in % of the square root of the spectrum.",
+    help="Stop once the model discrepancy δ is below this, e.g. 5%. δ is the typical error of the square root"
+    " of the model's spectrum, in %.",
 )
 
 
@@ -261,8 +261,8 @@ _LOG_OPTIONS = (
         type=int,
         metavar="INDEX",
         help="Segment to use if long pauses split the log, counted from 1. Pauses count as missing"
-        " samples. If more than 80 % of the samples would be missing, the longest pauses split the log instead. Default: the"
-        " segment with the most samples.",
+        " samples. If more than 80 % of the samples would be missing, the longest pauses split the log instead. Default:"
+        " the segment with the most samples.",
     ),
     click.option(
         "--topic",

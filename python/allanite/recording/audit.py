@@ -54,10 +54,7 @@ def audit(recording: Recording) -> list[Finding]:
     """
     recording = recording.measured
     findings = list(stamp_findings(recording.stamps, recording.rate)) if recording.stamps else []
-    # A missing unit comes last, since faults of the data matter more.
-    last = [finding for finding in recording.added_findings if finding.kind == "no_unit"]
-    other = [finding for finding in recording.added_findings if finding.kind != "no_unit"]
-    findings = [*motion_findings(recording), *other, *findings]
+    findings = [*motion_findings(recording), *recording.added_findings, *findings]
     units = recording.units
     for i, name in enumerate(recording.columns):
         x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, i]
@@ -77,7 +74,9 @@ def audit(recording: Recording) -> list[Finding]:
             column = _Column(name, np.ascontiguousarray(x), recording.rate, unit, rows, missing)
             for check in CHECKS:
                 findings.extend(check(column))
-    return [*findings, *_coarse_column_findings(recording), *last]
+    findings.extend(_coarse_column_findings(recording))
+    # Faults of the data matter more than a missing unit.
+    return sorted(findings, key=lambda finding: finding.kind == "no_unit")
 
 
 def _coarse_column_findings(recording: Recording) -> Iterator[Finding]:

@@ -267,8 +267,8 @@ class Summary(Record):
     def audit(self) -> list[Finding]:
         """List of `Finding`: those already stored, then gaps, repeated samples, outliers and lines of each column.
 
-        Gaps that a stored finding counts are not repeated. Repeated samples count if they are over half of all,
-        outliers if the kurtosis of the steps exceeds 4.5.
+        A missing unit comes last, since faults of the data matter more. Gaps that a stored finding counts are not
+        repeated. Repeated samples count if they are over half of all, outliers if the kurtosis of the steps exceeds 4.5.
         """
         out = list(self.added_findings)
         # A gap of the time column is reported once.
@@ -298,7 +298,7 @@ class Summary(Record):
                 )
                 values = {"frequency_hz": line.frequency, "amplitude": line.amplitude}
                 out.append(_warning(name, "line", text, **values))
-        return out
+        return sorted(out, key=lambda finding: finding.kind == "no_unit")
 
     def save(self, path: str | Path) -> None:
         """Write the summary to `path` as one file, which `load` reads back.

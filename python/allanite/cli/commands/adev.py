@@ -53,7 +53,7 @@ MAX_TAUS_PER_OCTAVE = 16
     default=0.95,
     show_default=True,
     metavar="P",
-    help="Confidence level of the intervals. 0.683 gives one standard deviation.",
+    help="Confidence level of the intervals in the table and the figure. 0.683 gives one standard deviation.",
 )
 @click.option(
     "--taus",
@@ -78,8 +78,8 @@ def command(
 
     Prints a table: averaging time τ in s, deviation, its interval (95 % by default), equivalent degrees of freedom
     (edf) and number n of averaged differences. The deviation is in the unit of the samples, or in --output-unit.
-    For a clock, mtie, tierms and tdev are always in s. LOG is a file, or - for standard input. A log larger than half
-    of the free memory is read in chunks.
+    For a clock it has no unit; mtie, tierms and tdev are in s. LOG is a file, or - for standard input. A log larger than
+    half of the free memory is read in chunks.
 
     \b
     --kind            deviation, and when to use it
@@ -104,6 +104,11 @@ def command(
     kinds = kind or ("oadev",)
     with log_file(log) as file, errors_name_input(file, log):
         results = _measured_columns(log, file, kinds, taus, options)
+    if options.output_unit is not None and all(r.deviation.unit == "1" for r in results):
+        raise InputError(
+            f"--output-unit {plain(options.output_unit, 40)}: deviations of a clock have no unit, and tdev, tierms and"
+            " mtie are in s: leave the option out"
+        )
     results = [replace(r, deviation=r.deviation.at_confidence(confidence)) for r in results]
     if plot is not None and len(kinds) > 1:
         _plot_kinds(results, len(kinds), plot)

@@ -65,12 +65,14 @@ if TYPE_CHECKING:
     "--export",
     "target",
     type=click.Choice((*TARGETS, "all")),
-    help="Write the parameters of all axes for this filter or simulator; needs --output. all: one file per target.",
+    help="Write the parameters of all axes for this filter or simulator; needs --output. all: one"
+    " file for each target, in a folder.",
 )
 @click.option(
     "--output",
     metavar="PATH",
-    help="File for --export, or a folder (with / at its end) for the files of every axis.",
+    help="File for --export, or a folder (with / at its end). A folder gets the files with all axes, models.json, a"
+    " report and a figure, and a subfolder with the files of each axis.",
 )
 @click.option(
     "--working",

@@ -40,7 +40,8 @@ def command(
     Prints for each column whether the model is adequate, the averaging times and frequencies where the model fails,
     and a ranked list of missing effects with their evidence. "adequate" means that no view (Allan curve, spectrum,
     record over time) fails, and no effect is significantly missing; an effect that is too weak for this log is not
-    found. If the model is complete, a check still reports a missing effect in 1 % of cases. allanite improve adds these effects.
+    found. If the model is complete, a check still reports a missing effect in 1 % of cases. allanite improve adds
+    these effects.
 
     The exit code is 0 for every verdict. With --strict it is 1 unless every model is adequate. LOG is a file, or - for
     standard input.

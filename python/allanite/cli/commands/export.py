@@ -63,8 +63,8 @@ def command(
 ) -> None:
     """Write the parameters of a model as the file of a filter or simulator.
 
-    MODEL is a file written with --save by fit, improve or characterize. Give one MODEL per axis, or one file with all
-    axes. If you have no log, MODEL may also be a data sheet (TOML, see allanite compare --help) or a table of Allan
+    MODEL is a file written with --save by fit, improve or characterize. Give one or more MODELs, each with one or
+    several axes. If you have no log, MODEL may also be a data sheet (TOML, see allanite compare --help) or a table of Allan
     deviations. A YAML file of Kalibr or imu_utils, or a MATLAB script with gyroparams, works too. A model string needs
     units, as in "N(N=0.3 deg/sqrt(h))+B(B=5 deg/h)".
 

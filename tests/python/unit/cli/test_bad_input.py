@@ -129,6 +129,13 @@ def test_bad_models_point_at_the_place(run, log, command, model, words):
     refused(run(command, log, "--model", model), 2, words)
 
 
+def test_deviations_of_a_clock_refuse_another_unit(run, tmp_path):
+    path = tmp_path / "phase.csv"
+    np.savetxt(path, 1e-9 * np.cumsum(RNG.standard_normal(500)))
+    arguments = [path, "--rate", 1, "--unit", "s", "--kind", "tdev", "--output-unit", "ns"]
+    refused(run("adev", *arguments), 2, "--output-unit ns", "in s")
+
+
 @pytest.fixture
 def rows():
     return [f"{k},{k % 7 / 8},{k % 5 / 8}" for k in range(200)]
