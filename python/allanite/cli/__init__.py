@@ -141,7 +141,8 @@ def cli() -> None:
     a table, or JSON with --json. Figures, models and parameter files are written where an option names a file.
 
     The exit code is 0 if the command has done its work. It is 2 if the log or an option is wrong, and 3 if the log is too
-    short or damaged. Code 1 means "not adequate" for check --strict, and "does not meet" for accept.
+    short or damaged, or if accept cannot decide. Code 1 means "not adequate" for check --strict, and "does not meet" for
+    accept.
 
     A MODEL is a sum of noise effects, or a file written with --save. N+B+K is angle random walk N, bias instability B and
     rate random walk K. N+GM(T=30) has a Gauss-Markov process with a correlation time of 30 s instead. Other effects

@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 @click.option(
     "--save",
     metavar="FILE",
-    help="Write the models of all axes as JSON, for allanite export and simulate.",
+    help="Write the models of all axes as JSON, for allanite export, simulate, predict, watch.",
 )
 @click.option(
     "--export",
@@ -77,7 +77,8 @@ if TYPE_CHECKING:
 @click.option(
     "--working",
     metavar="LOG",
-    help="Log of the same sensor with motors running. Parameter files for filters then follow the noise in this log.",
+    help="Log of the same sensor with motors running. Parameter files for filters then hold the noise of this log instead"
+    " of that at rest.",
 )
 @export_options
 @log_options
@@ -103,7 +104,7 @@ def command(
     LOG is a file, or - for standard input.
 
     Further LOGs show the same sensor, each recorded after another switch-on. The models are fitted to the first LOG only.
-    All LOGs together give the spread of the bias at switch-on, which is the initial covariance of filters. allanite fit
+    The spread of the bias between all LOGs becomes the initial covariance of the bias in filter files. allanite fit
     tests whether the noise of several logs agrees.
 
     With --output FOLDER/ the files of each axis are written as soon as the axis is finished. After an interrupt, or with

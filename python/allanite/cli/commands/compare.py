@@ -62,7 +62,7 @@ def command(
     \b
       name = "MEMS gyroscope"
       [figures]
-      noise_density = "0.03 deg/s/sqrt(Hz)"   # one-sided, unless you append two-sided
+      noise_density = "0.03 deg/s/sqrt(Hz)"   # one-sided; or "0.02 deg/s/sqrt(Hz) two-sided"
       angle_random_walk = "1.27 deg/sqrt(h)"
       bias_instability = "18 deg/h"           # the coefficient B
       in_run_bias_stability = "12 deg/h"      # the minimum of the Allan deviation

@@ -24,7 +24,7 @@ from allanite.common.plain import file_name, plain
     "-o",
     "--output",
     metavar="FILE",
-    help="File to write, .html or .md. Default: LOG-report.html in the current folder.",
+    help="File to write, .html or .md. Default: imu-report.html in the current folder for the log imu.csv.",
 )
 @click.option("--sensor", metavar="TEXT", help="Name of the sensor, for the first page.")
 @click.option("--serial", metavar="TEXT", help="Serial number, for the first page.")
