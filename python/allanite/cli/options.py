@@ -166,7 +166,8 @@ time_option = click.option(
     type=seconds,
     metavar="TIME",
     help="Limit of the elapsed time for all axes together, e.g. 60s or 10min; no further step starts after it. Every axis"
-    " gets at least a first model. Without --time, each axis may use 1 min of processor time and 10 s per million samples.",
+    " gets at least a first model. Without --time, each axis may use 1 min of processor time plus 10 s per million"
+    " samples.",
 )
 
 
@@ -234,7 +235,7 @@ _LOG_OPTIONS = (
         type=click.Choice(["rate", "increment", "angle"]),
         help="Meaning of the samples: rate (default), increment (its integral over one sample) or angle (its integral"
         " from the start; also velocity or clock phase). A unit of s, ms, us or ns implies angle. The unit may be that of"
-        " the rate (deg/s) or that of the samples (deg, rad, m/s).",
+        " the samples (deg, rad, m/s) or that of the rate: deg and deg/s then mean the same.",
     ),
     click.option(
         "--column",
@@ -274,8 +275,8 @@ _LOG_OPTIONS = (
     click.option(
         "--output-unit",
         metavar="UNIT",
-        help="Unit of the results, e.g. deg/h: N is then in deg/sqrt(h), B in deg/h. Or the unit of one coefficient, e.g."
-        " deg/sqrt(h). For gyroscopes and accelerometers together: deg/h,ug.",
+        help="Unit of the results, e.g. deg/h: N is then in deg/sqrt(h), B in deg/h. The unit of one coefficient gives the"
+        " same: deg/sqrt(h) also means deg/h. For gyroscopes and accelerometers together: deg/h,ug.",
     ),
     click.option(
         "--trim",

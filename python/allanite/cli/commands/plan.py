@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     "--find",
     metavar="EFFECT",
     help='Effect that allanite check should find, with the size you expect, e.g. "GM(T=30,q_c=2e-3)". Values may'
-    " have units, as in GM(T=30,q_c=2e-3 deg/s/sqrt(s)). Values without a unit are in the unit of the samples of MODEL."
-    " If MODEL is a text with units, values without a unit are in SI units.",
+    " have units, as in GM(T=30,q_c=2e-3 deg/s/sqrt(s)). Values of EFFECT without a unit are in the unit of the samples of"
+    " MODEL. If MODEL is a text with units, they are in SI units.",
 )
 @click.option(
     "--know",

@@ -46,8 +46,8 @@ def command(
 ) -> None:
     """Fit the bias of every axis as a function of temperature, b(T).
 
-    Give one LOG of the same sensor at rest for each switch-on, while its temperature changes: a warm-up, or a run in a
-    chamber. Name the temperature column with --covariate if it is not recognized.
+    Give one LOG for each switch-on of the same sensor. In each LOG the sensor is at rest, and its temperature changes: a
+    warm-up, or a run in a chamber. Name the temperature column with --covariate if it is not recognized.
 
     Polynomials, a thermal lag, hysteresis and a dependence on the rate of change are fitted together with the noise.
     The evidence (logL minus a cost for each parameter) decides which of these terms are kept. Prints the chosen law of

@@ -45,7 +45,7 @@ from allanite.common.plain import plain
     type=float,
     metavar="SECONDS",
     help="Abandon a log after this time; its row then holds the reason. The program first reads the bytes of each log to"
-    " see whether the log is finished already; this time does not count. The next run tries the log again."
+    " see whether an earlier run has processed the log; this time does not count. The next run tries the log again."
     "  [default: 3600]",
 )
 @json_option
