@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sized
 from types import MappingProxyType
-from typing import Any, Generic, TypeVar, cast
+from typing import Any, Generic, TypeVar
 
 from allanite.common.errors import InputError
 
@@ -83,19 +83,19 @@ class Several(Mapping[str, T], Generic[T]):
 
 def results_with_warning(
     columns: Sized, instead: str, compute: Callable[[], Several[T]], stacklevel: int = 3
-) -> T:
-    """The result of ``compute()``, a mapping from column to result, after a `DeprecationWarning` to call `instead`.
+) -> Any:
+    """`Several`, the result of ``compute()``, after a `DeprecationWarning` to call `instead`.
 
-    Used by functions of one column that were called with several `columns`. The annotated return type T is that of one
-    result, as in the signatures of these functions. With `stacklevel` 3, the warning points to the caller of the function
-    that calls this one.
+    Used by functions of one column that were called with several `columns`. Their signatures name the type of one result
+    only, hence the return type Any. With `stacklevel` 3, the warning points to the caller of the function that calls this
+    one.
     """
     warnings.warn(
         f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",
         DeprecationWarning,
         stacklevel=stacklevel,
     )
-    return cast("T", compute())
+    return compute()
 
 
 def results_by_column(recording: Any, compute: Callable[[Any], T]) -> dict[str, T]:

@@ -13,7 +13,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.arrays import Array
 from allanite.common.files import write_text
-from allanite.common.former import Former
+from allanite.common.former import Former, warn_of_former_name
 from allanite.common.parameters import Estimate
 from allanite.effects.files import held_and_limits
 from allanite.fit import curve as _curve
@@ -233,21 +233,21 @@ class Fit:
     def __getitem__(self, name: str) -> Estimate:
         """Estimate by parameter name (``N``), or by effect and parameter (``GM.q_c``, ``SIN2.frequency``).
 
-        The first match is returned; a missing name raises `KeyError`. The name of an effect (``GM``) returns the dict of
-        its values; type checkers know only `estimates_of`. A parameter that is a text or a tuple is returned as such.
+        The first match is returned; a missing name raises `KeyError`. A parameter that is a text or a tuple is returned as
+        such. The name of an effect (``GM``) returns the dict of its values, and warns: use `estimates_of` instead.
         """
         key, _, parameter = name.partition(".")
-        found: list[Any] = []
         for labels, values in self._labeled_values():
             if parameter and key in labels and parameter in values:
-                found.append(values[parameter])
-            elif not parameter and key in values:
-                found.append(values[key])
-            elif not parameter and key in labels:
-                found.append(values)
-        if not found:
-            raise KeyError(f"{name!r} is not in the fit (it has: {self._known_names()})")
-        return found[0]
+                return values[parameter]
+            if not parameter and key in values:
+                return values[key]
+            if not parameter and key in labels:
+                warn_of_former_name(f"fit[{name!r}]", f"fit.estimates_of({name!r})")
+                # The former use has another type, which type checkers need not accept.
+                former: Any = values
+                return former
+        raise KeyError(f"{name!r} is not in the fit (it has: {self._known_names()})")
 
     def estimates_of(self, effect: str) -> dict[str, Estimate]:
         """Dict from parameter name to `Estimate` of the effect named ``GM``, ``SIN2`` or by its kind.

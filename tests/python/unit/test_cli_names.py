@@ -144,3 +144,13 @@ def test_the_package_itself_imports_nothing():
     code = "import sys, allanite; print([m for m in ('numpy', 'scipy') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_the_name_of_an_effect_is_no_name_of_an_estimate():
+    model = allanite.parse_model("N+GM")
+    fit = model.fit(
+        allanite.parse_model("N(N=0.1)+GM(q_c=0.1,T=5)").simulate(n=2000, rate=10.0, seed=1)
+    )
+    assert fit["GM.q_c"] == fit.estimates_of("GM")["q_c"]
+    with pytest.warns(DeprecationWarning, match=r"fit\['GM'\] is now fit\.estimates_of\('GM'\)"):
+        assert fit["GM"] == fit.estimates_of("GM")

@@ -25,7 +25,7 @@ def test_two_effects_of_one_shape():
         "N(N=0.1)+GM(q_c=0.02,T=5)",
         "N+GM(q_c=0.014,T=5!)+GM(q_c=0.014,T=5.02!)",
     )
-    if found["GM"]["q_c"] > 0 and found["GM2"]["q_c"] > 0:
+    if found["GM.q_c"] > 0 and found["GM2.q_c"] > 0:
         assert any("cannot be distinguished" in s for s in found.degeneracies)
 
 

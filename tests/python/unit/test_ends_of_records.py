@@ -78,7 +78,7 @@ def test_a_settling_of_some_samples_is_a_warm_up_and_no_outliers(decay):
     study = _switched_on(5.0 * np.exp(-np.arange(60_000) / decay))
     assert [e.short for e in study.fit.model] == ["N", "K", "WARM"]
     assert study.adequate
-    low, high = study.fit["WARM"]["time_constant"].interval
+    low, high = study.fit["WARM.time_constant"].interval
     assert low < decay / 50.0 < high
 
 

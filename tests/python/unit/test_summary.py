@@ -132,8 +132,8 @@ def test_a_temperature_explains_its_part(short):
     ours, theirs = (
         al.parse_model("N+COV(column=temperature)").fit(x) for x in (al.summarize(r), r)
     )
-    value = theirs["COV"]["coefficient"]
-    assert abs(float(ours["COV"]["coefficient"]) - float(value)) < 0.1 * value.std_error
+    value = theirs["COV.coefficient"]
+    assert abs(float(ours["COV.coefficient"]) - float(value)) < 0.1 * value.std_error
 
 
 @pytest.mark.slow

@@ -51,6 +51,9 @@ class Fits(Several[Fit]):
     def _missing(self, name: str) -> str:
         """Message of the KeyError for an unknown column `name`; for a parameter it explains how to access it."""
         first = next(iter(self))
+        effects = self[first].model
+        if name in effects.labels and name not in {p.name for e in effects for p in e.parameters}:
+            return f"{len(self)} columns were fitted; use fit[{first!r}].estimates_of({name!r})"
         try:
             self[first][name]
         except KeyError:
