@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -320,9 +321,11 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
     """`Candidate` (not refitted) of a white-noise level that is higher or lower in the same part of each period; or None.
 
     The period comes from the H test: the sum of the powers of 1 to 6 harmonics minus 4 for each further harmonic, at its
-    maximum over all frequencies. None if this maximum has a p-value above 1 %, or if the best level has a ΔlogL of at
-    most 3. None as well for constant power, for too few values, or without such an effect in the catalog. The p-value of
-    the candidate is the larger of two: that of the H test, and that of the best part of the period.
+    maximum over all frequencies. The powers are relative to those of neighboring frequencies (`_background`): a level
+    that returns after about the same time, but not exactly, has no period. None if this maximum has a p-value above 1 %,
+    or if the best level has a ΔlogL of at most 3. None as well for constant power, for too few values, or without such an
+    effect in the catalog. The p-value of the candidate is the larger of two: that of the H test, and that of the best
+    part of the period.
     """
     from scipy.special import log_ndtr
 
@@ -335,6 +338,8 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
     if spread <= 0.0:
         return None
     ratio = np.abs(np.fft.rfft(centered, 2 * cells)) ** 2 / (cells * spread)
+    background = _background(ratio)
+    ratio /= background
     highest = cells // HARMONICS
     places = np.arange(2 * MIN_PERIODS, highest)
     if places.size < 8:
@@ -367,9 +372,22 @@ def screen_cycle(series: Series, model: Model) -> Candidate | None:
         return None
     # The p-value of the best gate over all gates of all periods.
     gates = np.log(2.0 * places.size * PHASES * np.log2(PHASES)) + float(
-        log_ndtr(-np.sqrt(2.0 * gain))
+        log_ndtr(-np.sqrt(2.0 * gain / background[places[top]]))
     )
     return Candidate(effect, gain, LEVELS, None, 4, min(0.0, max(log_p, gates)))
+
+
+def _background(ratio: Array) -> Array:
+    """Array of the usual power at neighboring frequencies, at least 1, of the same shape as `ratio`.
+
+    It is the median of blocks of an eighth of the frequency, 32 to 128 values, divided by that of an exponential law.
+    """
+    edges = [0]
+    while edges[-1] < ratio.size:
+        edges.append(edges[-1] + min(128, max(32, edges[-1] // 8)))
+    edges[-1] = ratio.size
+    usual = [float(np.median(ratio[a:b])) for a, b in pairwise(edges)]
+    return np.maximum(np.repeat(usual, np.diff(edges)) / np.log(2.0), 1.0)
 
 
 def _best_gate(power: Array, cycles: float, freedom: float) -> tuple[float, float, int, int]:
