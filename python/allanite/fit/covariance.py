@@ -63,7 +63,8 @@ def spectral_slopes(model: Model, data: Data) -> tuple[list[tuple[int, str]], Ar
     places = [(p, n) for p, n in free_shape_parameters(model) if p in active or p not in random]
     shapes = Shapes.of(model, places, data)
     parts = [own[place] for place, _ in names]
-    parts += list(shapes.slopes(shapes.start(), power, theta, data).T)
+    # A band fitted to single ordinates may be narrower than the limits of the shapes of bins.
+    parts += list(shapes.slopes(shapes.present(), power, theta, data).T)
     every = sorted(zip([*names, *places], parts, strict=True), key=lambda pair: pair[0][0])
     slopes = np.array([part for _, part in every]).reshape(-1, power.size).T
     return [name for name, _ in every], slopes / power[:, None]

@@ -256,3 +256,18 @@ def test_what_single_ordinates_show_is_detected(seed):
     assert found.detected
     assert 0.0 < low < found < high
     assert low < 0.004 < high
+
+
+def test_a_band_narrower_than_a_bin_leaves_the_intervals_of_other_shapes():
+    """A lag of 5 s beside a line of 0.2 Hz: its correlation time is known to 7 %, with the line and without it."""
+    n, rate, rng = 20_000, 5.0, np.random.default_rng(0)
+    noise = g.white(rng, n, rate, 4.5e-4) + g.gauss_markov(rng, n, rate, 6.3e-4, 5.0)
+    phase = np.cumsum(rng.standard_normal(n)) * np.sqrt(4.0 * np.pi * 1.0 / (n * 12.0))
+    line = 5e-4 * np.sin(2.0 * np.pi * 0.2 * np.arange(n) / rate + phase)
+    errors = []
+    for model, x in (("N+GM", noise), ("N+GM+RES(frequency=0.2)", noise + line)):
+        fit = al.parse_model(model).fit(al.Recording(x, rate=rate, unit="rad/s"))
+        found = fit["GM.correlation_time"]
+        assert found.interval[0] < 5.0 < found.interval[1]
+        errors.append(found.std_error / found.value)
+    assert errors[1] == pytest.approx(errors[0], rel=0.2)

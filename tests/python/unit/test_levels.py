@@ -210,6 +210,18 @@ def test_a_periodic_level_has_its_factor():
     assert study.fit["N"].value == pytest.approx(0.01, rel=3.0 * np.sqrt(0.5 / (0.63 * n)))
 
 
+@pytest.mark.parametrize("seed", [1, 3, 4, 5])
+def test_a_level_that_returns_after_about_the_same_time_has_no_period(seed):
+    """The log of the level is a band of 0.21 to 0.22 Hz: before, each had a period of p < 10⁻⁷."""
+    rng, n, rate = np.random.default_rng(seed), 60_000, 10.0
+    frequency = np.fft.rfftfreq(n, 1.0 / rate)
+    band = np.exp(-0.5 * ((frequency - 0.2163) / 0.006) ** 2)
+    log_level = np.fft.irfft(band * (rng.standard_normal((2, band.size)).T @ [1.0, 1.0j]), n)
+    x = g.white(rng, n, rate, 3e-4) * np.exp(0.12 * log_level / log_level.std())
+    check = al.fit_model(al.Recording(x, rate=rate, unit="rad/s"), "N").check()
+    assert "periodic_noise_level" not in {s.kind for s in check.significant}
+
+
 EXCLUDED = (0.0, 310.0)
 
 

@@ -92,14 +92,18 @@ class Shapes:
             )
         return cls(model, tuple(places), tuple(signed), np.array(limits).reshape(-1, 2))
 
-    def start(self) -> Array:
-        """Array of the coordinates of the model's present shapes, clipped to their limits, shape (shapes,).
+    def present(self) -> Array:
+        """Array of the coordinates of the model's present shapes, shape (shapes,).
 
         The coordinate is ln of the shape, or the shape itself if it may be negative.
         """
         values = [self.model.effects[p].values[n] for p, n in self.places]
         at = [v if s else np.log(v) for v, s in zip(values, self.signed, strict=True)]
-        return np.clip(np.array(at, dtype=float), self.limits[:, 0], self.limits[:, 1])
+        return np.array(at, dtype=float)
+
+    def start(self) -> Array:
+        """Array of the coordinates of the model's present shapes, clipped to their limits, shape (shapes,)."""
+        return np.clip(self.present(), self.limits[:, 0], self.limits[:, 1])
 
     def at(self, point: Array) -> Model:
         """Copy of the model with the shapes at the coordinates `point`.
