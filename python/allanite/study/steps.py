@@ -261,8 +261,9 @@ def further_steps(
 
 def _new_times_are_known(before: State, after: State) -> bool:
     """True if the times of all steps and events that `after` has and `before` lacks are known (`has_known_time`)."""
-    new = [after.fit.solution.effects[place] for place in after.new_since(before)]
-    return all(has_known_time(own, after.fit.data) for own in new)
+    solution, data = after.fit.solution, after.fit.data
+    new = [solution.effects[place] for place in after.new_since(before)]
+    return all(has_known_time(own, solution, data) for own in new)
 
 
 def _step_with(

@@ -216,9 +216,18 @@ def test_two_unknown_times_are_found_without_a_start_value(term, lasts):
 def test_a_jump_whose_time_may_be_outside_the_record_is_not_placed(time, deviation, placed):
     """Standard errors of the times: 14 s and 56 s (the limit is 20 s), 0.6 s and 5 s (4 s before the end)."""
     step = al.effects.BiasStep(time=time, height=1.0)
-    data = al.fit_model(al.Recording(np.random.default_rng(1).standard_normal(1000), 1.0), "N").data
+    fit = al.fit_model(al.Recording(np.random.default_rng(1).standard_normal(1000), 1.0), "N")
     own = Regressed(step, np.ones(1), np.full((1, 1), deviation**2), np.ones((1, 1)), step)
-    assert has_known_time(own, data) == placed
+    assert has_known_time(own, fit.solution, fit.data) == placed
+
+
+@pytest.mark.parametrize(("begin", "placed"), [(5000.0, True), (9700.0, False)])
+def test_a_transition_that_may_end_after_the_record_is_not_placed(begin, placed):
+    """A rise of 1 in 270 s, in noise of density 4: its ends are known to about √(4 · 270) · 2 s, at mid-record."""
+    n, rng = 10_000, np.random.default_rng(0)
+    rise = np.clip((np.arange(n) - begin) / 270.0, 0.0, 1.0)
+    fit = al.fit_model(al.Recording(rng.standard_normal(n) * 2.0 + rise, 1.0), "N+RISE")
+    assert has_known_time(fit.solution.effects[1], fit.solution, fit.data) == placed
 
 
 @pytest.mark.parametrize("seed", range(3))

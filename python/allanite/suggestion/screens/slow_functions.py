@@ -17,6 +17,7 @@ from allanite.common.parameters import NORMAL
 from allanite.common.threads import Pool
 from allanite.effects import CATALOGUE, Deterministic, Stochastic
 from allanite.fit.engine import solve
+from allanite.fit.estimates import deterministic_shape_error
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.whitened import (
     cell_means,
@@ -164,7 +165,7 @@ def _screen_family(
             else None
         )
         if simple is not None and simple.solution is not None:
-            placed = has_known_time(simple.solution.effects[-1], data)
+            placed = has_known_time(simple.solution.effects[-1], simple.solution, data)
             found += [simple] if placed else []
             alone = log_p_value(Family(blank.family, (arcs[-1],)), simple.judged_gain or 0.0)
             named = simple if placed and alone < np.log(FALSE_ALARM_PROBABILITY) else None
@@ -180,10 +181,11 @@ def _screen_family(
     return found, list(zip(families, arcs, strict=True))
 
 
-def has_known_time(own: object, data: Data) -> bool:
-    """True if all times of the fitted effect `own` are known; always True for effects that are no one-time slow function.
+def has_known_time(own: object, solution: Solution, data: Data) -> bool:
+    """True if all times of the effect `own` of `solution` are known; always True if it is no one-time slow function.
 
-    A time is known if its standard error is at most 2 % of the record and its 95 % interval lies inside the record.
+    A time is known if its 95 % interval lies inside the record. The standard error of an edge, whose likelihood is not
+    smooth, must also be at most 2 % of the record.
     """
     # The level beyond a jump at an end of the record is not known.
     if not isinstance(own, Regressed) or not (own.effect.happens_once and own.effect.low):
@@ -191,11 +193,14 @@ def has_known_time(own: object, data: Data) -> bool:
     effect, variance = own.effect, float(own.covariance[0, 0])
     for name in effect.free_shapes:
         error = effect.shape_error(name, variance, data.duration)
+        if error is not None and error > MAX_STEP_TIME_ERROR * data.duration:
+            return False
+        if error is None and name in effect.interval:
+            error = deterministic_shape_error(effect, name, solution, data)
         if error is None:
             continue
         time = float(effect.values[name]) - data.start
-        inside = NORMAL * error < time < data.duration - NORMAL * error
-        if error > MAX_STEP_TIME_ERROR * data.duration or not inside:
+        if not NORMAL * error < time < data.duration - NORMAL * error:
             return False
     return True
 
@@ -425,7 +430,7 @@ def _refitted_candidate(
     if over is not None:
         added = log_p_value(over[1], gain - over[0])
         if added >= np.log(FALSE_ALARM_PROBABILITY) or not has_known_time(
-            refitted.effects[-1], data
+            refitted.effects[-1], refitted, data
         ):
             return None
     if rival is not None and may_become_significant(family, gain):
