@@ -12,6 +12,7 @@ import numpy as np
 
 from allanite.common.errors import MAX_MESSAGE_LENGTH, InputError
 from allanite.common.plain import plain
+from allanite.common.read_options import ReadOptions
 from allanite.common.units import conversion, is_frequency, rate_unit
 
 if TYPE_CHECKING:
@@ -121,7 +122,7 @@ def watched_column(
     InputError
         The column is unknown or holds time stamps, its unit contradicts the given one, or the data are no text log.
     """
-    from allanite.readers.columns import Request, Roles
+    from allanite.readers.columns import Roles
 
     if any("\0" in line for line in lines):
         raise InputError(
@@ -130,7 +131,7 @@ def watched_column(
     if not any(map(has_numbers, lines)):
         return WatchedColumn(0)
     table, delimiter = _table_of_lines(lines)
-    roles = Roles(table, Request())
+    roles = Roles(table, ReadOptions())
     at = _column_index(roles, column, model.column, source)
     if table.units[at] is None and unit is None:
         unit = model.log_unit or model.unit
@@ -146,9 +147,9 @@ def _factor_to_model_unit(
     If the model has no known unit, the target is the unit that `allanite.read` gives to the samples of this column.
     Raises `InputError` if column and model belong to different kinds of sensor.
     """
-    from allanite.readers.columns import Request, layout_from_roles
+    from allanite.readers.columns import layout_from_roles
 
-    layout = layout_from_roles(roles, Request(columns=(at,), unit=unit, quantity=quantity))
+    layout = layout_from_roles(roles, ReadOptions(column=at, unit=unit, quantity=quantity))
     factor, own = layout.columns[at].scale, rate_unit(layout.units[0], quantity).name
     # The unit 1 also stands for an unknown unit.
     if model.unit is None or (model.unit == "1" and not is_frequency(own)):
@@ -163,7 +164,7 @@ def _column_index(roles: Roles, column: str | None, model_column: str, source: s
     sensors, if there are any; it names the `source`. In a table without names, columns with constant numbers are skipped
     if possible. Raises `InputError` if `column` does not exist, or if the column holds time stamps.
     """
-    from allanite.readers.columns import Request, layout_from_roles
+    from allanite.readers.columns import layout_from_roles
     from allanite.recording import find_column
 
     table, names = roles.table, roles.table.names
@@ -175,7 +176,7 @@ def _column_index(roles: Roles, column: str | None, model_column: str, source: s
                 f" ({', '.join(names)})"
             )
         return at
-    samples = layout_from_roles(roles, Request()).samples
+    samples = layout_from_roles(roles, ReadOptions()).samples
     sensors = [i for i in samples if _may_be_sensor(table, i)] or [samples[0]]
     if len(sensors) > 1:
         others = ", ".join(names[i] for i in sensors[1:])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from functools import wraps
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from allanite.cli.pipe import (
 from allanite.cli.words import words_of
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.printing import REQUESTED_UNITS, sample_unit
+from allanite.common.read_options import ReadOptions
 from allanite.common.starts import CLOCK_START, SENSOR_START
 from allanite.common.units import units_by_kind
 from allanite.common.validation import SEEDS
@@ -216,6 +217,20 @@ def rate_type(value: object) -> float | str:
     return number if found == text else text
 
 
+def scale_type(value: object) -> tuple[str, float]:
+    """Option type: pair (name of a column, factor) from a text such as ``gx=1/131`` or ``gx=0.00763``.
+
+    A text without a name or a number, and a factor that is 0 or not finite, end the command with a usage error.
+    """
+    name, equals, factor = str(value).rpartition("=")
+    top, slash, bottom = factor.partition("/")
+    divisor = _float_or_nan(bottom) if slash else 1.0
+    number = _float_or_nan(top) / divisor if divisor else math.nan
+    if not (equals and name.strip() and number and math.isfinite(number)):
+        raise click.BadParameter(f"{value!r} is not a scale: write NAME=FACTOR, e.g. gx=1/131")
+    return name.strip(), number
+
+
 _LOG_OPTIONS = (
     click.option(
         "--rate",
@@ -287,6 +302,7 @@ _LOG_OPTIONS = (
     click.option(
         "--scale",
         multiple=True,
+        type=scale_type,
         metavar="NAME=FACTOR",
         help="Multiply a column by a factor, e.g. gx=1/131 for raw counts; repeatable. --unit is then the unit after"
         " the multiplication.",
@@ -314,29 +330,16 @@ _LOG_OPTIONS = (
 
 @dataclass(frozen=True, slots=True)
 class LogOptions:
-    """Values of the shared options, as the user gave them."""
+    """Values of the shared options: those of `allanite.read`, and those for the samples and the output."""
 
-    rate: float | str | None
-    unit: str | None
-    quantity: str | None
-    column: tuple[str, ...]
-    covariate: tuple[str, ...]
-    time_column: str | None
-    piece: int | None
-    topic: tuple[str, ...]
+    reading: ReadOptions
     output_unit: str | None
     trim: str | None
-    scale: tuple[str, ...]
     anyway: bool
     decimate: int | None
     seed: int | None
     as_json: bool
     quiet: bool
-
-    @property
-    def rate_hz(self) -> float | None:
-        """Sampling rate of the option --rate, Hz, also if it has an exclamation mark (``100!``); None without --rate."""
-        return float(self.rate.removesuffix("!")) if isinstance(self.rate, str) else self.rate
 
     @property
     def after_reading(self) -> tuple[str, ...]:
@@ -361,28 +364,12 @@ class LogOptions:
             return {}
         return units_by_kind(",".join(map(sample_unit, self.output_unit.split(","))))
 
-    def read_arguments(self) -> dict[str, Any]:
-        """Dict of the keyword arguments for `allanite.read` that the options state, such as rate, unit and column.
 
-        Options that were not given are None.
-        """
-        from allanite.readers.scaling import parse_scales
-
-        return {
-            "rate": self.rate,
-            "unit": self.unit,
-            "quantity": self.quantity,
-            "column": self.column or None,
-            "covariate": self.covariate or None,
-            "time_column": self.time_column,
-            "piece": self.piece,
-            "topic": self.topic or None,
-            "scale": parse_scales(self.scale) or None,
-        }
-
-
+#: Names of the options of `allanite.read`, and of the other shared options.
+_READ_NAMES = [field.name for field in fields(ReadOptions)]
+_OTHER_NAMES = [field.name for field in fields(LogOptions) if field.name != "reading"]
 #: Names of the options that `LogCommand` lists in the section about reading the log.
-READING_OPTIONS = frozenset(field.name for field in fields(LogOptions)) - {"as_json", "quiet"}
+READING_OPTIONS = {*_READ_NAMES, *_OTHER_NAMES} - {"as_json", "quiet"}
 
 
 def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -419,8 +406,10 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
         The values of the options for reading a log are collected into the argument ``options``, a `LogOptions`; all other
         arguments are passed unchanged.
         """
-        shared = {field.name: arguments.pop(field.name) for field in fields(LogOptions)}
-        return command(options=LogOptions(**shared), **arguments)
+        read = {name: arguments.pop(name) for name in _READ_NAMES}
+        reading = ReadOptions(**{**read, "scale": dict(read["scale"])})
+        others = {name: arguments.pop(name) for name in _OTHER_NAMES}
+        return command(options=LogOptions(reading, **others), **arguments)
 
     for option in reversed(_LOG_OPTIONS):
         wrapped = option(wrapped)
@@ -497,7 +486,7 @@ def read_recording(
     from allanite.readers import read
 
     with log_file(str(copy or path)) as file, errors_name_input(file, path):
-        recording = read(file, **options.read_arguments())
+        recording = read(file, **asdict(options.reading))
     return _prepared_recording(recording, path, options, for_fit=for_fit)
 
 
@@ -514,7 +503,7 @@ def read_recordings(
     from allanite.readers import read_sensors
 
     with log_file(path) as file, errors_name_input(file, path):
-        recordings = read_sensors(file, **options.read_arguments())
+        recordings = read_sensors(file, **asdict(options.reading))
     if check_columns is not None:
         check_columns(recordings)
     return [_prepared_recording(recording, path, options) for recording in recordings]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +16,9 @@ from allanite.recording.recording import recording_of_fields
 from allanite.recording.timebase import Stamps
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
+    from allanite.common.read_options import ReadOptions
     from allanite.readers._table import Table
     from allanite.recording import Recording
 
@@ -31,7 +32,10 @@ PATIENCE = 12.0
 
 
 def read_in_child(
-    path: Path, options: dict[str, Any], watch: Callable[[], None] | None = None
+    path: Path,
+    options: ReadOptions,
+    units: Mapping[str, str],
+    watch: Callable[[], None] | None = None,
 ) -> Recording:
     """`Recording` of a log, read in a child process.
 
@@ -39,8 +43,9 @@ def read_in_child(
     ----------
     path : Path
         The log.
-    options : dict
-        Arguments of `allanite.read`, and ``units``: units of single columns.
+    options : ReadOptions
+    units : mapping of str to str
+        Units of single columns, by name.
     watch : callable, optional
         Called every 20 ms; an exception that it raises ends the reading.
 
@@ -49,10 +54,10 @@ def read_in_child(
     InputError
         The log cannot be used, or its reader crashed or reached a limit.
     """
-    return _recording_of_fields(_call_in_child("read_log", path, options, watch))
+    return _recording_of_fields(_call_in_child("read_log", path, options, watch, units=dict(units)))
 
 
-def inspect_in_child(path: Path, options: dict[str, Any]) -> dict[str, Any]:
+def inspect_in_child(path: Path, options: ReadOptions) -> dict[str, Any]:
     """Dict of `Inspection.to_dict` for a log, read in a child process: its columns with units and rate, and findings.
 
     Each column has under ``spark`` the values of a small curve of its samples. Raises `InputError` if the log cannot be
@@ -63,10 +68,15 @@ def inspect_in_child(path: Path, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def _call_in_child(
-    function: str, path: Path, options: dict[str, Any], watch: Callable[[], None] | None
+    function: str,
+    path: Path,
+    options: ReadOptions,
+    watch: Callable[[], None] | None,
+    **more: Any,
 ) -> Any:
-    """Return value of ``function(path, options)``, a function of this module that is called in a child process.
+    """Return value of ``function(path, options, **more)``, a function of this module that is called in a child process.
 
+    The function gets the options as a dict.
     `watch`, if given, is called every 20 ms; an exception that it raises ends the call. Raises `InputError` if the log
     cannot be used, or if the child process crashes or reaches a limit of time or memory.
     """
@@ -76,7 +86,7 @@ def _call_in_child(
         seconds = SECONDS  # the reader reports the error of the file
     return call_isolated(
         f"{__name__}:{function}",
-        {"path": str(path), "options": options},
+        {"path": str(path), "options": asdict(options), **more},
         Limits(cpu=seconds, wall=PATIENCE * seconds),
         worker="the reader",
         libraries=["allanite.readers.inspection"],
@@ -84,15 +94,14 @@ def _call_in_child(
     )
 
 
-def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
+def read_log(path: str, options: dict[str, Any], units: dict[str, str]) -> dict[str, Any]:
     """Dict of the fields of the `Recording` of a log, from which `_recording_of_fields` makes the recording again.
 
-    Runs in the child process; objects in the fields become dicts. Samples are converted to ``options["units"]`` (dict
-    from column to unit), which is removed from `options`. The other options are arguments of `allanite.read`.
+    Runs in the child process; objects in the fields become dicts. Samples are converted to `units` (dict from column to
+    unit). The options are arguments of `allanite.read`.
     """
     from allanite.readers import read
 
-    units = options.pop("units", None) or {}
     recording = read(Path(path), **options)
     own = dict(zip(recording.columns, recording.units, strict=True))
     recording = recording.in_units(
@@ -149,14 +158,13 @@ def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
     """Dict of `Inspection.to_dict` for a log; runs in the child process.
 
     Each column has the key ``spark``, the data of a small curve (`_sparkline`), unless the columns cannot be read.
-    Messages of findings name the controls of the page. ``options["units"]`` is removed and ignored.
+    Messages of findings name the controls of the page.
     """
     from allanite.page.words import WORDS
     from allanite.readers import read_table
     from allanite.readers.inspection import inspect
     from allanite.readers.text import all_numbers
 
-    options.pop("units", None)
     seen = inspect(Path(path), **options)
     found = seen.to_dict()
     for shown, finding in zip(found["findings"], seen.findings, strict=True):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
+from allanite.common.read_options import ReadOptions
 from allanite.common.units import parse_unit
 from allanite.effects import parse_model
 from allanite.page.edits import effect_at, factor_of, shown_unit
@@ -94,18 +95,16 @@ def _read_again(tab: Tab, request: dict[str, Any]) -> None:
     before = tab.sources[tab.source_index].reading
     rate = _number_of(request, "rate")
     # The form returns a rate that was confirmed before with eight digits.
-    same = rate is not None and before.rate is not None and isclose(rate, before.rate, rel_tol=1e-7)
-    reading = replace(
-        before,
-        rate=rate,
-        overrides_rate=before.overrides_rate and same,
+    confirmed = before.options.rate_hz if before.options.overrides_rate else None
+    same = rate is not None and confirmed is not None and isclose(rate, confirmed, rel_tol=1e-7)
+    options = ReadOptions(
+        rate=f"{rate!r}!" if same else rate,
         unit=_text_of(request, "unit"),
         quantity=_text_of(request, "quantity"),
         time_column=_text_of(request, "time_column"),
-        columns=tuple(names),
-        units=dict(units),
+        column=tuple(names),
     )
-    tab.open(tab.source_index, reading)
+    tab.open(tab.source_index, replace(before, options=options, units=dict(units)))
 
 
 def _analyze_part(tab: Tab, request: dict[str, Any]) -> None:
@@ -170,7 +169,8 @@ def _read_with_rate(tab: Tab, request: dict[str, Any]) -> None:
         raise InputError("Give a rate, in Hz")
     if source.recording is not None:
         raise InputError("The rate was set in Python: change it in `al.Recording(…, rate=…)`")
-    tab.open(tab.source_index, replace(source.reading, rate=rate, overrides_rate=True))
+    options = replace(source.reading.options, rate=f"{rate!r}!")
+    tab.open(tab.source_index, replace(source.reading, options=options))
 
 
 def _read_moving_log(tab: Tab, request: dict[str, Any]) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from allanite.common.errors import InputError, about
 from allanite.common.files import OwnedFolder
 from allanite.common.isolation import POLL_S
+from allanite.common.read_options import ReadOptions
 from allanite.effects import Model
 from allanite.page.child import inspect_in_child, read_in_child
 from allanite.readers import FORMATS
@@ -31,36 +32,14 @@ _FORBIDDEN = re.compile(r"[\x00-\x1f/\\:]")
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """Settings for reading a log; None lets the reader decide."""
+    """Settings for reading a log; by default, the reader decides."""
 
-    rate: float | None = None
-    unit: str | None = None
-    quantity: str | None = None
-    time_column: str | None = None
+    options: ReadOptions = field(default_factory=ReadOptions)
     output_unit: str | None = None
-    columns: tuple[str, ...] = ()
     #: Units of single columns, by name.
     units: Mapping[str, str] = field(default_factory=dict)
-    piece: int | None = None
     #: What to do with a log that is mostly motion: "" refuses it, "quiet" takes its longest quiet segment, "anyway" all.
     motion: str = ""
-    #: True to use `rate` even if the log states another one.
-    overrides_rate: bool = False
-
-    def options(self) -> dict[str, Any]:
-        """Dict of these settings as the `options` of `read_in_child`.
-
-        The rate is a text ending in ``!`` if it overrides that of the log. Output unit and motion are not included.
-        """
-        return {
-            "rate": f"{self.rate!r}!" if self.overrides_rate else self.rate,
-            "unit": self.unit,
-            "quantity": self.quantity,
-            "time_column": self.time_column,
-            "column": list(self.columns) or None,
-            "piece": self.piece,
-            "units": dict(self.units),
-        }
 
 
 #: Called repeatedly while waiting; an exception that it raises ends the wait.
@@ -140,7 +119,9 @@ class Source:
                 """`Recording` of the file, read in a child process and named like the source."""
                 assert self.path is not None
                 with about(self.name, instead=self.path):
-                    return read_in_child(self.path, reading.options(), watch).with_path(self.name)
+                    return read_in_child(
+                        self.path, reading.options, reading.units, watch
+                    ).with_path(self.name)
 
             same = reading == self.reading
             recording = self.shared.get(self.path, read, watch) if same else read()
@@ -156,7 +137,7 @@ class Source:
         if self.path is None:
             raise InputError(f"{self.name} was passed as a recording: there is no file to inspect")
         with about(self.name, instead=self.path):
-            found = inspect_in_child(self.path, reading.options())
+            found = inspect_in_child(self.path, reading.options)
         text = str(self.path)
         problem = found["problem"]
         return {**found, "path": self.name, "problem": problem and problem.replace(text, self.name)}

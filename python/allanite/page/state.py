@@ -149,14 +149,15 @@ def _reading_settings(tab: Tab) -> dict[str, Any]:
     ``unitless`` lists columns that belong to a sensor and have no unit. ``said_rate`` is the rate (Hz) of the user only.
     """
     reading = tab.source.reading if tab.source is not None else Reading()
+    given = reading.options
     found = None if tab.open_work is None else tab.open_work.recording
     units = {} if found is None else dict(zip(found.columns, found.units, strict=True))
     return {
-        "rate": reading.rate or (None if found is None else found.rate),
-        "said_rate": reading.rate,
-        "quantity": reading.quantity or (None if found is None else found.quantity),
-        "columns": list(reading.columns or (() if found is None else found.columns)),
-        "time_column": reading.time_column,
+        "rate": given.rate_hz or (None if found is None else found.rate),
+        "said_rate": given.rate_hz,
+        "quantity": given.quantity or (None if found is None else found.quantity),
+        "columns": list(given.columns or (() if found is None else found.columns)),
+        "time_column": given.time_column,
         "unitless": [
             name
             for name, unit in units.items()

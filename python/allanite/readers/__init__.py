@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.memory import bytes_text, require_memory
 from allanite.common.plain import plain
+from allanite.common.read_options import ReadOptions, takes_parameters_of
 from allanite.readers import text
 from allanite.readers._format import Formats, LogFormat
 from allanite.readers._isolated import errors_in_one_line
 from allanite.readers._lines import head_of
 from allanite.readers._table import Picker, Table
-from allanite.readers.columns import Layout, ReadOptions, Request, layout_of
+from allanite.readers.columns import Layout, layout_of
 from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import Log, is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
@@ -122,8 +123,8 @@ def read(
     >>> al.read("gyro.csv")
     Recording(gx: 200 samples at 100 Hz (2 s) in deg/s; logged columns temp)
     """
-    request = request_of(rate, unit, quantity, column, covariate, time_column, piece, topic, scale)
-    recording, others = _read_recording(path, request)
+    options = ReadOptions(rate, unit, quantity, column, covariate, time_column, piece, topic, scale)
+    recording, others = _read_recording(path, options)
     all_findings = [
         Finding(
             "other_rate",
@@ -136,45 +137,8 @@ def read(
     return recording.with_findings(all_findings)
 
 
-def request_of(
-    rate: float | str | None = None,
-    unit: str | None = None,
-    quantity: str | None = None,
-    column: str | int | Sequence[str | int] | None = None,
-    covariate: str | Sequence[str] | None = None,
-    time_column: str | int | None = None,
-    piece: int | None = None,
-    topic: str | Sequence[str] | None = None,
-    scale: Mapping[str, float] | None = None,
-) -> Request:
-    """`Request` with the options of `read`; one column, covariate or topic becomes a tuple of one.
-
-    A rate such as ``"100!"`` becomes the number 100 and sets `overrides_rate`. Raises `InputError` for a rate that is
-    not a number.
-    """
-    overrides_rate = isinstance(rate, str) and rate.strip().endswith("!")
-    if isinstance(rate, str):
-        try:
-            rate = float(rate.strip().removesuffix("!"))
-        except ValueError:
-            raise InputError(
-                f"the rate {rate!r} is not a number in Hz: write 100, or '100!' to override the file"
-            ) from None
-    return Request(
-        rate,
-        unit,
-        quantity,
-        () if column is None else (column,) if isinstance(column, str | int) else tuple(column),
-        (covariate,) if isinstance(covariate, str) else tuple(covariate or ()),
-        time_column,
-        piece,
-        (topic,) if isinstance(topic, str) else tuple(topic or ()),
-        overrides_rate,
-        dict(scale or {}),
-    )
-
-
-def read_sensors(path: Log, **options: Unpack[ReadOptions]) -> list[Recording]:
+@takes_parameters_of(read)
+def read_sensors(path: Log, **options: Any) -> list[Recording]:
     """List of one or two recordings of a log: the one `read` returns, then the other sensor of the device.
 
     Some devices log gyroscope and accelerometer as two topics with different rates; only such a log gives two
@@ -192,22 +156,20 @@ def read_sensors(path: Log, **options: Unpack[ReadOptions]) -> list[Recording]:
     list of Recording
         One recording, or one of the gyroscope and one of the accelerometer.
     """
-    request = request_of(**options)
-    recording, others = _read_recording(path, request)
-    other_recordings = (
-        _read_recording(path, replace(request, topics=(topic,)))[0] for topic in others
-    )
+    given = ReadOptions(**options)
+    recording, others = _read_recording(path, given)
+    other_recordings = (_read_recording(path, replace(given, topic=topic))[0] for topic in others)
     return [recording, *other_recordings]
 
 
-def _read_recording(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
+def _read_recording(path: Any, options: ReadOptions) -> tuple[Recording, tuple[str, ...]]:
     """Tuple (recording, topics): recording of a log, and topics of the same device with another sampling rate.
 
     The samples of these topics are not read; the tuple of topics is usually empty.
     """
     if is_frame(path):
         table = table_of(path)
-        return _recording_of_table(None, request, table, layout_of(table, request)), ()
+        return _recording_of_table(None, options, table, layout_of(table, options)), ()
     path = Path(path)
     with about(path):
         decided: list[Layout] = []
@@ -218,27 +180,27 @@ def _read_recording(path: Any, request: Request) -> tuple[Recording, tuple[str, 
             Raises `InputError` if the log is a table of deviations.
             """
             refuse_deviation_table(first_rows)
-            decided.append(layout_of(first_rows, request))
+            decided.append(layout_of(first_rows, options))
             return decided[0].used
 
-        table = read_table(path, pick, request.topics)
-        layout = decided[0] if decided else layout_of(table, request)
-        return _recording_of_table(path, request, table, layout), table.others
+        table = read_table(path, pick, options.topics)
+        layout = decided[0] if decided else layout_of(table, options)
+        return _recording_of_table(path, options, table, layout), table.others
 
 
 def _recording_of_table(
-    path: Path | None, request: Request, table: Table, layout: Layout
+    path: Path | None, options: ReadOptions, table: Table, layout: Layout
 ) -> Recording:
     """`Recording` of the columns of a table that the layout selects, with all findings about the log and its columns.
 
     Raises `InputError` if the requested rate contradicts the file or the stamps, and for columns of different lengths.
     """
-    refuse_contradicting_rate(request, table.rate, None)
+    refuse_contradicting_rate(options, table.rate, None)
     covariates, dead = _covariates_with_values(table, layout)
-    time, time_unit = _time_and_unit(table, layout, request)
+    time, time_unit = _time_and_unit(table, layout, options)
     recording = Recording(
         _scaled_samples(table, layout),
-        request.rate if request.rate is not None else table.rate,
+        options.rate_hz if options.rate_hz is not None else table.rate,
         time=time,
         unit=list(layout.units),
         quantity=layout.quantity,
@@ -251,24 +213,24 @@ def _recording_of_table(
             for i in covariates
         },
         time_unit=time_unit,
-        piece=request.piece,
+        piece=options.piece,
     )
-    refuse_contradicting_rate(request, None, recording.stamps)
-    scaled = {table.names[find_column(name, table.names)] for name in request.scales}
+    refuse_contradicting_rate(options, None, recording.stamps)
+    scaled = {table.names[find_column(name, table.names)] for name in options.scales}
     all_findings = [
-        *findings_of_layout(request, table, layout),
+        *findings_of_layout(options, table, layout),
         *dead,
         *raw_count_findings(recording, scaled),
     ]
     return recording.with_findings(
-        all_findings, _columns_with_rates(recording, request, table, layout)
+        all_findings, _columns_with_rates(recording, options, table, layout)
     )
 
 
-def findings_of_layout(request: Request, table: Table, layout: Layout) -> list[Finding]:
+def findings_of_layout(options: ReadOptions, table: Table, layout: Layout) -> list[Finding]:
     """List of the findings about the columns of a table, the remarks of its reader, and samples without a unit."""
     found = [*layout.findings, *(Finding("reader", "info", note) for note in table.notes)]
-    if request.unit is None and layout.quantity == "rate":
+    if options.unit is None and layout.quantity == "rate":
         found += no_unit_findings(
             [table.names[i] for i in layout.samples if table.units[i] is None]
         )
@@ -281,19 +243,19 @@ MAX_RATE_DIFFERENCE = 1e-3
 
 
 def refuse_contradicting_rate(
-    request: Request, stated: float | None, stamps: Stamps | None
+    options: ReadOptions, stated: float | None, stamps: Stamps | None
 ) -> None:
     """Raise `InputError` if the requested rate differs from the rate of the time stamps or from the `stated` rate (Hz).
 
     The time stamps are compared. If there are none, or if their unit is a guess, the stated rate is compared. Nothing is
-    raised without a requested rate, or if the request overrides the rate of the log.
+    raised without a requested rate, or if the options override the rate of the log.
 
     The limit of the relative difference is 0.1 %. For time stamps it is three standard errors of their rate if that is
     more. The standard error is the jitter of one interval divided by the length of the record. If several rows share a
     stamp, the resolution of the stamps is added to the jitter.
     """
-    rate = request.rate
-    if rate is None or request.overrides_rate or not 0.0 < rate < np.inf:
+    rate = options.rate_hz
+    if rate is None or options.overrides_rate or not 0.0 < rate < np.inf:
         return
     if stamps is not None and not stamps.guessed:
         error = stamps.jitter + (stamps.resolution if stamps.coarse else 0.0)
@@ -312,7 +274,7 @@ def refuse_contradicting_rate(
 
 
 def _columns_with_rates(
-    recording: Recording, request: Request, table: Table, layout: Layout
+    recording: Recording, options: ReadOptions, table: Table, layout: Layout
 ) -> list[LogColumn]:
     """List of all columns of the layout, in its order; used columns get the sampling rate in Hz and its source.
 
@@ -320,7 +282,7 @@ def _columns_with_rates(
     column with a stated unit) or ``guess``. Unused columns are unchanged.
     """
     stamps = recording.stamps
-    if request.rate is not None:
+    if options.rate_hz is not None:
         source = "option"
     elif table.rate is not None:
         source = "file"
@@ -335,7 +297,7 @@ def _columns_with_rates(
     ]
 
 
-def _time_and_unit(table: Table, layout: Layout, request: Request) -> tuple[Any, str | None]:
+def _time_and_unit(table: Table, layout: Layout, options: ReadOptions) -> tuple[Any, str | None]:
     """Tuple (time stamps or None, unit of the stamps or None if it is not stated).
 
     A time in several columns is joined to one array in seconds. Without a time column, the stamps are those of the
@@ -345,7 +307,7 @@ def _time_and_unit(table: Table, layout: Layout, request: Request) -> tuple[Any,
     if parts is not None:
         return parts.joined([table[i] for i in parts.columns]), "s"
     if time is None:
-        return None if request.ignores_time else table.time, None
+        return None if options.ignores_time else table.time, None
     return table[time], layout.time_unit
 
 

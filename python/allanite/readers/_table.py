@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.plain import plain
+from allanite.common.unit_kinds import time_unit
 from allanite.common.units import ACCELERATION
 from allanite.readers.unit_names import unit_in_name
 from allanite.recording.samples import distinct_names
 from allanite.recording.sensor_names import sensor_kind, words_in
-from allanite.recording.unit_kinds import time_unit
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Any, TypedDict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,15 @@ from numpy.typing import NDArray
 from allanite.common.errors import InputError
 from allanite.common.numbers import percent_text
 from allanite.common.plain import plain
+from allanite.common.unit_kinds import (
+    FOREIGN,
+    INTEGRAL,
+    PHASE,
+    RATE,
+    kind_of_unit,
+    seconds_in,
+    time_unit,
+)
 from allanite.common.units import (
     ACCELERATION,
     ANGULAR_RATE,
@@ -21,7 +30,6 @@ from allanite.common.units import (
     is_frequency,
     rate_unit,
     unit_kind,
-    units_by_kind,
 )
 from allanite.readers._table import Table, time_unit_of
 from allanite.readers.column_numbers import (
@@ -32,22 +40,15 @@ from allanite.readers.column_numbers import (
     repeats_exactly,
 )
 from allanite.readers.plausibility import without_wrong_units
-from allanite.readers.scaling import factors_of
 from allanite.readers.time_parts import TimeParts, find_time_parts
 from allanite.recording import find_column
 from allanite.recording.findings import Finding, names_text
 from allanite.recording.log_column import LogColumn
 from allanite.recording.sensor_names import role_and_reason, role_of, sensor_kind, words_in
 from allanite.recording.timebase import read_stamps
-from allanite.recording.unit_kinds import (
-    FOREIGN,
-    INTEGRAL,
-    PHASE,
-    RATE,
-    kind_of_unit,
-    seconds_in,
-    time_unit,
-)
+
+if TYPE_CHECKING:
+    from allanite.common.read_options import ReadOptions
 
 #: Minimum number of rows with which the first column of a log without names may be the time. Chosen by judgment; not
 #: measured.
@@ -67,66 +68,6 @@ ARTICLES = {
 }
 
 
-class ReadOptions(TypedDict, total=False):
-    """Options of `allanite.read`."""
-
-    rate: float | str | None
-    unit: str | None
-    quantity: str | None
-    column: str | int | Sequence[str | int] | None
-    covariate: str | Sequence[str] | None
-    time_column: str | int | None
-    piece: int | None
-    topic: str | Sequence[str] | None
-    scale: Mapping[str, float] | None
-
-
-@dataclass(frozen=True, slots=True)
-class Request:
-    """Options that the caller of `read` gave."""
-
-    rate: float | None = None
-    unit: str | None = None
-    quantity: str | None = None
-    columns: tuple[str | int, ...] = ()
-    covariates: tuple[str, ...] = ()
-    time_column: str | int | None = None
-    piece: int | None = None
-    topics: tuple[str, ...] = ()
-    overrides_rate: bool = False
-    """True if `rate` overrides the rate in the log."""
-    scales: Mapping[str, float] = field(default_factory=dict)
-    """Factors on columns, by name."""
-
-    @property
-    def kinds(self) -> dict[str, str]:
-        """Dict from kind of sensor to the unit that the caller gave; empty without a unit and for the unit ``"1"``.
-
-        Raises `InputError` for an unknown unit.
-        """
-        if self.unit in (None, "1"):
-            return {}
-        assert self.unit is not None
-        return units_by_kind(self.unit, self.quantity or "rate")
-
-    @property
-    def ignores_time(self) -> bool:
-        """True if time columns must be ignored (``time_column="none"``)."""
-        return self.time_column == "none"
-
-    def __post_init__(self) -> None:
-        """Make requested names printable, as in the log, and set the quantity ``"angle"`` for a unit of time."""
-        # Names are compared in the form in which names of the log are shown.
-        fix = object.__setattr__
-        fix(self, "columns", tuple(c if isinstance(c, int) else plain(c) for c in self.columns))
-        fix(self, "covariates", tuple(map(plain, self.covariates)))
-        if isinstance(self.time_column, str):
-            fix(self, "time_column", plain(self.time_column))
-        # Samples in a unit of time are the phase of a clock.
-        if self.quantity is None and kind_of_unit(self.unit) == PHASE:
-            fix(self, "quantity", "angle")
-
-
 # -- roles ---------------------------------------------------------------------------------------
 
 
@@ -141,7 +82,7 @@ class Roles:
     ----------
     table : Table
         The first rows of all columns, or the whole log.
-    request : Request
+    options : ReadOptions
         Options of the caller.
     roles, reasons, sources : list of str
         Role of each column, the reason why a column with the role ``other`` is no sensor, and the source of the role.
@@ -158,7 +99,7 @@ class Roles:
     """
 
     table: Table
-    request: Request
+    options: ReadOptions
     roles: list[str] = field(init=False, default_factory=list)
     reasons: list[str] = field(init=False, default_factory=list)
     sources: list[str] = field(init=False, default_factory=list)
@@ -180,7 +121,7 @@ class Roles:
             self.roles.append(role)
             self.reasons.append(reason)
             self.sources.append(table.source if table.named else "guess")
-        for name in self.request.covariates:
+        for name in self.options.covariates:
             with suppress(InputError):  # `layout_from_roles` raises this error
                 i = find_column(name, table.names)
                 if self.roles[i] in ("sensor", "time"):
@@ -225,7 +166,7 @@ class Roles:
         for group in _groups_of_equal_unit(axes, table):
             for place in indices_of_magnitudes([table[i] for i in group]):
                 self._demote(group[place], "a magnitude")
-        if self.request.quantity not in (None, "rate"):
+        if self.options.meaning not in (None, "rate"):
             return
         kinds: dict[int, str] = {}
         words = {"index": "an index", "counter": "a counter", "date": "a date", "clock": "a clock"}
@@ -258,10 +199,10 @@ class Roles:
 
         A column named like a time whose numbers fall gets the role ``other``. Times that are not used get a reason.
         """
-        request = self.request
+        options = self.options
         # Stamps that are no column of the table are the time, unless another column is requested.
-        apart = self.table.time is not None and request.time_column in (None, "t", "time")
-        if not apart and not request.ignores_time:
+        apart = self.table.time is not None and options.time in (None, "t", "time")
+        if not apart and not options.ignores_time:
             self._choose_time()
         time = self.time_columns
         for i in time:
@@ -279,7 +220,7 @@ class Roles:
 
     def _choose_time(self) -> None:
         """Set `time`, `parts` and the source of the time, and add a finding if it is guessed or in several columns."""
-        table, column = self.table, self.request.time_column
+        table, column = self.table, self.options.time
         parts = find_time_parts(table.names, table.columns, table.dates)
         if column is not None:
             self.time = find_column(column, table.names)
@@ -484,14 +425,14 @@ class Layout:
         return tuple(dict.fromkeys((*self.samples, *self.covariates, *time)))
 
 
-def layout_of(table: Table, request: Request) -> Layout:
+def layout_of(table: Table, options: ReadOptions) -> Layout:
     """`Layout` of a table: role, unit, scale and use of every column.
 
     Parameters
     ----------
     table : Table
         The first rows of all columns, or the whole log.
-    request : Request
+    options : ReadOptions
         Options of the caller.
 
     Raises
@@ -499,33 +440,33 @@ def layout_of(table: Table, request: Request) -> Layout:
     InputError
         A column is unknown, no column is a sensor, or a unit contradicts the header.
     """
-    return layout_from_roles(Roles(table, request), request)
+    return layout_from_roles(Roles(table, options), options)
 
 
-def layout_from_roles(found: Roles, request: Request) -> Layout:
+def layout_from_roles(found: Roles, options: ReadOptions) -> Layout:
     """`Layout` of a table from the roles of its columns: samples, covariates, units and factors, time, and findings.
 
-    Columns named in the request replace the recognized sensors; its covariates are added to the temperatures. The
+    Columns named in the options replace the recognized sensors; named covariates are added to the temperatures. The
     quantity is the given one, or ``"angle"`` if all units are phases and no unit is given, or ``"rate"``. Raises
     `InputError` if no column is a sensor, a column is unknown, or a unit contradicts the given one.
     """
     table, names = found.table, found.table.names
     reasons, loud = list(found.reasons), set[int]()
-    if request.columns:
-        samples = tuple(dict.fromkeys(find_column(name, names) for name in request.columns))
+    if options.columns:
+        samples = tuple(dict.fromkeys(find_column(name, names) for name in options.columns))
     else:
-        samples = _default_samples(found, request, reasons, loud)
-    quantity = request.quantity
+        samples = _default_samples(found, options, reasons, loud)
+    quantity = options.meaning
     if quantity is None:
         phases = all(kind_of_unit(table.units[i]) == PHASE for i in samples)
-        quantity = "angle" if phases and request.unit is None else "rate"
-    factors = factors_of(request.scales, names, samples)
-    stated, doubted = without_wrong_units(table, request.kinds)
-    read = {i: _unit_and_scale(names[i], stated[i], request, quantity) for i in samples}
+        quantity = "angle" if phases and options.unit is None else "rate"
+    factors = _factors_of(options.scales, names, samples)
+    stated, doubted = without_wrong_units(table, options.unit_by_kind)
+    read = {i: _unit_and_scale(names[i], stated[i], options, quantity) for i in samples}
     layout = Layout(
         (),
         samples,
-        _covariates(found, request, samples),
+        _covariates(found, options, samples),
         tuple(unit for unit, _ in read.values()),
         quantity,
         found,
@@ -533,30 +474,54 @@ def layout_from_roles(found: Roles, request: Request) -> Layout:
         (),
     )
     scales = {i: scale * factors.get(i, 1.0) for i, (_, scale) in read.items()}
-    columns = _log_columns(layout, request, stated, scales, reasons)
+    columns = _log_columns(layout, options, stated, scales, reasons)
     findings = (
         *found.findings,
         *doubted,
         *_phase_unit_findings([columns[i] for i in samples], quantity),
-        *([] if request.columns else _findings_about_unused(columns, loud, request)),
+        *([] if options.columns else _findings_about_unused(columns, loud, options)),
     )
     return replace(layout, columns=columns, findings=findings)
 
 
-def _covariates(found: Roles, request: Request, samples: Sequence[int]) -> tuple[int, ...]:
+def _factors_of(
+    scales: Mapping[str, float], names: Sequence[str], samples: Sequence[int]
+) -> dict[int, float]:
+    """Dict from the index of a column to its factor, from `scales` by column name.
+
+    `names` are those of all columns, `samples` the indices of the columns that are read as samples.
+
+    Raises
+    ------
+    InputError
+        A column is not in the log, or is not used.
+    """
+    found = {}
+    for name, factor in scales.items():
+        at = find_column(name, names)
+        if at not in samples:
+            raise InputError(
+                f"scale of column {names[at]}: the column is not used",
+                remedy="; omit its scale, or select the column with {column}",
+            )
+        found[at] = factor
+    return found
+
+
+def _covariates(found: Roles, options: ReadOptions, samples: Sequence[int]) -> tuple[int, ...]:
     """Tuple of the indices of the covariates: temperatures, then requested columns, without the `samples`.
 
     Raises `InputError` for an unknown requested column.
     """
     table = found.table
     temperatures = [i for i in found.with_role("temperature") if i not in table.texts]
-    requested = [find_column(name, table.names) for name in request.covariates]
+    requested = [find_column(name, table.names) for name in options.covariates]
     return tuple(i for i in dict.fromkeys((*temperatures, *requested)) if i not in samples)
 
 
 def _log_columns(
     layout: Layout,
-    request: Request,
+    options: ReadOptions,
     stated: Sequence[str | None],
     scales: Mapping[int, float],
     reasons: Sequence[str],
@@ -567,7 +532,7 @@ def _log_columns(
     why each column is not used.
     """
     found, used, table = layout.roles, set(layout.used), layout.roles.table
-    scaled = {find_column(name, table.names) for name in request.scales}
+    scaled = {find_column(name, table.names) for name in options.scales}
     columns = []
     for i, (name, unit) in enumerate(zip(table.names, stated, strict=True)):
         role, source = found.roles[i], found.sources[i]
@@ -576,20 +541,20 @@ def _log_columns(
         elif i in layout.covariates and role != "temperature":
             source = "option"
         reason = "" if i in used else reasons[i]
-        if request.columns and i not in used and role == "sensor":
+        if options.columns and i not in used and role == "sensor":
             reason = "not named as a column to use"
         sources = {"name": table.source if table.named else "guess", "role": source}
         if role == "time" and unit is None and not (found.parts and i in found.time_columns):
             unit = _time_unit(found, i)
         phase = i in layout.samples and layout.quantity != "rate"
-        if phase and is_frequency(unit) and time_unit(request.unit):
+        if phase and is_frequency(unit) and time_unit(options.unit):
             # A header may state a wrong unit, such as 1; the given unit of time says that the numbers are a phase.
             unit = None
         if unit is not None:
             sources["unit"] = "guess" if i in found.time_units else table.source
-        elif i in layout.samples and request.unit is not None:
-            several = "," in request.unit
-            unit = layout.units[layout.samples.index(i)] if several else request.unit
+        elif i in layout.samples and options.unit is not None:
+            several = "," in options.unit
+            unit = layout.units[layout.samples.index(i)] if several else options.unit
             sources["unit"] = "option"
         scale = scales.get(i, 1.0)
         if scale != 1.0:
@@ -636,12 +601,12 @@ def _time_unit(found: Roles, at: int) -> str | None:
 
 
 def _default_samples(
-    found: Roles, request: Request, reasons: list[str], loud: set[int]
+    found: Roles, options: ReadOptions, reasons: list[str], loud: set[int]
 ) -> tuple[int, ...]:
     """Tuple of the indices, ascending, of the columns that are read as samples if the caller names none.
 
-    A unit in `request` selects the columns that are named like a sensor of this unit. Without a unit or quantity in
-    `request`, clock phases are read only if no inertial sensor is logged. If there is no other sensor, the unit ``1``
+    A unit in `options` selects the columns that are named like a sensor of this unit. Without a unit or quantity in
+    `options`, clock phases are read only if no inertial sensor is logged. If there is no other sensor, the unit ``1``
     selects columns of an unknown unit. Writes the reason for each sensor not read into `reasons`, and its index into
     `loud` if a warning is due. Raises `InputError` if there is no sensor.
     """
@@ -657,15 +622,15 @@ def _default_samples(
         reasons[i] = f"the unit {units[i]} is not understood"
     named = {i: sensor_kind(names[i]) for i in sensors}
     kinds = {i: kind_of_unit(units[i]) for i in sensors}
-    chosen = [i for i in sensors if named[i] in request.kinds]
+    chosen = [i for i in sensors if named[i] in options.unit_by_kind]
     if chosen:
         # A unit for one kind of sensor selects this kind in a file with gyroscopes and accelerometers.
         for i in (i for i in sensors if i not in chosen):
             article = ARTICLES.get(named[i] or "")
             reasons[i] = (
-                f"{article}, but {request.unit} is no unit of {article}"
+                f"{article}, but {options.unit} is no unit of {article}"
                 if article
-                else f"its name does not show that its unit is {request.unit}"
+                else f"its name does not show that its unit is {options.unit}"
             )
             loud.add(i)
         return tuple(chosen)
@@ -675,10 +640,10 @@ def _default_samples(
             reasons[i] = "no unit, and not named like a sensor"
         sensors = [i for i in sensors if named[i] or kinds[i] is not None]
     inertial = any(named[i] or unit_kind(units[i]) in (ANGULAR_RATE, ACCELERATION) for i in sensors)
-    if request.quantity is None:
+    if options.meaning is None:
         phases = [i for i in sensors if kinds[i] == PHASE]
         rates = [i for i in sensors if kinds[i] not in (PHASE, INTEGRAL)]
-        if request.unit is None and phases and not inertial:
+        if options.unit is None and phases and not inertial:
             for i in (i for i in sensors if i not in phases):
                 reasons[i] = "the phase of a clock is read instead"
             return tuple(phases)
@@ -688,7 +653,7 @@ def _default_samples(
             return tuple(rates)
     if sensors:
         return tuple(sensors)
-    if foreign and request.unit == "1":
+    if foreign and options.unit == "1":
         # The caller takes any unit: a series of heights in mm.
         return tuple(foreign)
     raise _no_sensor_error(table, foreign)
@@ -713,7 +678,7 @@ def _no_sensor_error(table: Table, foreign: Sequence[int]) -> InputError:
 
 
 def _findings_about_unused(
-    columns: Sequence[LogColumn], loud: set[int], request: Request
+    columns: Sequence[LogColumn], loud: set[int], options: ReadOptions
 ) -> list[Finding]:
     """List with one finding that names the unused columns with reasons; empty if all are used.
 
@@ -730,7 +695,7 @@ def _findings_about_unused(
     listed = "; ".join(f"{names_text(names)} ({reason})" for reason, names in groups.items())
     both = (
         "; two units, such as deg/s,m/s^2, read both kinds"
-        if loud and len(request.kinds) == 1
+        if loud and len(options.unit_by_kind) == 1
         else ""
     )
     return [
@@ -748,7 +713,7 @@ def _findings_about_unused(
 
 
 def _unit_and_scale(
-    name: str, own: str | None, request: Request, quantity: str
+    name: str, own: str | None, options: ReadOptions, quantity: str
 ) -> tuple[str, float]:
     """Tuple (unit, factor) of a sample column: its unit in the recording, and the factor on its numbers.
 
@@ -756,7 +721,7 @@ def _unit_and_scale(
     s; other factors are 1. Raises `InputError` if the given unit contradicts the header, or if a phase is read as a
     rate. `own` is the unit that the log states for the column `name`.
     """
-    given = _given_unit(name, own, request)
+    given = _given_unit(name, own, options)
     if quantity != "rate" and PHASE in (kind_of_unit(own), kind_of_unit(given)):
         stated = own if kind_of_unit(own) == PHASE else given
         assert stated is not None
@@ -793,25 +758,25 @@ def _unit_contradiction(name: str, own: str, given: str) -> InputError:
     )
 
 
-def _given_unit(name: str, own: str | None, request: Request) -> str | None:
+def _given_unit(name: str, own: str | None, options: ReadOptions) -> str | None:
     """Unit that the caller gave for the column `name`; None if the caller gave none.
 
     If the caller gave units for several kinds of sensors, the unit `own` that the log states determines the kind.
     Without `own`, the name determines the kind. Then the result is None if `own` is no unit of a sensor. Raises
     `InputError` if the caller gave no unit for this kind, or the name shows no kind.
     """
-    if len(request.kinds) < 2:
-        return request.unit
+    if len(options.unit_by_kind) < 2:
+        return options.unit
     kind = sensor_kind(name)
     if own is not None:
         try:
-            kind = rate_unit(own, request.quantity or "rate").kind
+            kind = rate_unit(own, options.meaning or "rate").kind
         except InputError:
             return None
-    if kind not in request.kinds:
+    if kind not in options.unit_by_kind:
         raise InputError(
-            f"the name of column {name} does not show which of {request.unit} is its unit",
+            f"the name of column {name} does not show which of {options.unit} is its unit",
             missing="column",
             remedy=": read the columns of one unit at a time with {column}",
         )
-    return request.kinds[kind]
+    return options.unit_by_kind[kind]

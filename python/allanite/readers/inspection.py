@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,12 @@ from allanite.common.documents import fields_dict
 from allanite.common.errors import CALL, AllaniteError, InputError, about, remedy_text
 from allanite.common.numbers import YEAR, number
 from allanite.common.plain import plain
+from allanite.common.read_options import ReadOptions, takes_parameters_of
 from allanite.common.showing import aligned_lines
+from allanite.readers import read, read_table
 from allanite.readers._table import Table, time_unit_of
 from allanite.readers.columns import (
     USE_REMEDY,
-    ReadOptions,
-    Request,
     Roles,
     layout_from_roles,
 )
@@ -193,7 +193,8 @@ def _texts_of_values(column: Column) -> tuple[str, str]:
     )
 
 
-def inspect(path: Log, **options: Unpack[ReadOptions]) -> Inspection:
+@takes_parameters_of(read)
+def inspect(path: Log, **options: Any) -> Inspection:
     r"""`Inspection` of a log: role, unit, rate and first values of every column, and problems.
 
     Parameters
@@ -221,15 +222,13 @@ def inspect(path: Log, **options: Unpack[ReadOptions]) -> Inspection:
     >>> [(c.name, c.role, c.unit) for c in seen.columns]
     [('time', 'time', 's'), ('gx', 'sensor', None)]
     """
-    from allanite.readers import read, request_of
-
-    request = request_of(**options)
-    table, known, damaged = _table_of_numbers(path, request)
+    given = ReadOptions(**options)
+    table, known, damaged = _table_of_numbers(path, given)
     with about(None if is_frame(path) else path):
-        _ = request.kinds  # raises an error if the given unit is not valid
+        _ = given.unit_by_kind  # raises an error if the given unit is not valid
         refuse_deviation_table(table)
     # A log that is refused may still state its rate.
-    stated = table.rate if request.rate is None else request.rate
+    stated = table.rate if given.rate_hz is None else given.rate_hz
     rate = stated if stated is not None and 0.0 < stated < np.inf else None
     refused, duration = None, None if rate is None else table.n / rate
     findings: tuple[Finding, ...] = ()
@@ -276,7 +275,7 @@ def _motion_findings_of(recording: Recording) -> list[Finding]:
 
 
 def _table_of_numbers(
-    path: Any, request: Request
+    path: Any, options: ReadOptions
 ) -> tuple[Table, tuple[LogColumn, ...], dict[int, str]]:
     """Tuple (table of the numeric columns, its columns as `LogColumn`, dict of damaged columns).
 
@@ -284,8 +283,6 @@ def _table_of_numbers(
     Otherwise each column is read alone, and the table omits the damaged ones. Raises `InputError` if all columns are
     damaged, or if the log is damaged but no single column is.
     """
-    from allanite.readers import read_table
-
     decided: list[tuple[LogColumn, ...]] = []
     places: list[int] = []
 
@@ -294,36 +291,36 @@ def _table_of_numbers(
 
         Stores it in `places`, and appends the columns to `decided`.
         """
-        decided.append(_columns_of(first_rows, request))
+        decided.append(_columns_of(first_rows, options))
         places[:] = all_numbers(first_rows)
         return places
 
     if is_frame(path):
         table = table_of(path)
-        return table, _columns_of(table, request), {}
+        return table, _columns_of(table, options), {}
     path = Path(path)
     damaged: dict[int, str] = {}
     with about(path):
         try:
-            table = read_table(path, everything, request.topics)
+            table = read_table(path, everything, options.topics)
         except InputError:
             for at in tuple(places):
                 try:
-                    read_table(path, lambda *_, at=at: [at], request.topics)
+                    read_table(path, lambda *_, at=at: [at], options.topics)
                 except InputError as error:
                     damaged[at] = error.found
             if not 0 < len(damaged) < len(places):
                 raise
             sound = [at for at in places if at not in damaged]
-            table = read_table(path, lambda _: sound, request.topics)
-    return table, decided[0] if decided else _columns_of(table, request), damaged
+            table = read_table(path, lambda _: sound, options.topics)
+    return table, decided[0] if decided else _columns_of(table, options), damaged
 
 
-def _columns_of(table: Table, request: Request) -> tuple[LogColumn, ...]:
+def _columns_of(table: Table, options: ReadOptions) -> tuple[LogColumn, ...]:
     """Tuple of the columns of a table as `LogColumn`; none is used if the log cannot be read, for example has no sensor."""
-    found = Roles(table, request)
+    found = Roles(table, options)
     try:
-        return layout_from_roles(found, request).columns
+        return layout_from_roles(found, options).columns
     except InputError:
         own = {"name": table.source}
         return tuple(

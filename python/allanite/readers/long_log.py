@@ -22,7 +22,7 @@ from allanite.readers import findings_of_layout, refuse_contradicting_rate
 from allanite.readers._lines import head_of
 from allanite.readers._table import Table
 from allanite.readers.arrays import npy
-from allanite.readers.columns import Layout, Request, layout_of
+from allanite.readers.columns import Layout, layout_of
 from allanite.readers.text import (
     core_errors_with_remedy,
     day_comes_first,
@@ -38,6 +38,7 @@ from allanite.recording.timebase import Stamps
 from allanite.summary.making import summary_of_chunks
 
 if TYPE_CHECKING:
+    from allanite.common.read_options import ReadOptions
     from allanite.readers.time_parts import TimeParts
     from allanite.summary import Summary
 
@@ -60,7 +61,9 @@ def is_too_large(path: Path) -> bool:
     return head.startswith(NPY) or b"\0" not in head
 
 
-def summary_of_log(path: Path, request: Request, unit: str | None, taus_per_octave: int) -> Summary:
+def summary_of_log(
+    path: Path, options: ReadOptions, unit: str | None, taus_per_octave: int
+) -> Summary:
     """`Summary` of the sensor columns of a text log or NPY file of any size, read in chunks.
 
     Its audit includes the findings about columns, dates and time stamps.
@@ -69,7 +72,7 @@ def summary_of_log(path: Path, request: Request, unit: str | None, taus_per_octa
     ----------
     path : Path
         The log.
-    request : Request
+    options : ReadOptions
         Options of the caller. Covariates are not read.
     unit : str or None
         Unit to which the samples are converted, as in `Recording.to`; None converts none.
@@ -87,17 +90,17 @@ def summary_of_log(path: Path, request: Request, unit: str | None, taus_per_octa
         first, rows = (_open_npy if head_of(path).startswith(NPY) else _open_text)(path)
         if first.n < 3:
             raise TooShortError("fewer than 3 rows of numbers")
-        layout = layout_of(first, request)
-        refuse_contradicting_rate(request, first.rate, None)
-        stamps = _stamps_of(rows, layout, request)
-        rate = request.rate if request.rate is not None else first.rate
+        layout = layout_of(first, options)
+        refuse_contradicting_rate(options, first.rate, None)
+        stamps = _stamps_of(rows, layout, options)
+        rate = options.rate_hz if options.rate_hz is not None else first.rate
         rate = stamps.rate if rate is None and stamps is not None else rate
         if rate is None:
             raise InputError(
                 "no sampling rate", missing="rate", remedy=": give {rate} or a time column"
             )
         rate = positive_rate(rate)
-        refuse_contradicting_rate(request, None, stamps)
+        refuse_contradicting_rate(options, None, stamps)
         units = tuple(rate_unit(one, layout.quantity).name for one in layout.units)
         factors = np.array([layout.columns[i].scale for i in layout.samples])
         factors *= 1.0 if layout.quantity == "rate" else rate
@@ -115,12 +118,12 @@ def summary_of_log(path: Path, request: Request, unit: str | None, taus_per_octa
         summary = summary_of_chunks(
             chunks, rate, units, 0, names, plain(path), processors(), taus_per_octave
         )
-        findings = findings_of_layout(request, first, layout)
+        findings = findings_of_layout(options, first, layout)
         of_stamps = stamp_findings(stamps, rate) if stamps else ()
         return replace(summary, added_findings=(*findings, *of_stamps))
 
 
-def _stamps_of(rows: _Rows, layout: Layout, request: Request) -> Stamps | None:
+def _stamps_of(rows: _Rows, layout: Layout, options: ReadOptions) -> Stamps | None:
     """`Stamps` of the time columns of a log, or None without a time column."""
     roles, unit = layout.roles, layout.time_unit
     if roles.time is None:
@@ -130,7 +133,7 @@ def _stamps_of(rows: _Rows, layout: Layout, request: Request) -> Stamps | None:
         times: Iterable[NDArray[Any]] = (chunk[:, 0] for chunk in chunks)
     else:
         times, unit = _times_of_chunks(chunks, roles.parts), "s"
-    return read_stamps_in_chunks(times, unit, request.rate, request.piece)
+    return read_stamps_in_chunks(times, unit, options.rate_hz, options.piece)
 
 
 def _times_of_chunks(chunks: Iterable[NDArray[Any]], parts: TimeParts) -> Iterator[Array]:

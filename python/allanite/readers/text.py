@@ -16,12 +16,12 @@ from allanite.common.arrays import Array
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.memory import require_memory
 from allanite.common.plain import plain
+from allanite.common.unit_kinds import FOREIGN, kind_of_unit
 from allanite.readers._lines import head_of
 from allanite.readers._table import Picker, Table, split_header
 from allanite.readers.column_numbers import ROWS
 from allanite.readers.deviation_table import refuse_deviation_header
 from allanite.recording.samples import default_names
-from allanite.recording.unit_kinds import FOREIGN, kind_of_unit
 
 
 @contextmanager

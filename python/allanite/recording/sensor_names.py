@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from allanite.common.unit_kinds import INTEGRAL, PHASE, RATE, TIME_ONLY, kind_of_unit
 from allanite.common.units import (
     ACCELERATION,
     ANGULAR_RATE,
@@ -12,7 +13,6 @@ from allanite.common.units import (
     parse_unit,
     unit_kind,
 )
-from allanite.recording.unit_kinds import INTEGRAL, PHASE, RATE, TIME_ONLY, kind_of_unit
 
 Role = str  # "sensor", "time", "temperature", "other"
 

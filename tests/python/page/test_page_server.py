@@ -11,6 +11,7 @@ import pytest
 
 import allanite as al
 from allanite.common import child_process
+from allanite.common.read_options import ReadOptions
 from allanite.page import child
 from allanite.page import sessions as sessions_module
 from allanite.page.sessions import MAX_SILENCE_S
@@ -106,7 +107,7 @@ def test_a_reader_can_be_ended(tmp_path):
         raise Enough
 
     with pytest.raises(Enough):
-        child.read_in_child(path, {}, watch)
+        child.read_in_child(path, ReadOptions(), {}, watch)
 
 
 @pytest.mark.slow

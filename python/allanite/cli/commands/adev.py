@@ -182,7 +182,6 @@ def _measured_in_chunks(log: str, file: Path, taus: str, options: LogOptions) ->
     Each deviation gets a diagnostic: the log is larger than half of the free memory. Raises `InputError` if `taus` states
     0 or too many averaging times per decade.
     """
-    from allanite.readers import request_of
     from allanite.readers.long_log import summary_of_log
 
     per_octave = 1
@@ -195,9 +194,8 @@ def _measured_in_chunks(log: str, file: Path, taus: str, options: LogOptions) ->
                 f"--taus {taus}: a log that is read in chunks can have 1 to"
                 f" {int(MAX_TAUS_PER_OCTAVE * math.log2(10))} averaging times per decade"
             )
-    request = request_of(**{**options.read_arguments(), "topic": None})
     unit = ",".join(options.output_units.values()) or None
-    summary = summary_of_log(file, request, unit, per_octave)
+    summary = summary_of_log(file, replace(options.reading, topic=None), unit, per_octave)
     if log == STANDARD_INPUT:
         summary = replace(summary, path=INPUT_NAME)
     why = "log read in chunks, as it is larger than half of the free memory"

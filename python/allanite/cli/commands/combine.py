@@ -54,7 +54,7 @@ def command(
 
     out.check_targets(plot, save)
     recordings = [read_recording(log, options) for log in logs]
-    groups = units_of(recordings, named=bool(options.column))
+    groups = units_of(recordings, named=bool(options.reading.column))
     if save is not None and len(groups) > 1:
         raise InputError(
             "--save writes one combination, found several axes: choose one with --column"

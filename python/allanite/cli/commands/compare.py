@@ -76,7 +76,7 @@ def command(
     columns = []
     for item, label in zip(items, _item_labels(items), strict=True):
         if _is_table(item):
-            for name, unit, tau, deviation in curves_of_table(Path(item), options.unit):
+            for name, unit, tau, deviation in curves_of_table(Path(item), options.reading.unit):
                 curve = Drawn(f"{label} {name}", "recording", unit, tau, deviation)
                 named.append((curve.name, curve, unit))
         elif _is_log(item):
@@ -84,17 +84,21 @@ def command(
                 columns.append(column)
                 named.append((f"{label} {column.columns[0]}", column, None))
         else:
-            named += [(m.name, m.model, m.unit) for m in models_of(item, None, options.rate_hz)]
+            named += [
+                (m.name, m.model, m.unit) for m in models_of(item, None, options.reading.rate_hz)
+            ]
     results: list[Any] = []
-    unit_of_models = options.output_unit or options.unit
+    unit_of_models = options.output_unit or options.reading.unit
     if sheet is not None:
         results += _datasheet_comparisons(columns, sheet, model or SENSOR_START)
     if sheet is None or len(named) > 1:
-        results.append(compare(named, rate=options.rate_hz, unit=unit_of_models))
+        results.append(compare(named, rate=options.reading.rate_hz, unit=unit_of_models))
     if plot is not None:
         if sheet is not None:
             named += [(m.name, m.model, m.unit) for m in _models_of_sheet(sheet, columns)]
-        output.save_figure(compare(named, rate=options.rate_hz, unit=unit_of_models).plot(), plot)
+        output.save_figure(
+            compare(named, rate=options.reading.rate_hz, unit=unit_of_models).plot(), plot
+        )
     output.print_findings(columns, options)
     output.print_results(results, options)
 

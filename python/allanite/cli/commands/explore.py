@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from allanite.common.errors import InputError
+from allanite.common.read_options import ReadOptions
 
 
 @click.command("explore", epilog="Example: allanite explore imu.csv")
@@ -49,7 +50,8 @@ def command(
     from allanite.page import open_page
     from allanite.page.source import Reading, Source
 
-    reading = Reading(rate, unit, quantity, time_column, output_unit)
+    options = ReadOptions(rate, unit, quantity, time_column=time_column)
+    reading = Reading(options, output_unit)
     sources = []
     for log in logs:
         path = Path(log)

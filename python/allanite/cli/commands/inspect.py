@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import click
 
@@ -25,7 +25,7 @@ def command(log: str, options: LogOptions) -> None:
     from allanite.readers.inspection import inspect
 
     with log_file(log) as file, errors_name_input(file, log):
-        found = inspect(file, **options.read_arguments())
+        found = inspect(file, **asdict(options.reading))
     if log == STANDARD_INPUT:
         found = replace(found, path=INPUT_NAME)
     if options.after_reading and not options.quiet:

@@ -143,12 +143,12 @@ def _models_to_predict(
 
     models = models_of(text)
     if log is None:
-        if options.column and any(m.column for m in models):
+        if options.reading.columns and any(m.column for m in models):
             with about(text):
                 names = [m.column for m in models]
-                models = [models[find_column(column, names)] for column in options.column]
+                models = [models[find_column(column, names)] for column in options.reading.columns]
         for m in models:
-            unit, rate = options.unit or m.unit, options.rate_hz or m.rate
+            unit, rate = options.reading.unit or m.unit, options.reading.rate_hz or m.rate
             if unit is None or rate is None:
                 raise InputError(
                     f"{m.name}: the unit or the rate of the samples is missing: add --unit UNIT and --rate HZ"

@@ -62,7 +62,8 @@ def command(
         check_target(output)
     if target is not None and output is None and options.as_json:
         raise InputError("--export and --json both use standard output: add --output FILE")
-    if len(options.covariate) > 1:
+    covariates = options.reading.covariates
+    if len(covariates) > 1:
         raise InputError("give only one --covariate: the column of the temperature")
     recordings = [read_recording(log, options) for log in logs]
     if target is None or output is not None:
@@ -73,7 +74,7 @@ def command(
         found = thermal(
             recordings,
             model,
-            temperature=options.covariate[0] if options.covariate else None,
+            temperature=covariates[0] if covariates else None,
             on_progress=on_progress,
         )
     if plot is not None:

@@ -103,8 +103,9 @@ def _phase_and_corrections(
     names = frozenset(column.name for column in first.log_columns)
     if as_logged or names not in SERVOS:
         return first, None
-    covariates = (*options.covariate, "frequency")
-    again = replace(options, covariate=covariates, quiet=True)
+    covariates = (*options.reading.covariates, "frequency")
+    reading = replace(options.reading, covariate=covariates)
+    again = replace(options, reading=reading, quiet=True)
     return read_recording(log, again, for_fit=False), ("frequency", SERVOS[names])
 
 

@@ -71,18 +71,20 @@ def command(
     from allanite.trends.design import seconds_of
 
     with log_file(log) as file:
-        own = replace(options, quantity="rate", output_unit=None)
+        reading = replace(options.reading, quantity="rate")
+        own = replace(options, reading=reading, output_unit=None)
+        # The unit of a series may be any text, which `read` does not know.
+        unitless = replace(own, reading=replace(reading, unit="1"))
         try:
-            # The unit of a series may be any text, which `read` does not know.
-            recording = read_recording(log, replace(own, unit="1"), for_fit=False, copy=file)
+            recording = read_recording(log, unitless, for_fit=False, copy=file)
         except InputError as error:
             if error.missing != "unit":
                 raise
             # The log states a unit that `read` knows.
             recording = read_recording(log, own, for_fit=False, copy=file)
     stated = {c.unit for c in recording.log_columns if c.name in recording.columns}
-    unit = options.unit or (stated.pop() if len(stated) == 1 else None)
-    if unit is None or (unit == "1" and options.unit is None):
+    unit = options.reading.unit or (stated.pop() if len(stated) == 1 else None)
+    if unit is None or (unit == "1" and options.reading.unit is None):
         raise InputError(
             f"{log}: the unit of the series is missing: add --unit, e.g. m, mm, nm/s^2 or s"
         )

@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.numbers import duration_text
+from allanite.common.read_options import ReadOptions
 from allanite.common.units import parse_unit
 from allanite.comparison import accept_study
 from allanite.exports._text import verdict_in
@@ -129,14 +130,9 @@ def _inspected_columns(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
     if source is None:
         raise InputError("No log is open: drop a file or choose one")
     # Without the chosen columns and units, which the form shows on top.
-    reading = source.reading
-    found = source.inspect(
-        Reading(
-            rate=reading.rate,
-            time_column=reading.time_column,
-            overrides_rate=reading.overrides_rate,
-        )
-    )
+    given = source.reading.options
+    options = ReadOptions(rate=given.rate, time_column=given.time_column)
+    found = source.inspect(Reading(options))
     for column in found["columns"]:
         column["kind"] = sensor_kind(column["name"] or "")
     units = {kind: [u for u in UNITS if parse_unit(u).kind == kind] for kind in KINDS}

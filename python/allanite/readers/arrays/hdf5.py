@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.unit_kinds import time_unit
 from allanite.readers._format import LogFormat
 from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._lines import head_of
 from allanite.readers._table import Picker, Table
 from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
 from allanite.readers.arrays.matlab import RATES, assemble
-from allanite.recording.unit_kinds import time_unit
 
 
 @isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])

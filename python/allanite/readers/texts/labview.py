@@ -10,10 +10,10 @@ from pathlib import Path
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
+from allanite.common.unit_kinds import FOREIGN, kind_of_unit
 from allanite.readers._format import LogFormat
 from allanite.readers._table import Picker, Table
 from allanite.readers.texts._lines import read_rewritten, text_lines
-from allanite.recording.unit_kinds import FOREIGN, kind_of_unit
 
 # Source: ni.com, "Specification for the LabVIEW Measurement File (.lvm)": a head for the file and one for each segment,
 # both ended by ***End_of_Header***; then a line of names, and the rows.

@@ -166,9 +166,10 @@ def test_a_limit_of_the_shell_stays_and_no_abort_follows(tmp_path):
         "import resource; resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))\n"
         "import sys; from pathlib import Path; from allanite.common import isolation\n"
         "from allanite.page.child import read_in_child\n"
+        "from allanite.common.read_options import ReadOptions\n"
         "run, codes = isolation.run_child, []\n"
         "isolation.run_child = lambda *order: codes.append(run(*order)) or codes[-1]\n"
-        "print(read_in_child(Path('x.npy'), {'rate': 10.0}).n, codes)"
+        "print(read_in_child(Path('x.npy'), ReadOptions(10.0), {}).n, codes)"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False,
