@@ -13,12 +13,13 @@ from allanite.axes.coherence import CrossSpectrum, cross_spectra
 from allanite.axes.forms import Form, common_form
 from allanite.axes.lines import CommonEvent, CommonLine, common_events, common_lines
 from allanite.axes.shared import SharedNoise, shared_noise
-from allanite.axes.triads import NAMES, columns_by_sensor
 from allanite.axes.twin import sample_statistics, twin
 from allanite.common.documents import fields_dict, plain_value
 from allanite.common.errors import CALL
 from allanite.common.files import write_text
 from allanite.common.threads import results_or_raise, side_by_side
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, MAGNETIC_FIELD
+from allanite.recording.axis_names import columns_by_sensor
 from allanite.recording.sensor_names import kind_of_sensor
 
 if TYPE_CHECKING:
@@ -32,6 +33,14 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.report import Report
     from allanite.study import Study
+
+#: Kind of sensor → name of the sensor.
+NAMES = {
+    ANGULAR_RATE: "gyroscope",
+    ACCELERATION: "accelerometer",
+    FREQUENCY: "clock",
+    MAGNETIC_FIELD: "magnetometer",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from allanite.axes.forms import labels_of
 from allanite.common.numbers import number, value_and_interval_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed, relative_unit
-from allanite.common.units import ACCELERATION, parse_unit
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, SI_UNITS, parse_unit
 from allanite.effects.sheet_units import in_sheet_unit, sheet_unit
 
 if TYPE_CHECKING:
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.study import Study
 
-#: Kind of inertial sensor → SI unit of its samples.
-SI = {"angular rate": "rad/s", ACCELERATION: "m/s^2"}
+#: Kinds of inertial sensors.
+INERTIAL = (ANGULAR_RATE, ACCELERATION)
 #: (Label of a parameter, kind of sensor) → additional unit in the table, which data sheets use.
 FURTHER_UNITS = {("N", ACCELERATION): "ug/sqrt(Hz)"}
 #: Cell of a parameter that the model of an axis does not have.
@@ -60,7 +60,7 @@ def legend(studies: Mapping[str, Study]) -> str:
 
 def convention(fits: Iterable[Fit]) -> str:
     """Text of sentences on how coefficients compare with data-sheet values; empty without gyroscopes or accelerometers."""
-    inertial = (fit for fit in fits if parse_unit(fit.recording.unit).kind in SI)
+    inertial = (fit for fit in fits if parse_unit(fit.recording.unit).kind in INERTIAL)
     remarks = dict.fromkeys(effect.on_sheets for fit in inertial for effect in fit.model)
     return "; ".join(filter(None, remarks))
 
@@ -116,8 +116,8 @@ def _parameter_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fi
     units = [sheet_unit(parameter, unit)]
     if (label, kind) in FURTHER_UNITS:
         units.append(FURTHER_UNITS[label, kind])
-    if kind in SI:
-        units.append(relative_unit(SI[kind], power))
+    if kind in INERTIAL:
+        units.append(relative_unit(SI_UNITS[kind], power))
     out = []
     for i, target in enumerate(dict.fromkeys(units)):
         texts = tuple(_cell_text(cell, target, interval=i == 0) for cell in cells)

@@ -14,7 +14,7 @@ from allanite.common.documents import plain_value
 from allanite.common.errors import InputError
 from allanite.common.numbers import number
 from allanite.common.plain import spreadsheet_cell
-from allanite.common.units import ACCELERATION, ANGULAR_RATE, conversion, parse_unit
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, SI_UNITS, conversion, parse_unit
 from allanite.recording.axis_names import AXIS, axis_letter
 
 if TYPE_CHECKING:
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 ARDUPILOT_REFERENCE, ARDUPILOT_SCALE = 35.0, 1e6
 #: Maximum number of gyroscopes, and of accelerometers, in the parameters of PX4 (TemperatureCompensation.h) and ArduPilot.
 PX4_SENSORS, ARDUPILOT_SENSORS = 4, 3
-#: Kind of sensor → SI unit of its samples.
-SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2"}
 #: Columns of the table of the target ``csv``.
 CSV_COLUMNS = (
     "axis", "unit", "reference_celsius", "x0", "x1", "x2", "x3", "low_celsius", "high_celsius", "band", "form",
@@ -66,7 +64,7 @@ class _Triad:
         out = {}
         for letter in "xyz":
             axis = self.axes.get(letter)
-            factor = 1.0 if axis is None else conversion(axis.unit, SI[self.kind])
+            factor = 1.0 if axis is None else conversion(axis.unit, SI_UNITS[self.kind])
             found = [0.0] * 4 if axis is None else (factor * axis.polynomial(reference)).tolist()
             out[letter] = found
         return out

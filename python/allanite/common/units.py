@@ -23,6 +23,8 @@ ANGULAR_RATE = "angular rate"
 ACCELERATION = "acceleration"
 FREQUENCY = "fractional frequency"
 MAGNETIC_FIELD = "magnetic field"
+#: Kind of sensor → SI unit of its samples.
+SI_UNITS = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", FREQUENCY: "1", MAGNETIC_FIELD: "T"}
 
 # symbol: (scale to SI, powers of angle, length, time)
 _DEGREE = math.pi / 180

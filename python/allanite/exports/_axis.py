@@ -17,7 +17,7 @@ from allanite.common.parameters import Estimate, scaled_estimate
 from allanite.common.units import (
     ACCELERATION,
     ANGULAR_RATE,
-    MAGNETIC_FIELD,
+    SI_UNITS,
     coefficient_unit,
     parse_unit,
 )
@@ -28,12 +28,6 @@ from allanite.exports._text import MAX_SENTENCE_LENGTH, plain
 from allanite.sources import Source, documents_of
 from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS
 
-SI = {
-    ANGULAR_RATE: "rad/s",
-    ACCELERATION: "m/s^2",
-    "fractional frequency": "1",
-    MAGNETIC_FIELD: "T",
-}
 #: Longest τ in s and sampling rate in Hz of a model without a recording. Chosen by judgment; not measured.
 UNTIL, RATE = 1000.0, 100.0
 #: Default horizon of a filter: longest time without aiding, s.
@@ -330,7 +324,7 @@ def _axis_of_document(document: dict[str, Any], unit: str | None, source: str) -
         if effect.standard is not None:
             one = effect.parameter(effect.standard.name)
             coefficients[one.name] = _estimate_in_unit(
-                given[one.name], one, parsed.name, SI[parsed.kind]
+                given[one.name], one, parsed.name, SI_UNITS[parsed.kind]
             )
         likely, upper = _expected_and_upper(effect, entry)
         expected.append(likely)
@@ -342,7 +336,7 @@ def _axis_of_document(document: dict[str, Any], unit: str | None, source: str) -
     return Axis(
         plain(recording.get("column") or source),
         parsed.kind,
-        SI[parsed.kind],
+        SI_UNITS[parsed.kind],
         recording.get("rate_hz"),
         until,
         coefficients,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import count_text, duration_text
-from allanite.common.units import parse_unit
+from allanite.common.units import SI_UNITS, parse_unit
 from allanite.effects import standard
 from allanite.page.edits import SHEET
 from allanite.page.shown.cards import (
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from allanite.page.tab import Tab
     from allanite.page.work import Step, Work
 
-SI = ("rad/s", "m/s^2")
 #: Offered units; the command line accepts any other.
 UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug", "1")
 
@@ -270,7 +269,7 @@ def chip_units(unit: str) -> list[dict[str, str]]:
     ]
     if not sheet:
         return []
-    si = next(u for u in SI if parse_unit(u).kind == kind)
+    si = SI_UNITS[kind]
     other = [u for u in (unit, *UNITS) if u != si and parse_unit(u).kind == kind]
     texts = [unit_text(u) for u in sheet]
     return [

@@ -1,7 +1,7 @@
 """Detection power and length of a record, before anything is recorded.
 
 Input: a model with expected values and a question (find, know, or tell apart). Output: a `Plan` or a `Power`. Add a
-question as a module that compares fits of expected spectra, as `distinguishing.py` does.
+question as a module that compares fits of expected spectra, as `_log_odds` in `duration.py` does.
 """
 
 from allanite.planning.detection import Power, detection_power

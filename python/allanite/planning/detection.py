@@ -32,9 +32,8 @@ from allanite.fit.rivals.evidence import parameters_cost
 from allanite.fit.rivals.score import prior
 from allanite.fit.solution import Fitted, Regressed
 from allanite.planning import expected as _expected
-from allanite.planning.delta_logl_law import DeltaLoglLaw, needed_delta_logl
+from allanite.planning.delta_logl_law import DeltaLoglLaw, family_of, needed_delta_logl
 from allanite.planning.standard_errors import standard_errors
-from allanite.planning.trials import family_of
 from allanite.suggestion.ranking import min_score
 
 if TYPE_CHECKING:

@@ -12,16 +12,16 @@ from allanite.common.errors import InputError
 from allanite.common.numbers import duration_text
 from allanite.common.showing import text_html
 from allanite.common.validation import positive, positive_rate
-from allanite.effects import as_model
+from allanite.effects import Deterministic, Model, as_model, parse_model
+from allanite.fit.likelihood.whittle import log_likelihood
 from allanite.planning import expected as _expected
 from allanite.planning.detection import Power, as_effect, detection_power, predicted_detection
-from allanite.planning.distinguishing import alternative_model, log_odds
 from allanite.planning.standard_errors import standard_errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from allanite.effects import Effect, Model
+    from allanite.effects import Effect
     from allanite.fit.likelihood.data import Data
     from allanite.planning.expected import Columns
 
@@ -164,11 +164,11 @@ def plan(
     _expected.require_values(base if effect is None else base + effect)
     if tell is not None:
         question = f"to tell {tell[0]} from {tell[1]} at {MIN_ODDS:g} : 1"
-        other = alternative_model(base, tell)
+        other = _alternative_model(base, tell)
 
         def is_enough(data: Data, grid: Data) -> bool:
             """True if a record like `data` distinguishes the two models: their expected odds reach 1000 : 1."""
-            return log_odds(base, other, data, grid) >= np.log(MIN_ODDS)
+            return _log_odds(base, other, data, grid) >= np.log(MIN_ODDS)
     elif know is not None:
         question = f"to know {know} to {100 * to:g} %"
         value = detection_power(base, duration=1e4, rate=1.0, covariates=covariates).value(know)
@@ -230,3 +230,63 @@ def _shortest_duration(
         else:
             low = middle
     return high
+
+
+def _alternative_model(base: Model, names: tuple[str, str]) -> Model:
+    """Copy of the model `base` in which one of two named effects is replaced by the other one.
+
+    `base` must contain exactly one of the two. The other effect has no values and is the last effect of the copy.
+
+    Parameters
+    ----------
+    base : Model
+        Model with values that contains one of the two.
+    names : (str, str)
+        Names of the two effects: ``GM``, ``K``.
+
+    Raises
+    ------
+    InputError
+        Not exactly two names; the model has none or both of the two effects; or the other effect is a known function of
+        time.
+    """
+    if len(names) != 2:
+        raise InputError(f"tell = {', '.join(names)}: two effects, such as GM,K")
+    given = [parse_model(name).effects[0] for name in names]
+    held = [e.kind in {b.kind for b in base} for e in given]
+    if sum(held) != 1:
+        count = "both" if all(held) else "none"
+        raise InputError(
+            f"tell = {', '.join(names)}: the model {base.name} has {count} of the two, it needs one of them with values"
+        )
+    own, other = (given[0], given[1]) if held[0] else (given[1], given[0])
+    if isinstance(other, Deterministic):
+        raise InputError(
+            f"tell = {', '.join(names)}: a {other.short} cannot be predicted from a {own.short}; swap them: put"
+            f" {other.short} with values in the model and tell it from {own.short}"
+        )
+    place = next(i for i, e in enumerate(base) if e.kind == own.kind)
+    return Model((*base.effects[:place], *base.effects[place + 1 :], other))
+
+
+def _log_odds(truth: Model, other: Model, data: Data, grid: Data) -> float:
+    """Expected log odds of `truth`, nats: loss of logL if the model `other` is fitted to a record of `truth`.
+
+    Positive or 0. Known functions of `truth` whose kind is also in `other` cost nothing.
+
+    Parameters
+    ----------
+    truth, other : Model
+        The true model with values, and the one to be excluded, such as an `_alternative_model`.
+    data : Data
+        Length and rate of the record (`expected.blank_data`).
+    grid : Data
+        The same record at a lower rate, with the expected course of each column (`expected.coarse_data`).
+    """
+    power = _expected.expected_power(truth, data)
+    for effect in truth.deterministic:
+        if effect.kind not in {e.kind for e in other}:
+            power = power + _expected.signal_power(effect, data, grid) / data.bins.count
+    best = _expected.best_fit(_expected.random_part(other), power, data).log_likelihood
+    noise = _expected.expected_power(truth, data)
+    return log_likelihood(noise, data.bins.count, noise) - best

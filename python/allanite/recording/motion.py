@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from allanite.common.arrays import Array, runs_of
-from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, SI_UNITS, parse_unit
 from allanite.recording import Recording
 from allanite.recording.axis_names import axis_letter
 
-#: SI unit of each kind of sensor whose motion is detected.
-SI_UNITS = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2"}
 #: Averaging time, s: long enough to average white noise, short enough to keep motion.
 AVERAGING_TIME = 0.2
 #: Averages in a window that is judged as a whole (about 5 s).
@@ -153,7 +151,7 @@ def motion_of(recording: Recording) -> Motion | None:
     if recording.duration < 2.0 * AVERAGING_TIME:  # there is no change between averages
         return None
     kinds = [parse_unit(unit).kind for unit in recording.units]
-    inertial = [at for at, kind in enumerate(kinds) if kind in SI_UNITS]
+    inertial = [at for at, kind in enumerate(kinds) if kind in (ANGULAR_RATE, ACCELERATION)]
     if not inertial:
         return None
     rate, length = recording.rate, _window_samples(recording)

@@ -1,4 +1,4 @@
-"""What every record of a sensor states, whether its samples are at hand or only their sums."""
+"""Properties that recordings and summaries share."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from allanite.recording.findings import Finding
 
 
 class Record(Protocol):
-    """A record: `Recording`, `Summary`, or a log of which only the Allan deviation was computed.
+    """A record of one or several columns: a `Recording` or a `Summary`.
 
     Attributes
     ----------
@@ -32,6 +32,10 @@ class Record(Protocol):
     @property
     def n(self) -> int:
         """Number of samples from the first to the last, with missing samples."""
+
+    @property
+    def keeps_all_samples(self) -> bool:
+        """True if every sample is at hand; a `Summary` keeps only the samples of short records."""
 
     @property
     def gaps(self) -> int:

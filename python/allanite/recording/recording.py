@@ -257,7 +257,7 @@ class Recording(Record):
 
     @property
     def keeps_all_samples(self) -> bool:
-        """Always True; a `Summary` keeps only the samples of short records."""
+        """Always True."""
         return True
 
     @property

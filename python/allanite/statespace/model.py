@@ -16,7 +16,14 @@ from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import Term
-from allanite.statespace.sections import Section, allan_variance_of, density_of, line, sections_of
+from allanite.statespace.sections import (
+    Section,
+    allan_variance_of,
+    density_of,
+    filtered_section,
+    line,
+    sections_of,
+)
 
 if TYPE_CHECKING:
     from allanite.statespace.reduction import Cost
@@ -278,8 +285,6 @@ def _filtered_state_space(
 
     `states` limits the total number of states, but at least one is left for the noise; None keeps all.
     """
-    from allanite.statespace.filtered import filtered_section
-
     known = tuple(e for e in model if _is_known_in_time(e))
     aside = [e for e in model.modifiers if e.whole is not None]
     noise = Model(tuple(e for e in model if not isinstance(e, Deterministic) and e not in aside))

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from allanite.common.arrays import Array
-from allanite.summary.ends import Reading
 from allanite.summary.lapped import LOW, SEGMENT, low_pass_gain
+from allanite.summary.reading import Reading
 
 #: Half width of a line, and half width of the neighborhood whose median is the level, in coefficients.
 LINE_HALF_WIDTH, NEIGHBORHOOD = 6, 48

@@ -20,10 +20,9 @@ from allanite.recording.findings import Finding
 from allanite.recording.record import Record
 from allanite.recording.samples import find_column
 from allanite.summary import storage
-from allanite.summary.ends import Reading
 from allanite.summary.level import MAX_KEPT_SAMPLES
 from allanite.summary.lines import Line, without_lines
-from allanite.summary.reading import read_column
+from allanite.summary.reading import Reading, read_column
 from allanite.summary.stream_segment import Extremes, StreamSegment
 
 #: The audit warns of outliers if the kurtosis of the sample-to-sample differences, divided by that of normal noise, is at

@@ -10,9 +10,9 @@ import generators as g
 from allanite.axes.coherence import cross_spectra
 from allanite.axes.forms import labels_of
 from allanite.axes.lines import common_lines
-from allanite.axes.triads import columns_by_sensor
 from allanite.cli.words import WORDS
 from allanite.common.threads import side_by_side
+from allanite.recording.axis_names import columns_by_sensor
 from documents import valid
 from six_axes import NAMES, six_axes
 

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from allanite.effects import Model
     from allanite.fit.likelihood.sections import Sections
     from allanite.summary import Summary
-    from allanite.summary.ends import Reading
+    from allanite.summary.reading import Reading
 
 #: Minimum number of kept (low-rate) samples per averaging time for which the Allan curve is computed from kept samples.
 #: Chosen by judgment; not measured.

@@ -15,7 +15,7 @@ from allanite.summary.lapped import LOW, SEGMENT, low_pass_gain
 from allanite.summary.level import FINE, TILE
 
 if TYPE_CHECKING:
-    from allanite.summary.ends import Reading
+    from allanite.summary.reading import Reading
     from allanite.summary.sums import Blocks
 
 #: Number of time cells for the power of an octave over time. Chosen by judgment; not measured.
