@@ -62,6 +62,11 @@ class Term:
         raise NotImplementedError
 
     @property
+    def memory(self) -> int:
+        """Number of samples at each end without which the cosine ordinates are independent; 0 (default) if none matter."""
+        return 0
+
+    @property
     def inside(self) -> Term:
         """`Term` with the same spectrum, for records without their first and last sample; by default the term itself.
 
@@ -365,6 +370,15 @@ class Lags(Term):
     def power(self) -> float:
         """Variance of a sample, r(0)."""
         return self.covariance[0]
+
+    @property
+    def memory(self) -> int:
+        """Half of the last lag L, rounded up.
+
+        If the ordinates were independent, the samples t and s of n samples would have the covariance r(t − s) + r(t + s +
+        1) + r(2n − 1 − t − s). The last two terms vanish if neither sample is one of the L/2 first or last.
+        """
+        return len(self.covariance) // 2
 
     @property
     def numbers(self) -> tuple[float, ...]:

@@ -345,6 +345,19 @@ def test_cosine_variance_of_lags(length, n):
     np.testing.assert_allclose(got, ordinates_of(toeplitz(lags)), rtol=1e-9, atol=1e-13)
 
 
+@given(st.integers(2, 12), st.integers(40, 90))
+def test_ordinates_of_lags_are_independent_without_the_ends(length, n):
+    """Independent ordinates with the same spectrum have the same covariance, except for `memory` samples at each end."""
+    term = terms.Lags(tuple((1.0 - np.arange(length) / length) / length))
+    cosines = dct(np.eye(n), axis=0, norm="ortho")
+    spectrum = term.spectrum(np.pi * np.arange(n) / n)
+    independent = cosines.T @ (spectrum[:, None] * cosines)
+    lags = np.zeros(n)
+    lags[:length] = term.covariance
+    inner = slice(term.memory, n - term.memory)
+    np.testing.assert_allclose(independent[inner, inner], toeplitz(lags)[inner, inner], atol=1e-12)
+
+
 @given(st.floats(1e-7, 3.0), st.floats(0.3, 3.0))
 def test_spectrum_of_a_lag_keeps_its_digits(rate_times, w):
     """1 − 2φ cos w + φ² against extended precision for φ → 1."""

@@ -161,7 +161,7 @@ def matched_gains(
     whole = regressor_ordinates(points, j, data)
     whole *= root  # of many points, in place
     target = residual[j] * root
-    basis = _basis_of_effects(together_with, j, root, data)
+    basis = _ignored_directions(together_with, j, root, data, noise)
     if basis.size:
         whole = orthogonal_to(basis, whole)
         target = target - basis @ (basis.T @ target)
@@ -200,7 +200,7 @@ def best_spans(
     """
     j = filter_ordinates(data)
     root = 1.0 / np.sqrt(noise.variance(j))
-    basis = _basis_of_effects(together_with, j, root, data)
+    basis = _ignored_directions(together_with, j, root, data, noise)
     spans = cls.best_spans(residual[j] * root, data.attenuated(root, j), basis, data.n, data.rate)
     return [(_shifted_in_time(effect, data.start), arc) for effect, arc in spans]
 
@@ -214,16 +214,34 @@ def _shifted_in_time(effect: Deterministic, start: float) -> Deterministic:
     return effect.with_values(**{name: time + start for name, time in times.items()})
 
 
-def _basis_of_effects(
-    effects: Sequence[Deterministic], j: NDArray[np.int64], root: Array, data: Data
+def _ignored_directions(
+    effects: Sequence[Deterministic],
+    j: NDArray[np.int64],
+    root: Array,
+    data: Data,
+    noise: Noise,
 ) -> Array:
-    """Array: orthonormal basis of the whitened ordinates j of slow functions of time, shape (ordinates, columns).
+    """Array: orthonormal basis of whitened ordinates j that a matched filter ignores, shape (ordinates, columns).
 
-    `root` is 1/√variance of the ordinates. Effects that are not slow are ignored. If no effect is slow, the array has no
-    columns.
+    These are the slow functions of time among `effects`, and single samples at the ends of the record that cause the
+    leakage of a finite filter (`_end_samples`). `root` is 1/√variance of the ordinates. The array may have no columns.
     """
     rows = [regressor_ordinates([e], j, data) * root for e in effects if e.low]
+    ends = _end_samples(noise, data.n)
+    if ends.size:
+        rows.append(np.cos(np.pi / data.n * np.outer(ends + 0.5, j)) * root)
     return basis_of(np.concatenate(rows)) if rows else np.zeros((j.size, 0))
+
+
+def _end_samples(noise: Noise, n: int) -> NDArray[np.int64]:
+    """Array of the indices of samples at both ends that cause the leakage of the `noise` of n samples; may be empty.
+
+    Without them the ordinates are independent. In a long record only every k-th of them is returned, since the lowest
+    4096 ordinates do not resolve neighbors.
+    """
+    memory = max((term.memory for term in noise.terms), default=0)
+    first = np.arange(0, min(memory, n // 2), max(1, n // FILTER_ORDINATES), dtype=np.int64)
+    return np.concatenate([first, n - 1 - first])
 
 
 def orthogonal_to(basis: Array, rows: Array) -> Array:
