@@ -1,8 +1,7 @@
 """One step of the search: candidates by score, moves, judgement.
 
 The first significant suggestion that helps is added, with what it needs and without what it makes needless. If none
-helps, the replacement, split or merge that gains most follows. If none gains, a band is searched at other frequencies
-than the refused ones.
+helps, the replacement, split or merge that gains most follows.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ from allanite.study.moves.merge import with_nameless_shape, with_wandering_line
 from allanite.study.moves.narrow_bands import with_harmonics_or_side_bands
 from allanite.study.moves.replace import models_with_replacement, models_with_split
 from allanite.study.state import state_of
-from allanite.suggestion import explain_same_misfit, suggestions_elsewhere
+from allanite.suggestion import explain_same_misfit
 from allanite.suggestion.constants import (
     MAX_EVENT_LOG10_P,
     MAX_EXPLAINED_REMAINDER,
@@ -66,7 +65,7 @@ def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
     """Pair (`Rung`, suggestions): the next step after a check of the last fit, and what it adds; None if nothing helps.
 
     The following are tried in this order: significant suggestions; a replacement of an effect, for which the tuple of
-    suggestions is empty; bands at other frequencies than a refused band; suggestions that are not significant.
+    suggestions is empty; suggestions that are not significant.
     """
     before = state_of(ladder)
     for suggestion in _candidates(check):
@@ -76,22 +75,7 @@ def step_and_suggestions(ladder: Sequence[Rung], check: Check) -> Found | None:
     rung = best_replacement(ladder)
     if rung is not None:
         return rung, ()
-    return _band_elsewhere(ladder, before, check) or _step_for_rejected_fit(ladder, before, check)
-
-
-def _band_elsewhere(ladder: Sequence[Rung], before: State, check: Check) -> Found | None:
-    """Pair (`Rung`, suggestions): first step that adds a band at other frequencies than a refused suggestion; or None.
-
-    None if no such band helps. Bands that the model explains already are skipped.
-    """
-    for refused in check.significant:
-        for suggestion in suggestions_elsewhere(refused):
-            if is_already_explained(suggestion, before.fit):
-                continue
-            found = _step_with(ladder, before, suggestion, check)
-            if found is not None:
-                return found
-    return None
+    return _step_for_rejected_fit(ladder, before, check)
 
 
 def _candidates(check: Check) -> list[Suggestion]:
@@ -124,23 +108,6 @@ def _step_for_rejected_fit(ladder: Sequence[Rung], before: State, check: Check) 
         if found is not None and found[0].fit.adequate:
             return found
     return None
-
-
-def final_step(ladder: Sequence[Rung], check: Check) -> Found | None:
-    """Pair (`Rung`, suggestions): a last step that replaces effects of an adequate model; None if nothing helps.
-
-    First the significant suggestions that replace other effects or are excursions are tried, if the step adds no more
-    effects than it removes. The second element has these suggestions. Otherwise the step of `best_replacement` is
-    returned, with an empty tuple.
-    """
-    before = state_of(ladder)
-    for suggestion in check.significant:
-        if suggestion.gives_way or suggestion.effect.returns:
-            found = _step_with(ladder, before, suggestion, check)
-            if found is not None and len(found[0].new) <= len(found[0].removed):
-                return found
-    rung = best_replacement(ladder)
-    return None if rung is None else (rung, ())
 
 
 def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
@@ -318,8 +285,7 @@ def _merged_or_added(
     wandering = with_wandering_line(before, suggestion)
     if wandering is not None:
         return wandering, delta_logl(fit, wandering.fit), (suggestion,)
-    lines = [s.effect for s in check.significant if s is not suggestion]
-    after = with_addition(before, suggestion, lines)
+    after = with_addition(before, suggestion)
     if after is None:
         return None
     if not suggestion.effect_happens_once and not predicts_as_well(fit, after.fit):

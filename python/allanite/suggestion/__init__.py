@@ -5,12 +5,7 @@ Input: a fit. Output: a `Check` with suggestions, best first. Add a search for o
 """
 
 from allanite.suggestion.check import Check, check_fit
-from allanite.suggestion.suggest import (
-    Suggestion,
-    explain_same_misfit,
-    suggest,
-    suggestions_elsewhere,
-)
+from allanite.suggestion.suggest import Suggestion, explain_same_misfit, suggest
 
 __all__ = [
     "Check",
@@ -18,5 +13,4 @@ __all__ = [
     "check_fit",
     "explain_same_misfit",
     "suggest",
-    "suggestions_elsewhere",
 ]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -28,7 +28,7 @@ from allanite.fit.rivals.score import prior
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY, MAIN_SHARE
 from allanite.suggestion.exclusions_first import changes_level, excludes_or_changes_level
 from allanite.suggestion.explanation import explain
-from allanite.suggestion.p_values import Family, log_p_value
+from allanite.suggestion.p_values import log_p_value
 from allanite.suggestion.ranking import in_order, min_score
 from allanite.suggestion.screens._screen import (
     Candidate,
@@ -38,7 +38,6 @@ from allanite.suggestion.screens._screen import (
     parallel_searches,
 )
 from allanite.suggestion.screens.level_changes import overdispersion_without
-from allanite.suggestion.screens.spectral import candidates_elsewhere
 
 #: All screens by name.
 SCREENS = Screens("allanite.suggestion.screens")
@@ -311,24 +310,6 @@ def _look_with_all_screens(context: Context, on_end: Callable[[], None]) -> tupl
 def _candidates_of(screen: Screen, context: Context) -> tuple[Candidate, ...]:
     """Tuple of the candidates that a screen finds; empty if the screen needs samples, and the data are a summary."""
     return () if screen.needs_samples and not context.data.whole else tuple(screen.look(context))
-
-
-def suggestions_elsewhere(refused: Suggestion) -> Iterator[Suggestion]:
-    """Iterator over significant suggestions of the same kind as a refused band, at other frequencies.
-
-    Their p-values use the same number of trials as the refused band. Empty if the refused effect replaces other effects,
-    or is no band that was found in the spectrum.
-    """
-    # A check suggests only the best band of a kind. Its trials are the most, since trials rise with ΔlogL.
-    fit, effect = refused.before, refused.effect
-    if not effect.is_tried_in_spectrum() or effect.occupies is None or refused.gives_way:
-        return
-    surplus = discrepancy_gain(fit.solution, fit.data)
-    for candidate in candidates_elsewhere(effect, fit.solution, fit.data):
-        candidate = replace(candidate, family=Family(candidate.family.name, (0.0,)))
-        one = _suggestion(fit, candidate, searches=refused.trials, surplus=surplus, scatter=1.0)
-        if one.significant:
-            yield _with_shares(fit, [one])[0]
 
 
 def _suggestion(

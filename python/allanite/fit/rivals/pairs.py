@@ -125,19 +125,17 @@ def _wanders(cls: type[Effect]) -> bool:
     return issubclass(cls, Stochastic) and cls.wanders
 
 
-def alternative_pairs(fit: Fit, place: int, also: int | None = None) -> list[Pair]:
+def alternative_pairs(fit: Fit, place: int) -> list[Pair]:
     """List of `Pair`, the highest evidence first: two effects that may replace the one at index `place`.
 
     At least one of the two is a declared alternative of that effect. Only the best pair of the same two kinds is
-    listed, and only if its evidence is less than 3 nats below that of the fit. With `also`, the effect at this second
-    index is removed, too. The list is empty if the effect is neither a filter nor can be split (`can_be_split`), or if
-    no other effect remains.
+    listed, and only if its evidence is less than 3 nats below that of the fit. The list is empty if the effect is neither
+    a filter nor can be split (`can_be_split`), or if no other effect remains.
     """
-    effects = fit.model.effects
-    out, places = effects[place], (place,) if also is None else (place, also)
-    if not (can_be_split(out) or isinstance(out, Modifier)) or len(effects) == len(places):
+    out = fit.model.effects[place]
+    if not (can_be_split(out) or isinstance(out, Modifier)) or len(fit.model) == 1:
         return []
-    base, had = fit.solution_without(*places), evidence(fit.solution)
+    base, had = fit.solution_without(place), evidence(fit.solution)
     search = _PairSearch(fit.data, out, base, had - MAX_RIVAL_LOG_EVIDENCE)
     found = [Pair(value - had, model) for value, model in search.pairs()]
     # Only the best pair of each two kinds stays.

@@ -14,9 +14,9 @@ from allanite.study.judgement import (
     predicts_as_well,
     score_change,
 )
-from allanite.study.relations import is_same_feature, lies_mostly_within, line_distance
+from allanite.study.relations import is_same_feature, lies_mostly_within
 from allanite.study.state import places_lost
-from allanite.suggestion.constants import MAX_FORMS_TRIED, MAX_LINE_BAND_DISTANCE
+from allanite.suggestion.constants import MAX_FORMS_TRIED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,14 +26,11 @@ if TYPE_CHECKING:
     from allanite.suggestion import Check, Suggestion
 
 
-def with_addition(
-    before: State, addition: Effect | Suggestion, lines: Sequence[Effect] = ()
-) -> State | None:
+def with_addition(before: State, addition: Effect | Suggestion) -> State | None:
     """`State` of the model with one more effect, or with this effect in place of another; or None.
 
     * If the model has an effect at the same feature of the spectrum, the new effect replaces it, for example a line a
-      band. Further resolved `lines` may be added. The score must rise by more than 3 nats, and the old effect must not
-      be the user's; otherwise None.
+      band. The score must rise by more than 3 nats, and the old effect must not be the user's; otherwise None.
     * A suggestion that replaces effects does so without a test; None if one of them is the user's.
     * If the new effect excludes a segment, effects that the search added and that lie mostly inside are removed.
     * Otherwise, the effect is added without a test.
@@ -55,31 +52,9 @@ def with_addition(
         return before.after(fit.add(addition))
     if before.is_given(place):
         return None
-    others = (*effects[:place], *effects[place + 1 :])
-    new = [effect]
-    better = refitted(fit, Model((*others, *new)))
-    near = [e for e in lines if is_same_feature(effects[place], e, fit)]
-    for line in _further_resolved_lines([effect, *near], fit):
-        more = refitted(fit, Model((*others, *new, line)))
-        if score_change(better, more) > MAX_RIVAL_LOG_EVIDENCE:
-            better, new = more, [*new, line]
+    better = refitted(fit, Model((*effects[:place], *effects[place + 1 :], effect)))
     clearly = score_change(fit, better) > MAX_RIVAL_LOG_EVIDENCE
     return before.after(better, (place,)) if clearly else None
-
-
-def _further_resolved_lines(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
-    """Tuple of the lines after the first that are more than 10/T from every line kept before them.
-
-    T is the duration of the record. Of two close lines the first is kept. Effects that are no lines are skipped. Empty if
-    the first effect is no line.
-    """
-    kept: list[Effect] = []
-    least = MAX_LINE_BAND_DISTANCE / fit.data.duration
-    for line in lines:
-        alone = line.periodic and line.occupies is not None
-        if alone and all(line_distance(line, other) > least for other in kept):
-            kept.append(line)
-    return tuple(kept[1:]) if kept and kept[0] is lines[0] else ()
 
 
 def with_second_effect(

@@ -33,13 +33,9 @@ if TYPE_CHECKING:
 def with_harmonics_or_side_bands(before: State, after: State) -> State:
     """`State` in which a newly added narrow band also has harmonics or side bands; `after` if neither helps.
 
-    The new band is the last effect of `after`. There are three options, in this order:
-
-    * The new band has side bands: a modulated band replaces it.
-    * The new band is a side band of an older band: a modulated band replaces the older one.
-    * The harmonics of the new band are added.
-
-    A result that lets an error rise beyond its scatter is not used. `after` also if the last effect is no narrow band.
+    The new band is the last effect of `after`. If it has side bands, a modulated band replaces it. Otherwise its
+    harmonics are added. A result that lets an error rise beyond its scatter is not used. `after` also if the last effect
+    is no narrow band.
     """
     place = len(after.fit.model) - 1
     band = after.fit.model.effects[place]
@@ -48,13 +44,6 @@ def with_harmonics_or_side_bands(before: State, after: State) -> State:
     modulated = _with_side_bands(after, place)
     if modulated is not after and not _has_moving_frequency(after.fit, band):
         return modulated if no_error_rises(after.fit, modulated.fit) else after
-    other = _with_modulated_band(before, band)
-    if (
-        other is not None
-        and score_change(after.fit, other.fit) > MAX_RIVAL_LOG_EVIDENCE
-        and no_error_rises(after.fit, other.fit)
-    ):
-        return other
     fit = _with_harmonics(after.fit, band)
     better = fit is not after.fit and no_error_rises(after.fit, fit)
     return after.after(fit) if better else after
@@ -75,58 +64,6 @@ def _has_moving_frequency(fit: Fit, band: Effect) -> bool:
     return any((c.log_p_value or 0.0) < np.log(FALSE_ALARM_PROBABILITY) for c in found)
 
 
-def _with_modulated_band(before: State, band: Effect) -> State | None:
-    """`State` in which a modulated band replaces a band of the model, with the new `band` as its side band; or None.
-
-    If several bands can be modulated, the replacement with the highest score is chosen. The score may fall. Bands that the
-    search added near the new side bands are removed. Then other bands that show side bands are modulated as well. None
-    if no band can be modulated.
-    """
-    fit = before.fit
-    effects = fit.model.effects
-    found: State | None = None
-    for place, effect in enumerate(effects):
-        made = _modulated_by(effect, band) if _is_band(effect, fit.data) else None
-        if made is None:
-            continue
-        removed = [
-            place,
-            *(p for p in before.added if p != place and _is_side_band(effects[p], made)),
-        ]
-        others = (e for p, e in enumerate(effects) if p not in removed)
-        tried = before.after(refitted(fit, Model((*others, made))), removed)
-        if found is None or score_change(found.fit, tried.fit) > 0.0:
-            found = tried
-    if found is None:
-        return None
-    for number in found.numbers[:-1]:
-        found = _with_side_bands(found, found.numbers.index(number))
-    return found
-
-
-def _modulated_by(effect: Effect, band: Effect) -> Stochastic | None:
-    """Modulated band of the catalog: the band `effect` with the weaker `band` as one of its side bands; or None.
-
-    The distance of their centers must be between 6 half-widths of `effect` and half of its lowest frequency; otherwise
-    None. None as well if `band` is not weaker, or if `effect` has side bands already.
-    """
-    assert isinstance(effect, Stochastic)
-    assert isinstance(band, Stochastic)
-    a, b = effect.occupies, band.occupies
-    assert a is not None
-    assert b is not None
-    strengths = [float(e.values[e.coefficient]) ** 2 for e in (band, effect)]
-    apart = 0.5 * abs(sum(a) - sum(b))
-    least = 0.5 * MIN_SIDE_BAND_HALF_WIDTHS * (a[1] - a[0])
-    if (
-        len(effect.peaks) > 1
-        or strengths[0] >= strengths[1]
-        or not least < apart < MAX_SIDE_BAND_FRACTION * a[0]
-    ):
-        return None
-    return _modulated_effect(effect, apart, 2.0 * float(np.sqrt(strengths[0] / strengths[1])))
-
-
 def _modulated_effect(band: Effect, rate: float, depth: float) -> Stochastic | None:
     """Effect of the catalog that is the `band` with sidebands at ±`rate` Hz and modulation `depth`.
 
@@ -135,22 +72,6 @@ def _modulated_effect(band: Effect, rate: float, depth: float) -> Stochastic | N
     kinds = (cls for cls in CATALOGUE if issubclass(cls, Stochastic))
     made = (cls.like(band, modulation=rate, depth=depth) for cls in kinds)
     return next((effect for effect in made if effect is not None), None)
-
-
-def _is_side_band(effect: Effect, made: Effect) -> bool:
-    """True if the effect is a noise band near a side band of the modulated effect `made`.
-
-    The gap between the two must be less than the width of the side band.
-    """
-    own = effect.occupies
-    return (
-        isinstance(effect, Stochastic)
-        and own is not None
-        and any(
-            low - (high - low) < own[1] and own[0] < high + (high - low)
-            for low, high in made.peaks[1:]
-        )
-    )
 
 
 def _with_harmonics(fit: Fit, effect: Effect) -> Fit:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.effects import Deterministic, Modifier
-from allanite.fit.rivals.alternatives import is_detected, is_removable
+from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
-from allanite.fit.rivals.pairs import alternative_pairs
 from allanite.fit.rivals.score import is_broad, prior, prior_change
 from allanite.suggestion.constants import MIN_SCORE_GAIN
 
@@ -47,8 +46,8 @@ def _expected_gain(fit: Fit, lead: float, model: Model) -> float:
 def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
     """Iterator over (expected gain, indices, model): models in which two effects replace one.
 
-    The gain is that of the score, nats; the indices are those of the replaced effects. Only detected effects are
-    replaced. A filter may be replaced together with the effect. The new effects are the last of the model.
+    The gain is that of the score, nats; the tuple has the index of the replaced effect. Only detected effects are
+    replaced. The new effects are the last of the model.
     """
     for place, out in enumerate(fit.model.effects):
         if not is_detected(fit, place):
@@ -56,22 +55,6 @@ def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]
         for pair in fit.alternative_pairs(place):
             if all(may_take_the_place(effect, out) for effect in pair.model.effects[-2:]):
                 yield pair.evidence - prior(out), (place,), pair.model
-        for other in _filters_beside(fit, place):
-            for pair in alternative_pairs(fit, place, also=other):
-                if fit.model.effects[other].kind in pair.kinds:
-                    yield pair.evidence - prior(out), (place, other), pair.model
-
-
-def _filters_beside(fit: Fit, place: int) -> Iterator[int]:
-    """Iterator over the indices of removable filters that may be confused with the broad hump at index `place`.
-
-    A hump may compensate a filter of the wrong type. Nothing if the effect at `place` is no broad hump.
-    """
-    out = fit.model.effects[place]
-    if is_broad(out):
-        for other, effect in enumerate(fit.model.effects):
-            if isinstance(effect, Modifier) and is_removable(effect) and effect.may_be(out):
-                yield other
 
 
 def may_take_the_place(effect: Effect, out: Effect) -> bool:

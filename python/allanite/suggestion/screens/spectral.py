@@ -6,7 +6,7 @@ it. The slope of the likelihood at the fitted model then does not show what is m
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -40,7 +40,6 @@ from allanite.suggestion.constants import (
     MAX_SHAPE_RATIO,
     MIN_DELTA_LOGL_OVER_SIMPLER,
     MIN_SCORE_GAIN,
-    MIN_SCREEN_GAIN,
 )
 from allanite.suggestion.p_values import Family, arc_length, log_p_value
 from allanite.suggestion.screens._screen import Candidate, Context, Screen
@@ -89,7 +88,7 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
 
 
 def directions(
-    solution: Solution, data: Data, kinds: Iterable[type[Effect]] = CATALOGUE
+    solution: Solution, data: Data
 ) -> Iterator[tuple[type[Effect], list[Effect], NDArray[np.float64]]]:
     """Iterator over (kind, effects, unit vectors): how each shape of an effect would change the spectrum.
 
@@ -101,7 +100,7 @@ def directions(
     # Directions of the model's own effects: the refit moves along them anyway.
     own = solution.columns[:, solution.theta > 0.0]
     basis, _ = np.linalg.qr((own / solution.spectrum[:, None]) * root[:, None])
-    for cls in kinds:
+    for cls in CATALOGUE:
         if not cls.is_tried_in_spectrum():
             continue
         blanks = cls.candidates(solution.model, data.covariates)
@@ -160,37 +159,6 @@ SCREEN = Screen(
     look,
     searches=_number_of_families,
 )
-
-
-def candidates_elsewhere(first: Effect, solution: Solution, data: Data) -> Iterator[Candidate]:
-    """Iterator over refitted `Candidate` of the same kind as the band `first`, at other frequencies.
-
-    A candidate does not overlap `first` or an earlier candidate. At most 8 trial effects are refitted, those with the
-    highest logL, and only if they raise logL by at least 3 nats.
-    """
-    # A refit from the best of many points would lead to `first` again.
-    part = RandomPart(data, solution.power, solution.count)
-    taken = [first.occupies]
-
-    def is_taken(effect: Effect) -> bool:
-        """True if the band of the effect overlaps `first` or the band of an earlier candidate."""
-        own = effect.occupies
-        return any(own and band and bands_overlap(own, band) for band in taken)
-
-    for _, points, unit in directions(solution, data, [type(first)]):
-        maxima = _residual_maxima(points, unit, solution)
-        scanned = scan_added_effect(solution.model, maxima, solution.best, part)
-        for maximum, model in scanned[:MAX_FORMS_TRIED]:
-            if maximum.log_likelihood - solution.best.log_likelihood < MIN_SCREEN_GAIN:
-                return
-            point = model.effects[-1]
-            if is_taken(point):
-                continue  # its refit would lead to a known band
-            candidate = _refitted_candidate([point], solution, part, arc_length(unit))
-            if candidate is None or is_taken(candidate.effect):
-                continue
-            taken.append(candidate.effect.occupies)
-            yield candidate
 
 
 def bands_overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
