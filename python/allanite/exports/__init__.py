@@ -18,9 +18,9 @@ from allanite.exports._axis import (
     axes_of,
     axis_for_export,
     gyro_and_accel_axes,
-    model_of_expected_size,
     rate_of,
 )
+from allanite.exports._axis_model import model_of_expected_size, warning_of
 from allanite.exports._lines import value_lines
 from allanite.exports._target import Target, Targets
 from allanite.recording.axis_names import AXIS
@@ -39,6 +39,7 @@ __all__ = [
     "model_of_expected_size",
     "rate_of",
     "value_lines",
+    "warning_of",
 ]
 
 #: All formats by their name on the command line.

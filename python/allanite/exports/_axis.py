@@ -14,19 +14,11 @@ from allanite.common.arrays import Array
 from allanite.common.documents import invalid_as_input_error
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate, scaled_estimate
-from allanite.common.units import (
-    ACCELERATION,
-    ANGULAR_RATE,
-    SI_UNITS,
-    coefficient_unit,
-    parse_unit,
-)
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, SI_UNITS, parse_unit
 from allanite.common.validation import positive, positive_rate
-from allanite.effects import Effect, Model, Modifier, Parameter, Stochastic
-from allanite.effects.files import model_from_dict
-from allanite.exports._text import MAX_SENTENCE_LENGTH, plain
+from allanite.effects import Effect, Model, Modifier, Stochastic
+from allanite.exports._axis_model import AxisModel, FittedEffect, axis_model_of
 from allanite.sources import Source, documents_of
-from allanite.suggestion.constants import MAX_ALLAN_ERROR_SCATTERS
 
 #: Longest τ in s and sampling rate in Hz of a model without a recording. Chosen by judgment; not measured.
 UNTIL, RATE = 1000.0, 100.0
@@ -35,9 +27,6 @@ HORIZON = 100.0
 #: Length of the segments among which the loudest is searched, s, because a filter averages over its first seconds; and the
 #: maximum number of segments.
 LEVEL_SEGMENT, MAX_LEVEL_SEGMENTS = 10.0, 1000
-#: Expected square of a coefficient that was not detected, over the square of its 95 % upper limit: the square of a
-#: deviation at its lower bound has a half-normal distribution, of mean 0.798 σ and 95 % point 1.960 σ.
-EXPECTED_SQUARE = 0.798 / 1.960
 #: Maximum number n of parameters of a process for which the ellipsoid of their errors is sampled, in 3^n - 1 directions.
 MAX_JOINT_PARAMETERS = 4
 
@@ -71,8 +60,8 @@ class Axis:
         Size of the unit of the samples in SI units.
     source : str
         Source of the numbers: a log, a data sheet, a file.
-    document : mapping
-        The effects as they were read.
+    fitted : AxisModel
+        The model with the uncertainty of its parameters, in the unit of the samples.
     expected : Model
         The model in which every coefficient that was not detected has its expected size.
     horizon : float
@@ -103,7 +92,7 @@ class Axis:
     span: tuple[float, float]
     scale: float
     source: str
-    document: Mapping[str, Any]
+    fitted: AxisModel
     expected: Model
     horizon: float = HORIZON
     as_fitted: bool = False
@@ -282,171 +271,64 @@ def axes_of(
     own = str(source) if isinstance(source, (str, Path)) else name
     with invalid_as_input_error(f"{own}: not a model as allanite writes it"):
         return [
-            _axis_of_document(d, unit, own) for d in documents_of(source, unit, rate, record_length)
+            _axis_of_model(axis_model_of(d, unit, own))
+            for d in documents_of(source, unit, rate, record_length)
         ]
 
 
-def _axis_of_document(document: dict[str, Any], unit: str | None, source: str) -> Axis:
-    """`Axis` from a document (dict) of a fit or a model.
-
-    `unit` is used if the document states none; `source` names it in messages. If the document also has a model that holds
-    while motors run (key ``working``), that model replaces the fitted one. Raises `InputError` if effects, the unit or
-    the value of a coefficient are missing.
-    """
-    recording = document.get("recording") or {}
-    own = recording.get("unit") or unit
-    document = {**document, **(document.get("working") or {})}
-    effects = document.get("effects")
-    if not effects:
-        raise InputError(f"{source}: the file holds no effects, so it is not a model")
-    if own is None:
-        raise InputError(
-            f"{source}: the model does not state the unit of its samples",
-            missing="unit",
-            remedy=": add {unit}",
-        )
-    parsed = parse_unit(own)
-    model = model_from_dict({**document, "schema": "allanite/model/1"}, source)
+def _axis_of_model(found: AxisModel) -> Axis:
+    """`Axis` in SI units from a model with the uncertainty of its parameters."""
+    parsed = parse_unit(found.unit)
+    unit = SI_UNITS[parsed.kind]
     coefficients: dict[str, Estimate] = {}
-    limits, forms, expected = [], [], []
-    correlations = _correlations_of(document)
-    for label, effect, entry in zip(model.labels, model.effects, effects, strict=True):
-        given = entry.get("parameters", {})
-        for parameter in effect.parameters:
-            if (
-                parameter.role == "coefficient"
-                and not parameter.optional
-                and (given.get(parameter.name, {}).get("value") is None)
-            ):
-                raise InputError(
-                    f"{source}: {effect.kind} has no value: fit the model first, or write the value"
-                )
-        if effect.standard is not None:
-            one = effect.parameter(effect.standard.name)
-            coefficients[one.name] = _estimate_in_unit(
-                given[one.name], one, parsed.name, SI_UNITS[parsed.kind]
-            )
-        likely, upper = _expected_and_upper(effect, entry)
-        expected.append(likely)
-        limits.append(upper)
-        joint = _effects_on_joint_border(effect, upper, label, given, correlations)
-        forms.append(joint or _effects_at_interval_ends(upper, given))
-    duration = recording.get("duration_s")
-    until = UNTIL if not duration else 0.1 * float(duration)
+    forms = []
+    for one in found.effects:
+        if one.effect.standard is not None:
+            parameter = one.effect.parameter(one.effect.standard.name)
+            fitted = one.parameter(parameter.name)
+            coefficients[parameter.name] = fitted.estimate(parameter, parsed.name, unit)
+        joint = _effects_on_joint_border(one, found.correlations)
+        forms.append(joint or _effects_at_interval_ends(one))
+    until = 0.1 * found.duration if found.duration else UNTIL
     return Axis(
-        plain(recording.get("column") or source),
+        found.name,
         parsed.kind,
-        SI_UNITS[parsed.kind],
-        recording.get("rate_hz"),
+        unit,
+        found.rate,
         until,
         coefficients,
-        model,
-        Model(tuple(limits)),
+        found.model,
+        Model(tuple(one.upper for one in found.effects)),
         _models_at_corners(forms),
-        (0.0, float(duration or 10.0 * UNTIL)),
+        (0.0, found.duration or 10.0 * UNTIL),
         parsed.scale,
-        plain(recording.get("path") or source),
-        {"effects": effects, "samples": document.get("samples") or {}},
-        Model(tuple(expected)),
+        found.path,
+        found,
+        Model(tuple(one.expected for one in found.effects)),
         min(HORIZON, until),
-        warning=warning_of(document),
-        assumptions=_plain_sentences(document.get("assumptions", ())),
-        notes=_plain_sentences(document.get("notes", ())),
-        turn_on=document.get("turn_on"),
+        warning=found.warning,
+        assumptions=found.assumptions,
+        notes=found.notes,
+        turn_on=found.turn_on,
     )
 
 
-def _plain_sentences(lines: Iterable[object]) -> tuple[str, ...]:
-    """Tuple of the sentences as one-line texts that are safe in every file format, each cut to 1000 characters."""
-    return tuple(plain(line, MAX_SENTENCE_LENGTH) for line in lines)
+def _effects_at_interval_ends(fitted: FittedEffect) -> list[Effect]:
+    """List of copies of an effect at its upper limit, whose shapes are fitted values or ends of their intervals.
 
-
-def _expected_and_upper(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:
-    """Pair of copies of an effect: with its expected coefficient, and with the upper limit of its coefficient.
-
-    The expected coefficient is the fitted one. If it was not detected, it is 0.64 times the upper end of its interval.
-    The upper limit is the upper end, or that of an alternative model if larger. `entry` is the effect in the document of
-    the fit. If the effect is not random, or has no upper end, both are the given effect.
+    The copies have all combinations of these values; the fitted values come first. Shapes are parameters such as a time
+    constant. Only shapes that the fit could change and that have an interval count. Without such a shape, the list has the
+    effect at its upper limit alone.
     """
-    if not isinstance(effect, Stochastic):
-        return effect, effect
-    given = (entry.get("parameters") or {}).get(effect.coefficient) or {}
-    end = (given.get("interval") or [None, None])[1]
-    if end is None:
-        return effect, effect
-    name = effect.coefficient
-    # An alternative model of the log may allow a larger coefficient.
-    over = (entry.get("over_rivals") or {}).get(name) or [None, None]
-    upper = effect.with_values(**{name: max(float(end), float(over[1] or 0.0))})
-    if given.get("detected") is not False:
-        return effect, upper
-    return effect.with_values(**{name: float(np.sqrt(EXPECTED_SQUARE)) * float(end)}), upper
-
-
-def model_of_expected_size(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Model:
-    """Copy of a model in which a coefficient that was not detected is 0.64 times its limit; with `overbound`, upper limits.
-
-    Parameters
-    ----------
-    document : mapping
-        Document of a fit. Without intervals in it, the values are unchanged.
-    model : Model
-        Model of the document.
-    overbound : bool
-        True to replace each coefficient of a random process by its upper limit.
-    """
-    with invalid_as_input_error("the intervals do not have the format of a fit"):
-        entries = document.get("effects") or [{}] * len(model)
-        pairs = [
-            _expected_and_upper(e, entry) for e, entry in zip(model.effects, entries, strict=True)
-        ]
-    return Model(tuple(upper if overbound else likely for likely, upper in pairs))
-
-
-def _effects_at_interval_ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
-    """List of copies of an effect whose shapes are fitted values or ends of their intervals, in all combinations.
-
-    The given effect comes first. Shapes are parameters such as a time constant. Only shapes that the fit could change
-    and that have an interval count. Without such a shape, the list has the given effect alone.
-    """
-    found = [effect]
-    for name in effect.free_shapes:
-        interval = (given.get(name) or {}).get("interval") or [None, None]
-        ends = [float(end) for end in interval if end is not None]
+    found = [fitted.upper]
+    for name in fitted.effect.free_shapes:
+        ends = [end for end in fitted.parameter(name).interval if end is not None]
         found += [one.with_values(**{name: end}) for one in found for end in ends]
     return found
 
 
-def _correlations_of(document: Mapping[str, Any]) -> dict[tuple[str, str], float]:
-    """Dict from each pair of parameter names, in both orders, to the correlation of their estimates.
-
-    Empty if the document has no valid correlation matrix.
-    """
-    found = document.get("correlations")
-    if not isinstance(found, dict):
-        return {}
-    names = found.get("names")
-    try:
-        matrix = np.asarray(found.get("matrix"), dtype=np.float64)
-    except (TypeError, ValueError):
-        return {}
-    if not isinstance(names, list) or matrix.shape != (len(names), len(names)):
-        return {}
-    if not bool((np.abs(matrix) <= 1.0 + 1e-6).all()):
-        return {}
-    return {
-        (str(a), str(b)): float(matrix[i, k])
-        for i, a in enumerate(names)
-        for k, b in enumerate(names)
-    }
-
-
 def _effects_on_joint_border(
-    effect: Effect,
-    upper: Effect,
-    label: str,
-    given: Mapping[str, Any],
-    correlations: Mapping[tuple[str, str], float],
+    fitted: FittedEffect, correlations: Mapping[tuple[str, str], float]
 ) -> list[Effect]:
     """List of copies of the effect with parameters on the border of the joint 95 % region of its coefficient and shapes.
 
@@ -455,9 +337,11 @@ def _effects_on_joint_border(
     at once, with a probability of 95 % (linear approximation). Values are clipped to the range of the parameter.
 
     The list is empty if the effect is not random, has no free shape, or has more than `MAX_JOINT_PARAMETERS` parameters.
-    It is also empty if a correlation is unknown, or a parameter has no usable interval (`_usable_interval`). Last, it is
-    empty if `upper` has a larger coefficient than the interval. The caller then combines the ends of all intervals.
+    It is also empty if a correlation is unknown, or a parameter has no usable interval (`FittedParameter.closed_interval`).
+    Last, it is empty if the upper limit of the coefficient is above its interval, because of an alternative model. The
+    caller then combines the ends of all intervals.
     """
+    effect, label = fitted.effect, fitted.label
     if not isinstance(effect, Stochastic) or not effect.free_shapes:
         return []
     names = (effect.coefficient, *effect.free_shapes)
@@ -465,11 +349,11 @@ def _effects_on_joint_border(
     unknown = any((a, b) not in correlations for a in keys for b in keys)
     if len(names) > MAX_JOINT_PARAMETERS or unknown:
         return []
-    found = [_usable_interval(effect, name, given.get(name) or {}) for name in names]
+    found = [fitted.parameter(name).closed_interval(effect.parameter(name)) for name in names]
     intervals = [one for one in found if one is not None]
     if len(intervals) < len(names):
         return []
-    if getattr(upper, effect.coefficient) > (1.0 + 1e-9) * intervals[0][2]:
+    if getattr(fitted.upper, effect.coefficient) > (1.0 + 1e-9) * intervals[0][2]:
         return []
     from scipy.stats import chi2
 
@@ -489,22 +373,6 @@ def _effects_on_joint_border(
             moved[name] = min(max(value, declared.low), declared.high)
         forms.append(effect.with_values(**moved))
     return forms
-
-
-def _usable_interval(
-    effect: Effect, name: str, given: Mapping[str, Any]
-) -> tuple[float, float, float] | None:
-    """Tuple (lower end, fitted value, upper end) of the 95 % interval of a parameter.
-
-    None if the parameter has no value or was not detected, or if its interval is open or does not contain the value. None
-    also for a positive parameter whose interval reaches 0.
-    """
-    value, ends = effect.values[name], given.get("interval") or (None, None)
-    if not isinstance(value, float) or None in ends or given.get("detected") is False:
-        return None
-    low, high = (float(end) for end in ends if end is not None)
-    reaches_zero = effect.parameter(name).low >= 0.0 and not low > 0.0
-    return None if reaches_zero or not low <= value <= high else (low, value, high)
 
 
 def _unit_directions(size: int) -> Array:
@@ -535,56 +403,6 @@ def _models_at_corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...]
         for own in forms
         if isinstance(own[0], Stochastic)
     )
-
-
-def warning_of(document: Mapping[str, Any]) -> str:
-    """Text with the reason not to trust the fit in a document; empty unless the document says that it is not adequate.
-
-    The text does not name the fit. The reason is the first that holds: quantization distorts the coefficients; the Allan
-    error is beyond twice its expected scatter; the fit needs a model discrepancy. Otherwise χ²/dof is stated. The text is
-    ASCII, because some programs refuse other characters in comments.
-    """
-    if document.get("adequate") is not False:
-        return ""
-    audit = (document.get("recording") or {}).get("audit") or ()
-    if any(f.get("kind") == "quantisation" and f.get("severity") == "warning" for f in audit):
-        return (
-            "the samples rarely change or flip between two codes, which distorts the coefficients"
-        )
-    error = document.get("error") or {}
-    worst = error.get("adev_worst") or {}
-    factor, tau = worst.get("factor"), worst.get("tau_s")
-    rms, scatter = error.get("adev_rms_percent"), error.get("chance_rms_percent")
-    within = bool(rms and scatter and rms <= MAX_ALLAN_ERROR_SCATTERS * scatter)
-    if factor and tau is not None and not within:
-        apart = max(float(factor), 1.0 / float(factor))
-        return (
-            f"the fit is not adequate: model and measured Allan deviation differ by a factor of {apart:.3g}"
-            f" at {float(tau):.3g} s"
-        )
-    reduced = (document.get("misfit") or {}).get("reduced")
-    percent = (document.get("discrepancy") or {}).get("percent")
-    if percent:
-        return f"the fit is not adequate: it needs a model discrepancy of {percent:.2g} %"
-    return "the fit is not adequate" + (f": chi2/dof = {reduced:.3g}" if reduced else "")
-
-
-def _estimate_in_unit(given: Mapping[str, Any], one: Parameter, own: str, target: str) -> Estimate:
-    """`Estimate` of a parameter, read from its entry in a document, and converted for samples in the unit `target`.
-
-    The samples of the document are in `own`. The estimate has no interval if an end is missing.
-    """
-    power = one.unit
-    assert not isinstance(power, str)
-    ends: Any = given.get("interval") or (None, None)
-    return Estimate(
-        given["value"],
-        given.get("std_error"),
-        None if None in ends else ends,
-        given.get("unit") or coefficient_unit(own, power),
-        given.get("detected", True),
-        one.name,
-    ).to(coefficient_unit(target, power))
 
 
 def value_or_limit(estimate: Estimate) -> tuple[float, str]:

@@ -132,13 +132,10 @@ def _short_log_sentences(axes: Sequence[Axis]) -> list[str]:
     for axis in axes:
         if axis.assumptions or axis.until >= HORIZON:
             continue
-        entries = zip(_labeled_effects(axis), axis.document["effects"], strict=True)
         hidden = [
-            label
-            for (label, effect), entry in entries
-            if isinstance(effect, Stochastic)
-            and effect.wanders
-            and entry["parameters"][effect.coefficient].get("detected") is False
+            one.label
+            for one in axis.fitted.effects
+            if isinstance(one.effect, Stochastic) and one.effect.wanders and one.hidden
         ]
         if hidden:
             of.setdefault((", ".join(hidden), axis.span[1]), []).append(axis.name)
@@ -207,20 +204,21 @@ def _alternative_intervals(axis: Axis) -> Iterator[str]:
     An alternative model explains the log about as well as the fitted one. Wider means at one end, by over 10 % of the
     width. Example: ``K 115 (95 ... 137); 0 ... 190 if it is gauss_markov``.
     """
-    for (label, _), entry in zip(_labeled_effects(axis), axis.document["effects"], strict=True):
-        for name, ends in (entry.get("over_rivals") or {}).items():
-            given = entry["parameters"].get(name) or {}
-            own, value = given.get("interval"), given.get("value")
-            if value is None or not own or None in own or None in ends:
+    for one in axis.fitted.effects:
+        for name, (lower, upper) in one.over_rivals.items():
+            given = one.parameter(name)
+            low, high = given.interval
+            if low is None or high is None or lower is None or upper is None:
                 continue
-            if max(own[0] - ends[0], ends[1] - own[1]) <= MIN_WIDENING * (own[1] - own[0]):
+            if not isinstance(given.value, float):
                 continue
-            key = label if name == label else f"{label} {name}"
-            kinds = " or ".join(entry.get("rivals") or ()) or "another effect"
-            numbers = [f"{float(v):.3g}" for v in (value, *own, *ends)]
+            if max(low - lower, upper - high) <= MIN_WIDENING * (high - low):
+                continue
+            key = one.label if name == one.label else f"{one.label} {name}"
+            kinds = " or ".join(one.rivals) or "another effect"
             yield (
-                f"{key} {numbers[0]} ({numbers[1]} ... {numbers[2]}) {given.get('unit', '')};".rstrip()
-                + f" {numbers[3]} ... {numbers[4]} if it is {kinds}"
+                f"{key} {given.value:.3g} ({low:.3g} ... {high:.3g}) {given.unit};".rstrip()
+                + f" {lower:.3g} ... {upper:.3g} if it is {kinds}"
             )
 
 

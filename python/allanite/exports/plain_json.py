@@ -42,7 +42,7 @@ def _axis_document(axis: Axis, rate: float | None, *, overbound: bool) -> dict[s
             for e in axis.model.effects
             if len(e.parameters) > 1 or e.parameters[0].name not in axis.coefficients
         ],
-        "effects": axis.document["effects"],
+        "effects": axis.fitted.entries,
         "effects_unit_si": axis.scale,
     }
     if overbound:

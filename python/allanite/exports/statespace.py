@@ -38,10 +38,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         initial = initial_bias(axis, overbound=overbound)
         document["turn_on_variance"] = None if initial is None else initial**2
         kinds = document["known"]
-        document["functions"] = [e for e in axis.document["effects"] if e["kind"] in kinds]
-        mean = axis.document["samples"].get("mean")
+        document["functions"] = [e for e in axis.fitted.entries if e["kind"] in kinds]
+        mean = axis.fitted.mean
         document["offset"] = None if mean is None else mean * axis.scale / axis.inflate
-        document["references"] = dict(axis.document["samples"].get("references") or {})
+        document["references"] = dict(axis.fitted.references)
         document["functions_unit_si"] = axis.scale / axis.inflate
         out.append({**about, **document})
     whole = {"schema": "allanite/state_spaces/1", "version": _kernels.version(), "axes": out}

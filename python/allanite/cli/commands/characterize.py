@@ -272,7 +272,7 @@ def _check_columns(target: str, recordings: Sequence[Recording]) -> None:
 
 def _print_warnings(found: Characterization) -> None:
     """Print a warning on standard error for each axis whose fit is not adequate."""
-    from allanite.exports._axis import warning_of
+    from allanite.exports import warning_of
 
     for name, study in found.studies.items():
         warning = warning_of(study.fit.body(searched=False))
