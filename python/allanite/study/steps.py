@@ -120,7 +120,8 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
     * No error rises beyond its scatter, and the times of all new events are known.
     * No model of the search with the same excluded samples and level changes has a log evidence over 3 nats higher.
 
-    New effects that are not detected are removed before this comparison.
+    New effects that are not detected are removed before this comparison, and effects that the change makes needless after
+    it.
     """
     before = state_of(ladder)
     shape = with_nameless_shape(ladder, before)
@@ -154,7 +155,8 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
             score_change(fit, after.fit) > MIN_SCORE_GAIN
             or lead(after.fit) > MAX_RIVAL_LOG_EVIDENCE
         ):
-            return rung_of(before, after)
+            less = without_needless(before, after, kinds_added_again(ladder))
+            return rung_of(before, less or after)
     return None
 
 

@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit import refitted
-from allanite.study.moves.drop import models_with_one_dropped
+from allanite.study.moves.drop import models_with_one_dropped, without_needless_effects
 from allanite.study.state import State
 
 RATE = 50.0
@@ -36,3 +36,18 @@ def test_a_band_leaves_if_it_costs_more_than_it_explains(there):
     # Three parameters cost ½ ln n each, and white noise pays for less than two of them.
     assert (promised < 0.0) if there else (promised > 0.5 * np.log(10_000))
     assert not list(models_with_one_dropped(after, {"resonance"}))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_column_leaves_if_it_is_not_detected_beside_its_hysteresis(seed):
+    """It explains 0.4 to 2.2 nats, more than the cost of a coefficient near 0, and would be printed as not detected."""
+    rng, n = np.random.default_rng(seed), 20_000
+    temperature = g.temperature(n, 1.0, 6000.0)
+    samples = g.white(rng, n, 1.0, 0.02) + 0.01 * g.backlash(temperature, 1.0)
+    columns = {"temperature": temperature}
+    fit = al.fit_model(al.Recording(samples, 1.0, unit="m/s^2", covariates=columns), "N")
+    before = State.of(fit)
+    for effect in (al.effects.Covariate, al.effects.Hysteresis):
+        last = before
+        before = last.after(refitted(last.fit, last.fit.model + effect(column="temperature")))
+    assert without_needless_effects(last, before, ()).fit.model.name == "N+HYS"

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Deterministic
 from allanite.fit import refitted
+from allanite.fit.estimates import min_detected_delta_logl
 from allanite.fit.models import without_effect
 from allanite.fit.rivals.alternatives import (
     MAX_POLISH_DELTA_LOGL,
@@ -14,6 +15,7 @@ from allanite.fit.rivals.alternatives import (
 )
 from allanite.fit.rivals.evidence import evidence_gain
 from allanite.fit.rivals.score import prior
+from allanite.fit.solution import Regressed
 from allanite.study.judgement import is_as_good, no_error_rises
 from allanite.suggestion.constants import MIN_SCORE_GAIN
 
@@ -48,9 +50,9 @@ def without_needless_effects(before: State, after: State, needed: Collection[str
     """`State` of `after` without its needless effects; `after` itself if all effects are needed.
 
     `before` is the state without the last effect of `after`. The other effects are tried from the last to the first. An
-    added effect is dropped if the score rises by more than 0.5 nats without it. An effect of the user's model is dropped
-    if it was detected in `before`, and logL falls by less than 0.5 nats without it. All effects of the user's model stay
-    if the last effect is a function of time. Effects of kinds in `needed` stay, too.
+    added effect is dropped if the score rises by more than 0.5 nats without it, or if it is not detected. An effect of
+    the user's model is dropped if it was detected in `before`, and logL falls by less than 0.5 nats without it. All
+    effects of the user's model stay if the last effect is a function of time. Effects of kinds in `needed` stay, too.
     """
     state = after
     slow = isinstance(after.fit.model.effects[-1], Deterministic)
@@ -126,16 +128,21 @@ def _fit_if_needless(fit: Fit, place: int, given: bool) -> Fit | None:
     """`Fit` without the effect at index `place` if the model does not need this effect; None if it does.
 
     An effect of the user's model (`given`) is needless if logL falls by less than 0.5 without it. Another effect is
-    needless if the score rises by more than 0.5 nats without it.
+    needless if the score rises by more than 0.5 nats without it, or if it is not detected and logL falls by less than a
+    detected effect must bring.
     """
+    own, least = fit.solution.effects[place], MIN_SCORE_GAIN
+    if undetected := not given and not is_detected(fit, place):
+        amplitudes = own.amplitudes.size if isinstance(own, Regressed) else 1
+        least = min_detected_delta_logl(own.effect, amplitudes)
 
     def gains(less: Solution) -> float:
         """Amount, nats, by which a solution without the effect exceeds the limit for dropping it; positive if needless.
 
-        The limit is a score gain of 0.5. For a `given` effect it is a ΔlogL of −0.5.
+        The limit is a score gain of 0.5. For a `given` or an undetected effect it is a fall of logL by `least`.
         """
-        if given:
-            return less.log_likelihood - fit.solution.log_likelihood + MIN_SCORE_GAIN
+        if given or undetected:
+            return less.log_likelihood - fit.solution.log_likelihood + least
         return gain_without(fit, place, less) - MIN_SCORE_GAIN
 
     less = without_effect(fit.model, place)
