@@ -329,6 +329,14 @@ class Fit:
 
         return self._cached(("pairs", place), lambda: tuple(alternative_pairs(self, place)))
 
+    def solution_with(self, pair: Pair, place: int) -> Solution:
+        """`Solution` of the model in which `pair` replaces the effect at index `place`, with fitted shapes; cached."""
+        from allanite.fit.engine import solve
+
+        return self._cached(
+            ("pair", place, *pair.kinds), lambda: solve(self.data, pair.model, like=self.solution)
+        )
+
     def solution_without(self, *places: int) -> Solution:
         """`Solution` of the model without the effects at the indices `places`; cached.
 

@@ -155,8 +155,8 @@ def best_replacement(ladder: Sequence[Rung]) -> Rung | None:
             score_change(fit, after.fit) > MIN_SCORE_GAIN
             or lead(after.fit) > MAX_RIVAL_LOG_EVIDENCE
         ):
-            less = without_needless(before, after, kinds_added_again(ladder))
-            return rung_of(before, less or after)
+            needed = kinds_added_again(ladder)
+            return rung_of(before, without_needless(before, after, needed) or after)
     return None
 
 

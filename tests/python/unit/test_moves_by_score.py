@@ -6,7 +6,9 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit import refitted
+from allanite.fit.rivals.evidence import evidence_gain
 from allanite.study.moves.drop import models_with_one_dropped, without_needless_effects
+from allanite.study.moves.replace import models_with_split
 from allanite.study.state import State
 
 RATE = 50.0
@@ -51,3 +53,18 @@ def test_a_column_leaves_if_it_is_not_detected_beside_its_hysteresis(seed):
         last = before
         before = last.after(refitted(last.fit, last.fit.model + effect(column="temperature")))
     assert without_needless_effects(last, before, ()).fit.model.name == "N+HYS"
+
+
+def test_a_split_promises_what_its_refit_gains():
+    """A lag of 300 s and a warm-up instead of a random walk: the refit gains more than the shapes of the grid."""
+    rng, n = np.random.default_rng(1), 20_000
+    samples = g.white(rng, n, 1.0, 0.02) + g.gauss_markov(rng, n, 1.0, 6e-5, 300.0)
+    samples += g.settling(n, 1.0, 1500.0, -0.006)
+    fit = al.fit_model(al.Recording(samples, 1.0, unit="deg/s"), "N+K")
+    found = list(models_with_split(fit))
+    assert found
+    for promised, places, model in found:
+        assert places == (1,)
+        gain = evidence_gain(refitted(fit, model).solution, fit.solution, fit.data)
+        # The prior of a random walk is 3, of which 2.5 count.
+        assert promised == pytest.approx(gain - 2.5, abs=0.1)

@@ -64,6 +64,9 @@ MAX_NEGLECTED_MIXING = 0.01
 DIAGONAL_INCREASES = (1e-12, 1e-10, 1e-8)
 #: Relative residual at which conjugate gradients stop. Chosen by judgment; not measured.
 GRADIENT_TOLERANCE = 1e-5
+#: The same in the rounds of completion and fit, where each round starts from the solutions of the last one. Of a clock of
+#: 334 000 samples, 67 % missing, all coefficients are within 0.13 % of those with 1e-5, which take three times as long.
+ROUND_TOLERANCE = 1e-3
 #: Maximum steps of conjugate gradients. Chosen by judgment; not measured.
 MAX_GRADIENT_STEPS = 400
 #: Maximum of ½ Σ n s² (share s of the ends in a bin of n ordinates) up to which the ends are not masked. It is the ratio of
@@ -81,8 +84,15 @@ class _ConditionalMean:
     those under this spectrum.
     """
 
-    def __init__(self, missing: Mask, spectrum: Array, starts: Sequence[Array] = ()) -> None:
+    def __init__(
+        self,
+        missing: Mask,
+        spectrum: Array,
+        starts: Sequence[Array] = (),
+        tolerance: float = GRADIENT_TOLERANCE,
+    ) -> None:
         self.missing = missing
+        self.tolerance = tolerance
         self.precision = 1.0 / spectrum
         self.precision[0] = 0.0
         self.steps = 0
@@ -139,7 +149,7 @@ class _ConditionalMean:
         """Array of the solution z of Q z = `right`; Q is the precision matrix (inverse covariance) of the missing samples.
 
         With at most 2048 missing samples, z follows from the Cholesky factor of Q, if it exists. Otherwise conjugate
-        gradients are used up to a relative residual of 1e-5, at most 400 iterations; `steps` counts the iterations.
+        gradients are used up to a relative residual of `tolerance`, at most 400 iterations; `steps` counts the iterations.
         """
         if self.exact is not None:
             from scipy.linalg import cho_solve
@@ -153,7 +163,7 @@ class _ConditionalMean:
         searched = rough = self._apply(residual, self.rough)
         size = _inner(residual, rough)
         for _ in range(MAX_GRADIENT_STEPS):
-            if size <= GRADIENT_TOLERANCE**2 * first:
+            if size <= self.tolerance**2 * first:
                 break
             self.steps += 1
             changed = self._apply(searched, self.precision)
@@ -213,7 +223,8 @@ def complete(
         Estimated ratio of true to modeled power in each bin (`Solution.level`), so that the completed record contains
         effects that the model lacks.
     solutions : list of ndarray, optional
-        Solutions of the last completion of this record, from which this one starts; replaced by its own.
+        Solutions of the last completion of this record, from which this one starts; replaced by its own. Conjugate
+        gradients then stop at `ROUND_TOLERANCE`.
 
     Returns
     -------
@@ -227,7 +238,11 @@ def complete(
     at, known = log_density_at_nodes(model, data, level)
     log_j = np.log(np.maximum(np.arange(data.n, dtype=np.float64), 1.0))
     spectrum = np.exp(np.interp(log_j, at, known))
-    bridge = _ConditionalMean(missing, spectrum, solutions or ())
+    bridge = (
+        _ConditionalMean(missing, spectrum)
+        if solutions is None
+        else _ConditionalMean(missing, spectrum, solutions, ROUND_TOLERANCE)
+    )
     signal = data.signal(model.deterministic) if model.deterministic else None
     noise = data.samples if signal is None else data.samples - signal
     mean = bridge.mean(noise)

@@ -11,7 +11,6 @@ import numpy as np
 from allanite.common.arrays import Array
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.effects import Deterministic
-from allanite.fit.engine import solve
 from allanite.fit.estimates import estimates, has_interval
 from allanite.fit.rivals.alternatives import is_detected
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
@@ -171,7 +170,7 @@ def _other_models(fit: Fit) -> Iterator[tuple[float, Solution]]:
                 yield other.evidence, other.solution
         for pair in fit.alternative_pairs(place):
             if not any(map(_is_one_time, pair.model.effects[-2:])):
-                solution = solve(fit.data, pair.model, like=fit.solution)
+                solution = fit.solution_with(pair, place)
                 yield evidence_gain(solution, fit.solution, fit.data), solution
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Deterministic, Modifier
 from allanite.fit.rivals.alternatives import is_detected
-from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
+from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE, evidence_gain
 from allanite.fit.rivals.score import is_broad, prior, prior_change
 from allanite.suggestion.constants import MIN_SCORE_GAIN
 
@@ -46,15 +46,19 @@ def _expected_gain(fit: Fit, lead: float, model: Model) -> float:
 def models_with_split(fit: Fit) -> Iterator[tuple[float, tuple[int, ...], Model]]:
     """Iterator over (expected gain, indices, model): models in which two effects replace one.
 
-    The gain is that of the score, nats; the tuple has the index of the replaced effect. Only detected effects are
-    replaced. The new effects are the last of the model.
+    The gain is the rise of log evidence minus the prior of the replaced effect, nats; the tuple has the index of the
+    replaced effect. Only detected effects are replaced. The new effects are the last of the model.
     """
     for place, out in enumerate(fit.model.effects):
         if not is_detected(fit, place):
             continue
+        # A lead above 3 nats always gives more than 0.5.
+        price = min(prior(out), MAX_RIVAL_LOG_EVIDENCE - MIN_SCORE_GAIN)
         for pair in fit.alternative_pairs(place):
             if all(may_take_the_place(effect, out) for effect in pair.model.effects[-2:]):
-                yield pair.evidence - prior(out), (place,), pair.model
+                found = fit.solution_with(pair, place)
+                lead = evidence_gain(found, fit.solution, fit.data)
+                yield lead - price, (place,), found.model
 
 
 def may_take_the_place(effect: Effect, out: Effect) -> bool:
