@@ -187,9 +187,11 @@ def value_and_interval_text(value: float, interval: tuple[float, float]) -> str:
 def value_and_interval_texts(value: float, interval: tuple[float, float]) -> tuple[str, str, str]:
     """Tuple of three texts: a value and the two ends of its interval, all with or all without a power of ten.
 
-    They have enough significant digits to show how the ends differ: at least 4 for the value and 3 for the ends.
+    They have enough significant digits to show how the ends differ: at least 4 for the value and 3 for the ends. A lower
+    end of less than a millionth of the upper one is 0: the record does not exclude any small value.
     """
     low, high = interval
+    low = 0.0 if 0.0 < low < 1e-6 * high else low
     figures = figures_for_interval(interval, 3)
     shown = [(value, max(4, figures)), (low, figures), (high, figures)]
     # All three numbers get the same notation: not 9.925·10⁻⁵ and 0.00010004 side by side.

@@ -341,6 +341,8 @@ def test_words():
         value_and_interval_text(9.96e-5, (9.93e-5, 1.014e-4)) == "9.96·10⁻⁵ (9.93·10⁻⁵ … 1.01·10⁻⁴)"
     )
     assert value_and_interval_text(1e-5, (0.0, 2.0)) == "10⁻⁵ (0 … 2)"
+    # A correlation time at the lowest end of its search: any shorter time is as likely.
+    assert value_and_interval_text(0.2, (1e-12, 0.28)) == "0.2 (0 … 0.28)"
 
 
 def test_a_drawing_is_small_and_in_the_colors_of_the_page(report, page):
