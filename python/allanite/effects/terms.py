@@ -63,7 +63,10 @@ class Term:
 
     @property
     def memory(self) -> int:
-        """Number of samples at each end without which the cosine ordinates are independent; 0 (default) if none matter."""
+        """Number of samples at each end without which the cosine ordinates are independent; 0 by default.
+
+        It is 0 for `Blue`, whose single sample at each end a fit masks if it matters.
+        """
         return 0
 
     @property

@@ -437,14 +437,18 @@ def _refitted_candidate(
         model = rival.model + refitted.model.effects[-1]
         with_rival = solve(data, model, like=rival, polish=False, rounds=4)
         judged = min(gain, with_rival.log_likelihood - rival.log_likelihood)
+    found = refitted.model.effects[-1]
+    assert isinstance(found, Deterministic)
+    noise = refitted.noise(data)
+    if any(term.memory for term in noise.terms):
+        # The fit takes leakage from the ends of the record, which rings at the zeros of a filter, for the function.
+        judged = min(judged, _matched_delta_logl(found, base, noise, data))
     judged /= _relative_noise_power(refitted, data)
     if judged <= 0.0 or not follow_columns_consistently(
         refitted.model.deterministic[-1:], refitted, data
     ):
         return None
     judged = _equivalent_single_gain(judged, effect.amplitudes().size)
-    found = refitted.model.effects[-1]
-    assert isinstance(found, Deterministic)
     if found.happens_once and not found.lasting:
         short = [event for event in found.singly if event.when is not None]
         if any(_rests_on_few_samples(event, base, data) for event in short):
