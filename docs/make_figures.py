@@ -13,8 +13,8 @@ from allanite.plots import plot_check, plot_study
 
 FOLDER = Path(__file__).parent / "figures"
 #: A MEMS gyroscope: N = 0.3 °/√h and B = 3 °/h, and the two effects that are hidden, in deg/s.
-SHOWN = "N(N=0.005)+B(B=8.33e-4)"
-HIDDEN = "GM(correlation_time=60,q_c=6.94e-4)+SIN(frequency=12.5,amplitude=0.002)"
+SHOWN = "N(N=0.005)+B(B=8.333333e-4)"
+HIDDEN = "GM(correlation_time=60,q_c=6.944444e-4)+SIN(frequency=12.5,amplitude=0.002)"
 
 
 #: N, B and K of the explained curve, in deg/s; colors of the notes.

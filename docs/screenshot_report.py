@@ -15,7 +15,7 @@ import allanite as al
 
 FOLDER = Path(__file__).parent / "figures"
 #: As in `make_figures`: a MEMS gyroscope, deg/s, in which two effects hide.
-MODEL = "N(N=0.005)+B(B=8.33e-4)+GM(correlation_time=60,q_c=6.94e-4)+SIN(frequency=12.5,amplitude=0.002)"
+MODEL = "N(N=0.005)+B(B=8.333333e-4)+GM(correlation_time=60,q_c=6.944444e-4)+SIN(frequency=12.5,amplitude=0.002)"
 #: Pixels; the height shows the page down to the table of the model.
 WIDTH, HEIGHT = 1100, 1850
 #: Chromium's numbers of the preferred colour scheme.

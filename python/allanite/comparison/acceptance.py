@@ -190,7 +190,7 @@ class Acceptance:
             (
                 f.figure.name,
                 *f.texts,
-                f.verdict + (f" (record {duration_text(f.needs)})" if f.needs is not None else ""),
+                f.verdict + (f" (needs {duration_text(f.needs)})" if f.needs is not None else ""),
             )
             for f in self.figures
         ]

@@ -108,8 +108,11 @@ class Where:
             peak = max(inside, key=lambda r: abs(r["z"]))
             span = f"{low:.3g}–{high:.3g} Hz"
             at = f"{peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz"
+            # A single ordinate can have nearly no power by chance: the mean over the span is a reliable ratio.
+            widths = [r["high_hz"] - r["low_hz"] for r in inside]
+            ratio = float(np.average([r["ratio"] for r in inside], weights=widths))
             words = (
-                f"over frequency: at {span} the power is {peak['ratio']:.3g} × the model's "
+                f"over frequency: at {span} the power is {ratio:.3g} × the model's "
                 f"({_score_text(peak['z'])}{'' if at == span else f' at {at}'})"
             )
             out.append(("frequency", self.worst_frequency, words))

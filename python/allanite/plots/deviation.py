@@ -141,7 +141,9 @@ def plot_stability(
     y = log_axis(words, *shown)
     # White PM falls faster in the modified deviation only.
     slopes = ((-1.5, "τ⁻³ᐟ²"), *SLOPES) if first.kind == "mdev" else SLOPES
-    guides = [mark for s, name in slopes for mark in _slope_guide(deviations, s, name, x, y)]
+    guides = [
+        mark for s, name in slopes for mark in _slope_guide(deviations, s, name, slopes, x, y)
+    ]
     panel = Panel(x, y, (*guides, *marks))
     title = "Stability" if first.unit == "1" else "Deviations"
     subtitle = "" if recording is None else recording_text(recording)
@@ -150,11 +152,17 @@ def plot_stability(
 
 
 def _slope_guide(
-    deviations: Sequence[Deviation], slope: float, name: str, x: Axis, y: Axis
+    deviations: Sequence[Deviation],
+    slope: float,
+    name: str,
+    slopes: Sequence[tuple[float, str]],
+    x: Axis,
+    y: Axis,
 ) -> tuple[Line, Note]:
     """Tuple (dotted `Line` with a given log-log slope through the middle of the first curve, `Note` with its label `name`).
 
-    The line spans the finite positive values. The label is near the low end, apart from points and intervals.
+    The line spans the finite positive values. The label is near the low end of the line, apart from points and intervals,
+    and closer to this line than to the lines of the other `slopes`.
     """
     points = deviation_points(deviations[0], "", "")
     tau, values = points.x, points.y
@@ -169,14 +177,23 @@ def _slope_guide(
     steps = np.linspace(1.0, 0.0, 50)
     low_end = ends[1] if slope < 0 else ends[0]
     at = np.exp(np.log(tau[middle]) + steps * np.log(low_end / tau[middle]))
-    # Candidate positions of the label's center: above and below each point of the line, and to its sides if it falls.
-    side = np.array([1.0, -1.0])
-    across = (
-        relative_position(at, x)[:, np.newaxis] + side * (LABEL_WIDTH if slope < 0 else 0.0)
-    ).ravel()
+    # Candidate positions of the label's center: on both sides of each point of the line.
+    steepness = _steepness(slope, x, y)
+    side = 0.04 / np.hypot(1.0, steepness) * np.array([1.0, -1.0])
+    across = (relative_position(at, x)[:, np.newaxis] - steepness * side).ravel()
     up = relative_position(values[middle] * (at / tau[middle]) ** slope, y)
-    up = (up[:, np.newaxis] + 0.03 * side).ravel()
+    up = (up[:, np.newaxis] + side).ravel()
     inside = (up > 0.04) & (up < 0.93) & (across > 0.05) & (across < 0.95)
+    label_tau = x.low * (x.high / x.low) ** across
+
+    def distance(other: float) -> NDArray[np.float64]:
+        """Distances of the candidate positions from the line of slope `other`, as fractions of the panel."""
+        height = relative_position(values[middle] * (label_tau / tau[middle]) ** other, y)
+        return np.asarray(np.abs(up - height) / np.hypot(1.0, _steepness(other, x, y)))
+
+    for other, _ in slopes:
+        if other != slope:
+            inside &= distance(other) > distance(slope) + 0.5 * LABEL_HEIGHT
     clear = np.ones(across.size, dtype=bool)
     for d in deviations:
         there, own = relative_position(np.asarray(d.tau), x), np.asarray(d.deviation)
@@ -192,6 +209,11 @@ def _slope_guide(
     k = next((int(one.argmax()) for one in (inside & clear, inside) if one.any()), 0)
     line = Line(ends, heights, "guide", width=0.8, dash="dot")
     return line, Note(float(across[k]), float(up[k]), name, "guide")
+
+
+def _steepness(slope: float, x: Axis, y: Axis) -> float:
+    """Rise of a line with the log-log `slope` over the width of the panel, as a fraction of its height."""
+    return float(slope * np.log(x.high / x.low) / np.log(y.high / y.low))
 
 
 def _deviation_table(deviations: Sequence[Deviation]) -> str:

@@ -232,7 +232,8 @@ def _unit_doubt_finding(recording: Recording, doubt: _Doubt) -> Finding:
         ]
         give = ",".join(filter(None, (usual_units(bare) if bare else "", doubt.likely)))
         found = (
-            f"no unit given for {names}: their mean, {doubt.mean:.4g}, is gravity in {doubt.likely}"
+            f"no unit given for {names}: the length of their mean vector, {doubt.mean:.4g}, is"
+            f" gravity in {doubt.likely}"
         )
         remedy = f": add {{this_unit:{give}}}, or the true unit"
     else:

@@ -156,8 +156,9 @@ def _export_sentence(report: Report) -> str:
         else ""
     )
     return (
-        f"{why} To write the file of your filter for Kalibr: "
-        f"allanite characterize {log} --export kalibr --output imu.yaml"
+        f"{why} To write the file of your filter, for example for Kalibr: "
+        f"allanite characterize {log} --export kalibr --output imu.yaml, with the path and the reading options (such as "
+        "--unit and --rate) of this report."
     )
 
 

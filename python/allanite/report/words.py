@@ -20,8 +20,13 @@ EFFECTS_PER_SENTENCE = 4
 
 
 def as_sentence(text: str) -> str:
-    """Copy of a text as a sentence: with a capital letter and one full stop; ``1.3e-05`` becomes ``1.3·10⁻⁵``."""
-    return with_readable_numbers(f"{text[:1].upper()}{text[1:].rstrip('.')}.")
+    """Copy of a text as a sentence: with a capital letter and one full stop; ``1.3e-05`` becomes ``1.3·10⁻⁵``.
+
+    A first word that ends in a colon is the name of a column, and is not changed.
+    """
+    first = text.split(" ", 1)[0]
+    start = text[:1] if first.endswith(":") else text[:1].upper()
+    return with_readable_numbers(f"{start}{text[1:].rstrip('.')}.")
 
 
 def tone_and_verdict(study: Any, check: Any) -> tuple[str, str]:

@@ -220,8 +220,10 @@ def fitted(model, **rivals):
 
 def test_a_head_shows_what_other_models_say_of_a_number():
     text = al.export(axes_of([fitted("N(N=1e-3)+K(K=1e-5)", K=(0.0, 3e-5))]), "kalibr")
-    (line,) = (one for one in text.splitlines() if "if it is gauss_markov" in one)
-    assert re.search(r"K 0?\S+ \(\S+ \.\.\. \S+\) .*; 0 \.\.\. \S+ if it is gauss_markov", line)
+    (line,) = (one for one in text.splitlines() if "if the effect is gauss_markov" in one)
+    assert re.search(
+        r"K 0?\S+ \(\S+ \.\.\. \S+\) .*; 0 \.\.\. \S+ if the effect is gauss_markov", line
+    )
 
 
 def test_an_overbound_covers_what_other_models_say():

@@ -16,12 +16,11 @@ from allanite.common.files import whole_file
 if TYPE_CHECKING:
     from allanite.study import Study
 
-# A MEMS gyroscope in deg/s, two hours at 100 Hz: N = 0.3 °/√h and B = 3 °/h. A fit of N+B+K cannot describe the two hidden
-# effects.
-CLASSICAL = "N(N=0.005)+B(B=8.33e-4)"
-HIDDEN = "GM(correlation_time=60,q_c=6.94e-4)+SIN(frequency=12.5,amplitude=0.002)"
+# A MEMS gyroscope, two hours at 100 Hz. A fit of N+B+K cannot describe the two hidden effects.
+CLASSICAL = "N(N=0.3 deg/sqrt(h))+B(B=3 deg/h)"
+HIDDEN = "GM(correlation_time=60,q_c=150 deg/h/sqrt(h))+SIN(frequency=12.5,amplitude=7.2 deg/h)"
 START = "N+B+K"
-RATE, DURATION = 100.0, 7200.0
+UNIT, RATE, DURATION = "deg/s", 100.0, 7200.0
 
 
 @click.command("demo", epilog="Example: allanite demo -o demo")
@@ -44,19 +43,19 @@ def command(output: str, seed: int, as_json: bool) -> None:
     final model to a folder.
     """
     from allanite.effects.files import parse_model
+    from allanite.effects.strings import parse_with_units
     from allanite.study import improve
 
     folder = Path(output)
     folder.mkdir(parents=True, exist_ok=True)
-    recording = parse_model(f"{CLASSICAL}+{HIDDEN}").simulate(
-        duration=DURATION, rate=RATE, seed=seed, unit="deg/s"
-    )
+    sensor, _ = parse_with_units(f"{CLASSICAL}+{HIDDEN}", UNIT)
+    recording = sensor.simulate(duration=DURATION, rate=RATE, seed=seed, unit=UNIT)
     log = folder / "imu.csv"
     with whole_file(log) as draft:
         write_csv(recording, draft)
     if not as_json:
         click.echo(
-            f"A simulated gyroscope: {recording.n} samples at {RATE:g} Hz of {CLASSICAL}, in deg/s.\n"
+            f"A simulated gyroscope: {recording.n} samples at {RATE:g} Hz of {CLASSICAL}.\n"
             f"Hidden effects: {HIDDEN}.\n\nFit of the usual model {START}:\n"
         )
     study = improve(recording, parse_model(START))
@@ -85,9 +84,9 @@ def _verdict_sentence(study: Study) -> str:
 
     It names the missed ones, and the kinds that were added in excess.
     """
-    from allanite.effects.files import parse_model
+    from allanite.effects.strings import parse_with_units
 
-    hidden = {effect.kind: effect for effect in parse_model(HIDDEN)}
+    hidden = [effect.kind for effect in parse_with_units(HIDDEN, UNIT)[0]]
     found = {step.added.kind for step in study.ladder if step.added is not None}
     missed = [kind for kind in hidden if kind not in found]
     more = sorted(found - set(hidden))
