@@ -162,7 +162,7 @@ class Model(AsModel):
 
     @property
     def levels(self) -> tuple[Modifier, ...]:
-        """Tuple of the effects that change the level of the white noise over time, not of one band only."""
+        """Tuple of the effects that change the level of the white noise over time at all frequencies, not in one band."""
         return tuple(e for e in self.modifiers if e.passing and e.band is None)
 
     def mean_level(self, span: tuple[float, float]) -> float:

@@ -158,9 +158,10 @@ class WanderingLine(Stochastic):
     def generator(self, rate: float) -> tuple[str, list[float]]:
         """Pair ("filtered", parameters) of the core's generator: three resonators in series.
 
-        The zeros are those of the sampled process. If rounding spoils them, because the line is narrow or slow, a real zero
-        of each resonator compensates the slope of the mirrored poles at the middle. Of both filters the better one is
-        used. Its variance is exact, also near 0 Hz and half the rate.
+        Two sets of zeros are tried, and the one whose spectrum is closer to that of the process near the line is used. The
+        first set has the zeros of the sampled process, which rounding spoils if the line is narrow or slow. In the second,
+        a real zero of each resonator compensates the slope at the line that comes from the poles at negative frequency.
+        The variance of the output is exact, also near 0 Hz and half the rate.
         """
         from scipy.signal import zpk2sos
 

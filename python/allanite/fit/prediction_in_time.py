@@ -118,11 +118,12 @@ def level_change_costs(data: Data, solution: Solution) -> Array:
 
 
 def block_losses(values: Array, matrix: Array, variance: Array, mean: bool) -> Array:
-    """Array of the loss of ln p(block | other blocks) if a regression is fitted only to the others, shape (BLOCKS,).
+    """Array of the loss of ln p(block | other blocks) if a regression is fitted only to the others, nats, shape (BLOCKS,).
 
-    The other blocks determine the amplitudes a with precision matrix R. Integrated over a, the block is less likely by
-    ½ (a − â)ᵀ R (a − â) + ½ ln |A|/|R| than with amplitudes â and precision A of the whole record. A unit-information
-    prior (one of the k ordinates, Kass & Wasserman 1995) is added to R.
+    Let â and A be the amplitudes and their precision matrix from the whole record, and b and R those from the other blocks.
+    Averaged over the posterior of the amplitudes given the other blocks, the block is less likely by
+    ½ (b − â)ᵀ R (b − â) + ½ ln |A|/|R|. A unit-information prior (one of the k ordinates, Kass & Wasserman 1995) is added
+    to R in the second term.
 
     Parameters
     ----------
@@ -133,7 +134,7 @@ def block_losses(values: Array, matrix: Array, variance: Array, mean: bool) -> A
     variance : ndarray, shape (k,)
         Variance of the noise in each ordinate.
     mean : bool
-        True if the ordinate before the first one is the mean, which is free.
+        True if `values` begin after the ordinate of the mean, whose amplitude is free.
     """
     c = _inverse_cosine_matrix(values.size + mean)[:, int(mean) :]
     precision = (c / variance) @ c.T

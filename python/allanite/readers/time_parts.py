@@ -177,9 +177,10 @@ def _calendar_parts(
         return None
 
     def seconds(x: Sequence[NDArray[Any]]) -> list[Array]:
-        """List of arrays in s whose sum is the time since 1970: whole days, fraction of a day, then the times of day.
+        """List of arrays in s whose sum is the time since 1970: whole days, fraction of a day, then each time of day.
 
-        Without a month, the day is that of the year.
+        `x` has the columns named in `taken`: year, month if there is one, day, then times of day, such as hour, minute and
+        second. Without a month, the day is the day of the year, from 1.
         """
         years = (np.asarray(x[0]).astype(np.int64) - 1970).astype("datetime64[Y]")
         start = years.astype("datetime64[M]")

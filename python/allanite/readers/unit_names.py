@@ -60,7 +60,10 @@ def usual_units(names: Iterable[str]) -> str:
 
 
 def unit_remedy(names: Sequence[str]) -> str:
-    """Text of a remedy for `InputError`, with placeholders: the usual units of the named sensors, or "add a unit"."""
+    """Text of a remedy for `InputError`: to add the usual units of the named sensors, or a unit if no sensor is named.
+
+    ``{this_unit:…}`` and ``{unit}`` in the text are placeholders for the words of Python or of the command line.
+    """
     usual = usual_units(names)
     return f"add {{this_unit:{usual}}}, or the true unit" if usual else "add {unit}"
 

@@ -407,8 +407,9 @@ def _outlier_findings(c: _Column) -> Iterator[Finding]:
 def _smoothed_findings(c: _Column) -> Iterator[Finding]:
     """Iterator over a `Finding` about values that were averaged or low-passed before they were logged.
 
-    The finding needs two conditions. The power above 3/8 of the sampling rate is at most a quarter of that in each lower
-    octave. The power of two neighboring lower octaves, extrapolated to this band, is more than four times as high.
+    The finding needs two conditions. First, the power above 3/8 of the sampling rate is at most a quarter of that in each
+    lower octave. Second, the power extrapolated to this band from any two neighboring lower octaves is more than four times
+    the power in this band.
     Missing samples exclude their block of 512 samples. Without 4 complete blocks there is no finding.
     """
     blocks = c.spread[np.isfinite(c.spread).all(axis=1)]

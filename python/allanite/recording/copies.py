@@ -52,7 +52,10 @@ def copies_of(x: NDArray[Any]) -> list[Copy]:
 
 
 def _copies_in(x: Array) -> Iterator[tuple[int, int, int]]:
-    """Iterator over (start, count, lag) of the copies in some samples, in order of time, that do not overlap."""
+    """Iterator over the copies in the samples `x`, in order of time and without overlap: (start, count, lag) in samples.
+
+    The `count` samples from index `start` on equal the samples `lag` earlier.
+    """
     if x.size < 4 * WINDOW[0]:
         return
     equal = max((float(np.mean(x[k:] == x[:-k])) for k in (1, 2, 5, 17) if x.size > k), default=1.0)

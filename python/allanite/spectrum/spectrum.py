@@ -113,7 +113,8 @@ def _endless_bins() -> tuple[list[int], list[int]]:
     """Pair of lists: first ordinate of each bin, from 1 to at least 2⁵³, and index of the first bin of each cell; cached.
 
     Ordinates are coefficients of the cosine transform. Cells divide them into 24 intervals per decade of frequency. At
-    the lowest frequencies a cell is a single ordinate. Each cell is divided into up to 8 bins of at least 32 ordinates.
+    the lowest frequencies a cell is a single ordinate. A cell of 64 or more ordinates is divided into up to 8 bins of at
+    least 32 ordinates; a smaller cell is one bin.
     """
     edges, cells = [1], []
     while edges[-1] < 2**53:

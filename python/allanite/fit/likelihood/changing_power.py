@@ -55,9 +55,11 @@ def effective_freedom(model: Model, data: Data) -> Array:
     """Array of the degrees of freedom of each bin, shape (bins,); lower if the noise power of the model changes over time.
 
     Level changes and bands of moving frequency correlate ordinates; without them, `data.bins.count` is returned. For level
-    changes of white noise, the count is divided by 1 + s²(m − 1). Here m is the mean squared relative power over time, and
-    s is the share of white noise in the bin. s is the median power of all ordinates over that of nearby bins. It depends on
-    the record alone, so that models with the same changes have the same degrees of freedom. Cached for each set of changes.
+    changes of white noise, the count of a bin is divided by 1 + s²(m − 1), where m is the mean squared relative power over
+    time and s is the share of white noise in the bin. s is estimated from the record, not from the model: the median power
+    of all ordinates divided by the median power of nearby bins, at most 1. Models with the same changes thus have the same
+    degrees of freedom. For a moving band, the factor has 1 − s instead of s, and m is that of its power in the bin. For a
+    level change in a band, s is the fraction of the bin inside the band. Cached for each set of changes.
     """
     changes = changing_effects(model)
     if not changes:

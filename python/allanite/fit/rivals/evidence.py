@@ -76,7 +76,10 @@ def evidence(solution: Solution) -> float:
 
 
 def discrepancy_gain(solution: Solution, data: Data) -> float:
-    """ΔlogL, at least 0, nats, of a fit over the same model without a discrepancy (δ = 0); 0 if the fit has none."""
+    """Gain of logL of a fit by its model discrepancy δ: compared with the same model at δ = 0, nats, at least 0.
+
+    0 if the fit has no discrepancy.
+    """
     if solution.best.scale is None:
         return 0.0
     part = RandomPart(data, solution.power, solution.count)

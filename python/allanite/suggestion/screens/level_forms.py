@@ -128,9 +128,10 @@ def series_of(
 def screen_several(series: Series, model: Model) -> list[Candidate]:
     """List with one `Candidate` (not refitted) in which the white-noise level changes at two or more times; or empty.
 
-    Two forms are compared: each interval has its own level, or two levels alternate. The form with the largest ΔlogL
-    minus cost is returned, at ½ ln n for each parameter. Its p-value is exp(cost − ΔlogL), at most 1. Empty if the best
-    form has only one interval with another level, with fewer than two changes, or without such an effect in the catalog.
+    Two forms are compared: each interval has its own level, or two levels alternate. The cost of a form is ½ ln n for each
+    parameter, where n is the number of degrees of freedom. The form with the largest ΔlogL minus cost is returned. Its
+    p-value is exp(cost − ΔlogL), at most 1. The list is empty in three cases: fewer than two changes are found, the best
+    form has only one interval with another level, or the catalog has no effect of the form.
     """
     kinds = [type(blank) for blank in _level_effects(model, {})]
     freedom = series.freedom

@@ -73,7 +73,8 @@ def _grid_of(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
 def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float64]:
     """Array of the derivative of the bin power with respect to a small amount of the effect, shape (bins,).
 
-    For a modifier it is the change of the power of white noise with coefficient 1, or 0 without white noise.
+    For a modifier, it is the change that the modifier makes in the power of white noise whose coefficient is 1. It is 0 if
+    the model has no white noise.
     """
     model = solution.model
     if isinstance(effect, Modifier):
