@@ -61,10 +61,14 @@ def test_a_split_promises_what_its_refit_gains():
     samples = g.white(rng, n, 1.0, 0.02) + g.gauss_markov(rng, n, 1.0, 6e-5, 300.0)
     samples += g.settling(n, 1.0, 1500.0, -0.006)
     fit = al.fit_model(al.Recording(samples, 1.0, unit="deg/s"), "N+K")
-    found = list(models_with_split(fit))
-    assert found
-    for promised, places, model in found:
+    clear = 0
+    for promised, places, model in models_with_split(fit):
         assert places == (1,)
         gain = evidence_gain(refitted(fit, model).solution, fit.solution, fit.data)
-        # The prior of a random walk is 3, of which 2.5 count.
-        assert promised == pytest.approx(gain - 2.5, abs=0.1)
+        # The prior of a random walk is 3, of which 2.5 count. Smaller gains do not make two effects of one.
+        if gain > 3.0:
+            clear += 1
+            assert promised == pytest.approx(gain - 2.5, abs=0.1)
+        else:
+            assert promised < 0.5
+    assert clear
