@@ -341,10 +341,10 @@ def complete_and_fit(data: Data, model: Model) -> tuple[Data, Solution]:
         for name, value in effect.values.items()
         if not effect.parameter(name).optional
     )
-    if known and model.stochastic:
-        data = complete(data, model)
-    solution = solve(data, model)
     solutions: list[Array] = []
+    if known and model.stochastic:
+        data = complete(data, model, solutions=solutions)
+    solution = solve(data, model)
     # First complete by the model alone, then with the estimated level of each bin. If the levels were used from the
     # start, every first guess would confirm itself where regular gaps alias frequencies.
     for trusting in (True, False):
