@@ -42,10 +42,10 @@ def catalog(text: str, found: list[type[Effect]]) -> str:
     for cls in found:
         line = f"from {cls.__module__} import {cls.__name__} as {cls.__name__}\n"
         text = _with_import(text, line)
-        head, order = text.split("CATALOGUE.begin(\n")
+        head, order = text.split("CATALOG.begin(\n")
         if f"    {cls.__name__},\n" not in order:
             order = order.replace(")\n", f"    {cls.__name__},\n)\n", 1)
-        text = f"{head}CATALOGUE.begin(\n{order}"
+        text = f"{head}CATALOG.begin(\n{order}"
     return text
 
 

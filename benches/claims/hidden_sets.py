@@ -46,7 +46,7 @@ NAMES = {
     "RES": "resonance",
     "R": "rate_ramp",
 }
-KINDS_OF = {effect.kind: effect for effect in al.CATALOGUE}
+KINDS_OF = {effect.kind: effect for effect in al.CATALOG}
 
 
 def course(time_s):

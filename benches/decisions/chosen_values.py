@@ -67,7 +67,7 @@ def bands():
         setattr(module, name, value)
         counts = []
         for kind in kinds:
-            start, short = records.HIDDEN[kind].start, al.CATALOGUE.find(kind).short
+            start, short = records.HIDDEN[kind].start, al.CATALOG.find(kind).short
             found = [al.improve(records.record(kind, seed), start).fit.model for seed in range(4)]
             goal = sorted([*start.split("+"), short])
             counts.append(f"{kind} {sum(sorted(m.name.split('+')) == goal for m in found)}")

@@ -164,7 +164,7 @@ def search(case: Case) -> dict[str, Any]:
 
 def _kinds(model: str) -> list[str]:
     """Return the kinds of a model string, whose terms may also be kinds."""
-    known = {cls.kind for cls in al.CATALOGUE}
+    known = {cls.kind for cls in al.CATALOG}
     terms = model.split("+") if "(" not in model else []
     if any(term in known for term in terms):
         first = [term for term in terms if term not in known]

@@ -125,7 +125,7 @@ def page(kind: type[Effect], folder: Path) -> None:
     before, _, code = markdown(kind).partition("**Examples**")
     formula = before.partition(INTRODUCTION)[0]
     source = before.partition("**References**")[2].strip()
-    others = {other.kind: other.title for other in al.CATALOGUE}
+    others = {other.kind: other.title for other in al.CATALOG}
     rivals = ", ".join(f"[{others[r]}]({r}.md)" for r in kind.rivals)
     text = f"""# {title}
 
@@ -167,7 +167,7 @@ def write(folder: Path) -> None:
     """All pages and their table of contents."""
     folder.mkdir(parents=True)
     rows = ["| | effect | what it is |", "|---|---|---|"]
-    for kind in al.CATALOGUE:
+    for kind in al.CATALOG:
         page(kind, folder)
         physics = kind.physics.replace("|", "\\|")
         rows.append(f"| `{kind.short}` | [{kind.title}]({kind.kind}.md) | {physics} |")

@@ -57,7 +57,7 @@ def _former_effect(name: str) -> object:
     """
     if name[:1].isupper():
         effects = import_module("allanite.effects")
-        if name in (effect.__name__ for effect in effects.CATALOGUE) and hasattr(effects, name):
+        if name in (effect.__name__ for effect in effects.CATALOG) and hasattr(effects, name):
             _warn(name, f"effects.{name}", stacklevel=5)
             found: object = getattr(effects, name)
             return found

@@ -55,7 +55,7 @@ from allanite.deviation.dynamic import DynamicDeviation as DynamicDeviation
 from allanite.deviation.dynamic import dynamic_oadev as dynamic_oadev
 from allanite.deviation.theo import theo1 as theo1
 from allanite.deviation.theo import theoh as theoh
-from allanite.effects import CATALOGUE as CATALOGUE
+from allanite.effects import CATALOG as CATALOG
 from allanite.effects import AngleRandomWalk as AngleRandomWalk
 from allanite.effects import BiasInstability as BiasInstability
 from allanite.effects import Effect as Effect
@@ -112,6 +112,7 @@ from allanite.trends import trend_columns as trend_columns
 
 __version__: str
 
+CATALOGUE = CATALOG
 power = detection_power
 predict = error_growth
 release = free_buffers

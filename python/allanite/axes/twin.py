@@ -9,7 +9,7 @@ import numpy as np
 
 from allanite.common.documents import invalid_as_input_error
 from allanite.common.errors import InputError
-from allanite.effects import CATALOGUE, Deterministic, Model
+from allanite.effects import CATALOG, Deterministic, Model
 from allanite.effects.files import model_from_dict
 from allanite.recording import Recording
 from allanite.simulate import simulate
@@ -162,7 +162,7 @@ def _unsimulated_shared_noise(common: Mapping[str, Any]) -> list[str]:
 
     `common` is the entry ``common`` of a saved characterization. Shared noise that is due to a common sinusoid is left out.
     """
-    steady = {cls.kind for cls in CATALOGUE if issubclass(cls, Deterministic)}
+    steady = {cls.kind for cls in CATALOG if issubclass(cls, Deterministic)}
     lines = {line["frequency_hz"] for line in common.get("lines", ()) if steady >= {*line["kinds"]}}
     return [
         f"noise that {', '.join(one['columns'])} share at {one['low_hz']:.3g}–{one['high_hz']:.3g} Hz"

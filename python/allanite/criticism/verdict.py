@@ -205,7 +205,7 @@ def _worst_over_frequency(fit: Fit) -> Range:
     return float(low[first[top]]), float(high[last[top] - 1])
 
 
-def criticise(fit: Fit, whitened: Whitened) -> Where:
+def criticize(fit: Fit, whitened: Whitened) -> Where:
     """`Where`: residuals of the Allan deviation, the spectrum and the power over time, each with its worst interval."""
     times = time_map(fit.data, whitened)
     return Where(

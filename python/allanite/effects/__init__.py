@@ -5,6 +5,7 @@ and known functions of time. Add an effect as one file here; `docs/make_lists.py
 and its place in the order of the catalog.
 """
 
+from allanite.common.former import warn_of_former_name
 from allanite.effects._base import Effect as Effect
 from allanite.effects._base import Parameter as Parameter
 from allanite.effects._base import Stochastic as Stochastic
@@ -56,7 +57,7 @@ from allanite.effects.quantization import Quantization as Quantization
 from allanite.effects.rate_of_change import RateOfChange as RateOfChange
 from allanite.effects.rate_ramp import RateRamp as RateRamp
 from allanite.effects.rate_random_walk import RateRandomWalk as RateRandomWalk
-from allanite.effects.registry import CATALOGUE as CATALOGUE
+from allanite.effects.registry import CATALOG as CATALOG
 from allanite.effects.registry import find as find
 from allanite.effects.registry import register as register
 from allanite.effects.registry import single_line as single_line
@@ -73,7 +74,7 @@ from allanite.effects.unexplained import Unexplained as Unexplained
 from allanite.effects.wandering_line import WanderingLine as WanderingLine
 from allanite.effects.warm_up import WarmUp as WarmUp
 
-CATALOGUE.begin(
+CATALOG.begin(
     Quantization,
     AngleRandomWalk,
     BiasInstability,
@@ -113,3 +114,11 @@ CATALOGUE.begin(
     Disturbance,
     Outliers,
 )
+
+
+def __getattr__(name: str) -> object:
+    """Catalog `CATALOG` for its former name ``CATALOGUE``, with a `DeprecationWarning`; else `AttributeError`."""
+    if name == "CATALOGUE":
+        warn_of_former_name("al.effects.CATALOGUE", "al.effects.CATALOG")
+        return CATALOG
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -20,14 +20,14 @@ ENTRY_POINTS = "allanite.effects"
 E = TypeVar("E", bound=type[Effect])
 
 
-class Catalogue:
+class Catalog:
     """All effects, in the order in which models are written: built-in effects, installed packages, then `register`.
 
     Examples
     --------
-    >>> al.CATALOGUE.find("GM") is al.GaussMarkov, al.CATALOGUE[0].title, len(al.CATALOGUE) >= 29
+    >>> al.CATALOG.find("GM") is al.GaussMarkov, al.CATALOG[0].title, len(al.CATALOG) >= 29
     (True, 'quantization noise', True)
-    >>> [effect.short for effect in al.CATALOGUE if "1/f" in effect.physics]
+    >>> [effect.short for effect in al.CATALOG if "1/f" in effect.physics]
     ['B', 'F']
     """
 
@@ -110,12 +110,12 @@ def _require_declarations(effect: type[Effect]) -> None:
 
 
 #: The catalog of all effects; effects of installed packages are loaded on first use.
-CATALOGUE = Catalogue()
+CATALOG = Catalog()
 
 
 def find(name: str) -> type[Effect] | None:
     """Effect class of the catalog whose short or long name is `name`; None if unknown."""
-    return CATALOGUE.find(name)
+    return CATALOG.find(name)
 
 
 def title_of(kind: str) -> str:
@@ -154,25 +154,25 @@ def register(effect: E) -> E:
     'breathing'
     >>> al.parse_model("N+BREATH(frequency=0.2)").name
     'N+BREATH'
-    >>> al.CATALOGUE.remove(Breathing)
+    >>> al.CATALOG.remove(Breathing)
     """
-    CATALOGUE.add(effect)
+    CATALOG.add(effect)
     return effect
 
 
 def standard() -> dict[str, type[Effect]]:
     """Dict of the five effect classes of IEEE 952-1997 by the name of the coefficient: Q, N, B, K, R."""
-    return {e.standard.name: e for e in CATALOGUE if e.standard is not None}
+    return {e.standard.name: e for e in CATALOG if e.standard is not None}
 
 
 def white_noise(coefficient: float | None = None) -> Stochastic:
     """White-noise effect (angle random walk) with this `coefficient`; None is a coefficient to be fitted."""
-    cls = next(e for e in CATALOGUE if issubclass(e, Stochastic) and e.white)
+    cls = next(e for e in CATALOG if issubclass(e, Stochastic) and e.white)
     return cls().with_values(**{cls.coefficient: coefficient})
 
 
 def single_line(frequency: float, amplitude: float) -> Deterministic:
     """Effect with one line at `frequency`, Hz, with this `amplitude` (peak) and phase 0."""
-    kinds = (cls for cls in CATALOGUE if issubclass(cls, Deterministic) and cls.periodic)
+    kinds = (cls for cls in CATALOG if issubclass(cls, Deterministic) and cls.periodic)
     made = next(one for cls in kinds if (one := cls.at(frequency, (1,))) is not None)
     return made.with_amplitudes(np.array([amplitude, 0.0]))

@@ -10,7 +10,7 @@ from allanite.common.units import coefficient_unit, conversion
 from allanite.effects._declared import has_several
 from allanite.effects._limits import NO_LIMITS
 from allanite.effects.model import Model
-from allanite.effects.registry import CATALOGUE, find
+from allanite.effects.registry import CATALOG, find
 
 if TYPE_CHECKING:
     from allanite.effects._base import Effect, Parameter
@@ -189,7 +189,7 @@ def _take_effect(reader: _Reader) -> Effect:
             f"{name!r} is a column, not an effect; write COV(column={name})", start
         )
     if cls is None:
-        known = " ".join(e.short for e in CATALOGUE)
+        known = " ".join(e.short for e in CATALOG)
         raise reader.error_at(f"unknown effect {name!r} (known: {known})", start)
     values: dict[str, Any] = {}
     held: list[str] = []

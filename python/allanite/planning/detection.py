@@ -18,7 +18,7 @@ from allanite.common.showing import text_html
 from allanite.common.units import coefficient_unit, conversion
 from allanite.common.validation import positive, positive_rate
 from allanite.effects import (
-    CATALOGUE,
+    CATALOG,
     Deterministic,
     Effect,
     Model,
@@ -380,7 +380,7 @@ def _with_wandering_process(noise: Model) -> list[Model]:
     """
     return [
         noise + blank
-        for cls in CATALOGUE
+        for cls in CATALOG
         if issubclass(cls, Stochastic) and cls.wanders
         for blank in cls.candidates(noise, {})
     ]

@@ -373,10 +373,10 @@ def _receive_setup(
         spawn.prepare(dict(main))
     setup: Setup = pickle.loads(pickled)
 
-    from allanite.effects.registry import CATALOGUE
+    from allanite.effects.registry import CATALOG
 
     for effect in setup.effects:
-        CATALOGUE.add(effect)
+        CATALOG.add(effect)
     os.environ[VARIABLE] = str(setup.memory)
     from allanite import _kernels, readers, study
 

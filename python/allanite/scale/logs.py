@@ -344,12 +344,12 @@ def child_setup(
     """
     from allanite._kernels import version
     from allanite.effects.files import as_model, model_to_dict
-    from allanite.effects.registry import CATALOGUE
+    from allanite.effects.registry import CATALOG
     from allanite.readers import FORMATS
     from allanite.suggestion.suggest import SCREENS
 
     start = as_model(model)
-    effects = tuple(e for e in CATALOGUE if not e.__module__.startswith("allanite."))
+    effects = tuple(e for e in CATALOG if not e.__module__.startswith("allanite."))
     settings = {
         "version": version(),
         "model": model_to_dict(start),

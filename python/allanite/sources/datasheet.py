@@ -36,7 +36,7 @@ from allanite.common.units import (
     coefficient_unit,
     conversion,
 )
-from allanite.effects import CATALOGUE
+from allanite.effects import CATALOG
 from allanite.sources.documents import PLATEAU, model_document
 from allanite.sources.slips import mistake_text
 
@@ -65,7 +65,7 @@ def known_figures() -> dict[str, tuple[str, float | str]]:
     """
     ours = {
         figure: (p.name if p.name == e.short else f"{e.short}.{p.name}", p.unit)
-        for e in CATALOGUE
+        for e in CATALOG
         for p in e.parameters
         for figure in p.figures
     }
@@ -74,7 +74,7 @@ def known_figures() -> dict[str, tuple[str, float | str]]:
 
 def _names_by_spelling() -> dict[str, str]:
     """Dict: alternative spelling of a figure → its name."""
-    ours = (p.figures for e in CATALOGUE for p in e.parameters)
+    ours = (p.figures for e in CATALOG for p in e.parameters)
     return {
         other: figure
         for figures in (*ours, CURVE_FIGURES)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from allanite.common.arrays import Array
 from allanite.common.errors import InputError, about
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, parse_unit
-from allanite.effects import CATALOGUE, Stochastic
+from allanite.effects import CATALOG, Stochastic
 from allanite.fit.classical.gls import fit_gls
 from allanite.readers import read_table, text
 from allanite.readers._table import Table
@@ -103,7 +103,7 @@ def documents_of_table(
         f"record of {record_length:g} s at {fs:g} Hz"
         + ("" if rate is not None else " (rate = 1 / first tau)"),
     ]
-    effects = [e for e in CATALOGUE if issubclass(e, Stochastic) and e.short in NAMES]
+    effects = [e for e in CATALOG if issubclass(e, Stochastic) and e.short in NAMES]
     found = []
     for name, own, column in zip(names, units, deviations.T, strict=True):
         terms = [effect().unit_terms(fs) for effect in effects]

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from allanite.common.units import coefficient_unit
-from allanite.effects import CATALOGUE
+from allanite.effects import CATALOG
 
 #: Allan deviation of flicker noise divided by its coefficient B, 0.664 (IEEE 952: sqrt(2 ln 2 / pi)).
 PLATEAU = math.sqrt(2.0 * math.log(2.0) / math.pi)
@@ -42,7 +42,7 @@ def model_document(
         95 % intervals; a lower end of 0 means not detected.
     """
     effects = []
-    for effect in CATALOGUE:
+    for effect in CATALOG:
         parameter = next((p for p in effect.parameters if p.name == effect.short), None)
         if parameter is None or parameter.name not in values:
             continue

@@ -13,7 +13,7 @@ from allanite.common.numbers import (
     trials_text,
     with_readable_numbers,
 )
-from allanite.criticism import Where, criticise
+from allanite.criticism import Where, criticize
 from allanite.effects import title_of
 from allanite.fit.likelihood.whitened import whiten
 from allanite.suggestion.constants import FALSE_ALARM_PROBABILITY
@@ -236,4 +236,4 @@ def check_fit(fit: Fit, on_progress: Callable[[int, int], None] | None = None) -
     `on_progress` is called with (stages done, number of stages).
     """
     whitened = whiten(fit.solution, fit.data)
-    return Check(fit, criticise(fit, whitened), suggest(fit, whitened, on_progress))
+    return Check(fit, criticize(fit, whitened), suggest(fit, whitened, on_progress))

@@ -9,7 +9,7 @@ import numpy as np
 
 from allanite.common.numbers import with_readable_numbers
 from allanite.common.showing import brief
-from allanite.effects import CATALOGUE
+from allanite.effects import CATALOG
 from allanite.fit.rivals.evidence import bic_cost
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class UnexplainedShape:
 
 def unexplained_effect() -> Effect:
     """Effect of the catalog, without values, for a shape of the spectrum that nothing else explains."""
-    return next(cls for cls in CATALOGUE if cls.nameless)()
+    return next(cls for cls in CATALOG if cls.nameless)()
 
 
 def unexplained_shape(fit: Fit) -> UnexplainedShape | None:

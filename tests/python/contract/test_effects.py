@@ -94,7 +94,7 @@ VALUES = [
 
 CASES = [
     *VALUES,
-    *((cls.short, None) for cls in al.CATALOGUE if cls.short not in {short for short, _ in VALUES}),
+    *((cls.short, None) for cls in al.CATALOG if cls.short not in {short for short, _ in VALUES}),
 ]
 
 
@@ -107,10 +107,10 @@ def of(short, values):
 
 
 def test_names_are_unique():
-    names = [n for e in al.CATALOGUE for n in (e.short, e.kind)]
+    names = [n for e in al.CATALOG for n in (e.short, e.kind)]
     assert len(set(names)) == len(names)
-    kinds = {e.kind for e in al.CATALOGUE}
-    for e in al.CATALOGUE:
+    kinds = {e.kind for e in al.CATALOG}
+    for e in al.CATALOG:
         assert set(e.rivals) <= kinds
 
 

@@ -44,7 +44,7 @@ def toy(request):
         recording = (WHITE + effect).simulate(n=SAMPLES, rate=rate, seed=4, unit="rad/s")
         yield effect, recording, al.AngleRandomWalk().fit(recording).check()
     finally:
-        al.CATALOGUE.remove(type(effect))
+        al.CATALOG.remove(type(effect))
 
 
 @pytest.fixture
@@ -151,7 +151,7 @@ def test_proved_by_the_contract():
         try:
             testing.check_effect(effect)
         finally:
-            al.CATALOGUE.remove(type(effect))
+            al.CATALOG.remove(type(effect))
 
 
 def test_a_forgotten_declaration_is_named():
@@ -186,28 +186,28 @@ def test_a_cell_that_is_run_again_takes_the_place_of_the_first():
         return Mine
 
     first, second = made(), made()
-    before = len(al.CATALOGUE)
+    before = len(al.CATALOG)
     al.register(first)
     try:
         al.register(second)
         assert find("DL") is second
-        assert len(al.CATALOGUE) == before + 1
+        assert len(al.CATALOG) == before + 1
         al.register(al.GaussMarkov)  # which changes nothing
-        assert len(al.CATALOGUE) == before + 1
+        assert len(al.CATALOG) == before + 1
     finally:
-        al.CATALOGUE.remove(second)
+        al.CATALOG.remove(second)
 
 
 def test_the_page_of_the_manual_runs(capsys):
     page = (Path(__file__).parents[3] / "docs" / "own-effect.md").read_text(encoding="utf-8")
     names = {"__name__": "manual"}
     # The toy of that name may be registered for other tests of this process.
-    there = Ageing in set(al.CATALOGUE)
-    al.CATALOGUE.remove(Ageing)
+    there = Ageing in set(al.CATALOG)
+    al.CATALOG.remove(Ageing)
     try:
         exec(re.search(r"```python\n(.*?)```", page, re.DOTALL)[1], names)
     finally:
-        al.CATALOGUE.remove(names.get("Aging"))
+        al.CATALOG.remove(names.get("Aging"))
         if there:
             al.register(Ageing)
     assert "AGE(" in capsys.readouterr().out
@@ -255,8 +255,8 @@ print(json.dumps([model.effects[1].kind, [s.kind for s in check.significant]]))
 def test_a_package_that_is_broken_is_left_out_aloud(installed):
     points, environment = installed
     points.write_text("[allanite.effects]\nageing = drifts:Missing\n")
-    answer = run("import allanite as al; print(len(al.CATALOGUE))", environment)
+    answer = run("import allanite as al; print(len(al.CATALOG))", environment)
     assert answer.returncode == 0
-    ours = [e for e in al.CATALOGUE if e.__module__.startswith("allanite.")]
+    ours = [e for e in al.CATALOG if e.__module__.startswith("allanite.")]
     assert int(answer.stdout) == len(ours)
     assert "ageing = drifts:Missing of drifts was not loaded" in answer.stderr

@@ -16,7 +16,7 @@ import allanite as al
 
 #: Longest answer, s; longest wait for work of which a next request needs the end, s.
 PATIENCE, PAUSE = 20.0, 3.0
-EFFECTS = [*(effect.short for effect in al.CATALOGUE), "COV(column=t)", "NOTHING"]
+EFFECTS = [*(effect.short for effect in al.CATALOG), "COV(column=t)", "NOTHING"]
 MODELS = [
     "N", "N+B+K", "N+GM", "N(N=[,0.5])+K", "N+GM(T=[0.1,1],q_c=[1e-9,1e9])", "N+SIN(f=7,A=0.1!)", "N+SIN(f=[1,9])",
     "N+B+K+GM+SIN", "N(N=[2,1])", "ZZ", "N+BW(order=2)", "N+BW(design=digital,order=3)", "N+X", "", "N" * 3000,

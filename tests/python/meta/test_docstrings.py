@@ -13,9 +13,9 @@ import pytest
 import allanite as al
 
 #: Public names that are neither classes nor functions.
-VALUES = {"CATALOGUE", "__version__"}
+VALUES = {"CATALOG", "__version__"}
 #: Public objects by name, including all effects.
-PUBLIC = {n: getattr(al, n) for n in al.__all__} | {e.__name__: e for e in al.CATALOGUE}
+PUBLIC = {n: getattr(al, n) for n in al.__all__} | {e.__name__: e for e in al.CATALOG}
 CLASSES = [n for n, thing in PUBLIC.items() if inspect.isclass(thing)]
 FUNCTIONS = [n for n in al.__all__ if n not in VALUES and n not in CLASSES]
 PARSER = doctest.DocTestParser()
@@ -26,7 +26,7 @@ def ours(cls):
     return [c for c in cls.__mro__ if c.__module__.startswith("allanite")]
 
 
-THINGS = [thing for name, thing in PUBLIC.items() if name not in VALUES] + [type(al.CATALOGUE)]
+THINGS = [thing for name, thing in PUBLIC.items() if name not in VALUES] + [type(al.CATALOG)]
 #: Docstrings by the name of the documented object, including base classes.
 DESCRIBED = {
     thing.__qualname__: inspect.getdoc(thing) or ""
@@ -53,7 +53,7 @@ def test_every_public_name_has_an_example(name):
 
 
 def test_the_catalogue_has_an_example():
-    assert EXAMPLES[type(al.CATALOGUE).__qualname__]
+    assert EXAMPLES[type(al.CATALOG).__qualname__]
 
 
 @pytest.mark.parametrize("name", CLASSES)
@@ -111,7 +111,7 @@ def test_every_parameter_is_named(name):
     assert not missing, f"{name}: say in its docstring what {missing} are"
 
 
-@pytest.mark.parametrize("effect", list(al.CATALOGUE), ids=lambda e: e.short)
+@pytest.mark.parametrize("effect", list(al.CATALOG), ids=lambda e: e.short)
 def test_help_of_an_effect_shows_what_it_declares(effect):
     text = inspect.getdoc(effect)
     for section in ("Parameters", "Raises"):

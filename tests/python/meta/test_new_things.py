@@ -35,7 +35,7 @@ def test_every_effect_and_deviation_is_in_the_lists(monkeypatch):
 
     old = [str(p) for p, text in make_lists.lists().items() if p.read_text("utf-8") != text]
     assert not old, f"run python docs/make_lists.py: {old}"
-    assert set(make_lists.effects()) <= set(al.CATALOGUE)
+    assert set(make_lists.effects()) <= set(al.CATALOG)
 
 
 def test_every_reader_declares_a_format():

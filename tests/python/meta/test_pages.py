@@ -32,9 +32,9 @@ def test_programs_of_a_page_run(page, tmp_path, monkeypatch):
 def test_the_contract_names_every_effect_and_command(capsys):
     text = (DOCS / "contract.md").read_text(encoding="utf-8")
     rows = {kind: (short, told) for kind, short, told in re.findall(ROW, text)}
-    kinds = {e.kind for e in al.CATALOGUE}
+    kinds = {e.kind for e in al.CATALOG}
     assert set(rows) == kinds, f"docs/contract.md, a row of Models each: {set(rows) ^ kinds}"
-    for effect in al.CATALOGUE:
+    for effect in al.CATALOG:
         short, told = rows[effect.kind]
         assert short == effect.short
         needed = {p.name for p in effect.parameters if not p.optional and p.role != "choice"}
@@ -70,7 +70,7 @@ def test_every_effect_can_be_pictured(monkeypatch):
     monkeypatch.syspath_prepend(DOCS / "site")
     import effect_pages
 
-    for kind in al.CATALOGUE:
+    for kind in al.CATALOG:
         plain, whole, _ = effect_pages.beside_white(effect_pages.example(kind))
         assert np.isfinite(plain).all()
         assert whole is None or (whole != plain).any(), kind.kind

@@ -33,7 +33,7 @@ NAMED_FIRST = {
 
 def test_every_effect_has_a_record():
     """Flicker PM is never searched, since clocks start with it."""
-    assert set(HIDDEN) == {effect.kind for effect in al.CATALOGUE} - {"flicker_phase"}
+    assert set(HIDDEN) == {effect.kind for effect in al.CATALOG} - {"flicker_phase"}
     assert set(NAMED_FIRST) < set(HIDDEN)
 
 

@@ -33,6 +33,8 @@ def test_listing():
         ("predict", "error_growth"),
         ("release", "free_buffers"),
         ("summarise", "summarize"),
+        ("CATALOGUE", "CATALOG"),
+        ("effects.CATALOGUE", "effects.CATALOG"),
         ("Bandwidth", "effects.Bandwidth"),
         ("WarmUp", "effects.WarmUp"),
     ],
@@ -136,7 +138,7 @@ def test_a_former_attribute_works_and_warns(owner, former, now):
 
 
 def test_every_effect_is_public():
-    names = {effect.__name__ for effect in allanite.CATALOGUE if "allanite" in effect.__module__}
+    names = {effect.__name__ for effect in allanite.CATALOG if "allanite" in effect.__module__}
     assert all(hasattr(allanite.effects, name) for name in names)
 
 

@@ -14,7 +14,7 @@ OF_SENSORS = re.compile(
 )
 
 
-@pytest.mark.parametrize("effect", tuple(al.CATALOGUE), ids=lambda effect: effect.kind)
+@pytest.mark.parametrize("effect", tuple(al.CATALOG), ids=lambda effect: effect.kind)
 def test_texts_of_a_clock_have_no_words_of_inertial_sensors(effect):
     for name in ("physics", "looks_like", "check_by"):
         assert not OF_SENSORS.search(effect.text_for(name, CLOCK))

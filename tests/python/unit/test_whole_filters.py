@@ -233,7 +233,7 @@ def test_no_drift_takes_the_place_of_a_process_behind_a_high_pass():
     b, a = signal.butter(1, 0.1, "high", fs=RATE)
     recording = al.Recording(signal.lfilter(b, a, x)[10_000:], rate=RATE, unit="rad/s")
     fit = al.fit_model(recording, "N+K+HP(order=1)")
-    drifts = {e.kind for e in al.CATALOGUE if e.screened == "slow"}
+    drifts = {e.kind for e in al.CATALOG if e.screened == "slow"}
     assert not drifts & {a.effect.kind for a in fit.alternatives(1)}
     assert not drifts & {kind for pair in fit.alternative_pairs(1) for kind in pair.kinds}
 

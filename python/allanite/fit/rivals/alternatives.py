@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.arrays import Array
-from allanite.effects import CATALOGUE, Deterministic, Effect, Modifier, Stochastic
+from allanite.effects import CATALOG, Deterministic, Effect, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.estimates import min_detected_delta_logl
 from allanite.fit.likelihood.random_part import RandomPart
@@ -84,7 +84,7 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     min_log_likelihood = (
         fit.solution.log_likelihood - MAX_RIVAL_LOG_EVIDENCE - MAX_POLISH_DELTA_LOGL
     )
-    for cls in CATALOGUE:
+    for cls in CATALOG:
         if cls.kind == out.kind or not cls.may_be(out):
             continue
         solution = fit_replacement(cls, base, fit.data, min_log_likelihood)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
+from allanite.effects import CATALOG, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.rivals.alternatives import (
     MAX_POLISH_DELTA_LOGL,
@@ -97,7 +97,7 @@ def alternatives_to_pairs(fit: Fit) -> tuple[tuple[float, tuple[int, int], Solut
         removed = {effects[place].kind for place in out}
         kinds = [
             cls
-            for cls in CATALOGUE
+            for cls in CATALOG
             if _wanders(cls) and cls.is_tried_in_spectrum() and cls.kind not in removed
         ]
         base = fit.solution_without(*out)
@@ -176,7 +176,7 @@ class _PairSearch:
             # Quantization behind a filter has the same edge as another filter or a hump.
             filters = [
                 cls
-                for cls in CATALOGUE
+                for cls in CATALOG
                 if issubclass(cls, Modifier) and cls.is_tried_in_spectrum() and cls.may_be(self.out)
             ]
             processes = self._fits_with_process()
@@ -238,7 +238,7 @@ class _PairSearch:
         """
         return [
             cls
-            for cls in CATALOGUE
+            for cls in CATALOG
             if issubclass(cls, Stochastic)
             and cls.is_tried_in_spectrum()
             and not (cls.last_resort or cls.nameless)

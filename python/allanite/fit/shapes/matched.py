@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
 from allanite.effects import (
-    CATALOGUE,
+    CATALOG,
     Deterministic,
     Effect,
     LaggedColumn,
@@ -135,7 +135,7 @@ def slow_families(
     if any(filtering.blocks for filtering in model.filters):
         # A high-pass blocks drifts; leakage of the ends into the empty lowest ordinates would imitate a drift.
         return out
-    for cls in CATALOGUE:
+    for cls in CATALOG:
         if cls.screened == "slow" and issubclass(cls, Deterministic):
             blanks = cls.candidates(model, columns)
             if blanks:

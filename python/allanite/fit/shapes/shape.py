@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.arrays import Array
-from allanite.effects import CATALOGUE, Deterministic, Effect, Model
+from allanite.effects import CATALOG, Deterministic, Effect, Model
 from allanite.fit.models import with_effect
 from allanite.fit.shapes.deterministic import (
     LOWEST_ORDINATES,
@@ -266,7 +266,7 @@ def _with_best_times(
     if len(unknown) < 2:
         return effect
     known = _with_values(others)
-    for cls in CATALOGUE:
+    for cls in CATALOG:
         if issubclass(cls, Deterministic):
             for found, _ in best_spans(cls, data.ordinates_without(known), noise, data, known):
                 if type(found) is type(effect):

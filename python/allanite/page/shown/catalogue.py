@@ -10,7 +10,7 @@ import numpy as np
 
 from allanite.common.errors import AllaniteError
 from allanite.deviation import oadev
-from allanite.effects import CATALOGUE, Model, white_noise
+from allanite.effects import CATALOG, Model, white_noise
 from allanite.effects._base import Stochastic
 from allanite.effects._known import Deterministic
 from allanite.effects._modifier import Modifier
@@ -87,7 +87,7 @@ def catalogue(kind: str) -> list[dict[str, Any]]:
             "needs": [p.name for p in cls.parameters if p.role == "choice" and p.name == "column"],
             "pictures": _svg_pictures(cls),  # type: ignore[arg-type]
         }
-        for cls in sorted(CATALOGUE, key=lambda c: (places[_group_name(c)], not c.common))
+        for cls in sorted(CATALOG, key=lambda c: (places[_group_name(c)], not c.common))
     ]
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Model, Modifier
+from allanite.effects import CATALOG, Model, Modifier
 from allanite.fit import refitted
 from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.rivals.evidence import MAX_RIVAL_LOG_EVIDENCE
@@ -99,5 +99,5 @@ def _product_levels(changes: list[Modifier]) -> list[Modifier]:
     gains = np.prod([change.gain(times) for change in changes], axis=0)
     kept = np.flatnonzero(np.diff([1.0, *gains]))
     many = {"times": tuple(times[kept].tolist()), "factors": tuple(gains[kept].tolist())}
-    kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier)]
+    kinds = [cls for cls in CATALOG if issubclass(cls, Modifier)]
     return [effect for cls in kinds if (effect := cls.from_values(**many)) is not None]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from allanite.effects import CATALOGUE, Model, Stochastic
+from allanite.effects import CATALOG, Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION
 from allanite.fit.rivals.alternatives import is_detected
@@ -68,7 +68,7 @@ def _is_single_line(effect: Effect) -> bool:
 
 def _band(low: float, high: float) -> Stochastic | None:
     """Effect of the catalog with a narrow band between two frequencies, Hz; None if no kind has one."""
-    kinds = (cls() for cls in CATALOGUE if issubclass(cls, Stochastic))
+    kinds = (cls() for cls in CATALOG if issubclass(cls, Stochastic))
     return next((made for blank in kinds if (made := blank.banded(low, high)) is not None), None)
 
 

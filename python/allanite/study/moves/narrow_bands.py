@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import CATALOGUE, Model, Stochastic
+from allanite.effects import CATALOG, Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.likelihood.peaks import has_ordinates_near
 from allanite.fit.likelihood.whitened import whitened_ordinates
@@ -69,7 +69,7 @@ def _modulated_effect(band: Effect, rate: float, depth: float) -> Stochastic | N
 
     None if no kind has it.
     """
-    kinds = (cls for cls in CATALOGUE if issubclass(cls, Stochastic))
+    kinds = (cls for cls in CATALOG if issubclass(cls, Stochastic))
     made = (cls.like(band, modulation=rate, depth=depth) for cls in kinds)
     return next((effect for effect in made if effect is not None), None)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.criticism.over_time import overdispersion
-from allanite.effects import CATALOGUE, Modifier
+from allanite.effects import CATALOG, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.bands_in_time import (
     band_ordinates,
@@ -72,7 +72,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     * if the factor differs from 1 by less than its error or the model discrepancy,
     * if the model has a change of level in this band already, or if another change remains in this band.
     """
-    kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "band level"]
+    kinds = [cls for cls in CATALOG if issubclass(cls, Modifier) and cls.screened == "band level"]
     if not kinds or whitened.samples.size < data.n or is_deformed_by_rounding(data):
         return None  # a summary keeps no samples
     whitened = whitened.with_normal_tails

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.effects import CATALOGUE, Model, Stochastic
+from allanite.effects import CATALOG, Model, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.expected import density
 from allanite.suggestion.constants import (
@@ -49,9 +49,7 @@ def look(context: Context) -> tuple[Candidate, ...]:
     more than ln 1000 above that of the Gauss–Markov process.
     """
     candidates, data = context.found["spectral"], context.data
-    twins = [
-        cls for cls in CATALOGUE if issubclass(cls, Stochastic) and cls.screened == "two levels"
-    ]
+    twins = [cls for cls in CATALOG if issubclass(cls, Stochastic) and cls.screened == "two levels"]
     pairs = ((c, cls.like(c.effect)) for cls in twins for c in candidates)
     found, effect = next(((c, twin) for c, twin in pairs if twin is not None), (None, None))
     if found is None or found.solution is None or found.gain < MIN_DELTA_LOGL_OVER_SIMPLER:

@@ -1,4 +1,8 @@
-"""Begin and end of a disturbance in a band: an octave rings before and after the disturbance itself."""
+"""Begin and end of a disturbance in a band: an octave rings before and after the disturbance itself.
+
+The screen of exclusions finds the loud octave. Here the ringing is removed from its interval, so that no good samples are
+excluded.
+"""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import CATALOGUE, Effect, Model, Stochastic
+from allanite.effects import CATALOG, Effect, Model, Stochastic
 from allanite.fit.engine import solve
 from allanite.suggestion.constants import MAX_BAND_SECTIONS, MIN_BAND_SECTIONS, MIN_ORDINATES
 from allanite.suggestion.p_values import Family
@@ -110,7 +110,7 @@ def _moving_band(band: Stochastic, course: tuple[float, ...]) -> Stochastic | No
 
     None if there is none.
     """
-    kinds = (cls for cls in CATALOGUE if issubclass(cls, Stochastic) and cls.moving)
+    kinds = (cls for cls in CATALOG if issubclass(cls, Stochastic) and cls.moving)
     return next((one for cls in kinds if (one := cls.like(band, course=course)) is not None), None)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Deterministic, Stochastic
+from allanite.effects import CATALOG, Deterministic, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.peaks import has_all_ordinates
 from allanite.fit.rivals.line_trials import line_trials
@@ -95,7 +95,7 @@ def blanks_of_screen(screened: str, solution: Solution, data: Data) -> list[Dete
     """
     return [
         blank
-        for cls in CATALOGUE
+        for cls in CATALOG
         if cls.screened == screened and issubclass(cls, Deterministic)
         for blank in cls.candidates(solution.model, data.covariates)
     ]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.common.arrays import medians
 from allanite.criticism.over_time import overdispersion
-from allanite.effects import CATALOGUE, Model, Modifier
+from allanite.effects import CATALOG, Model, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import without_samples
 from allanite.fit.likelihood.whitened import end_samples, rounding_step
@@ -155,7 +155,7 @@ def screen_outliers(
     """
     from scipy.special import log_ndtr
 
-    kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "outlier"]
+    kinds = [c for c in CATALOG if issubclass(c, Modifier) and c.screened == "outlier"]
     wanted = [c for c in kinds if c.candidates(solution.model, data.covariates)]
     if not wanted or samples.size < data.n:
         return None
@@ -314,7 +314,7 @@ SCREEN = Screen(
 
 def _segment_effect(start: float, end: float) -> Modifier | None:
     """Effect of the catalog that excludes the samples from `start` to `end`, s; None if no kind does."""
-    kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "stretch"]
+    kinds = [c for c in CATALOG if issubclass(c, Modifier) and c.screened == "stretch"]
     return kinds[0].from_values(start=start, end=end) if kinds else None
 
 

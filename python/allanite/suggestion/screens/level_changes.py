@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import CATALOGUE, Modifier
+from allanite.effects import CATALOG, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.changing_power import mean_squared_level, peak_level
 from allanite.fit.likelihood.whitened import end_samples, white_power, whiten
@@ -324,7 +324,7 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     factor = float(np.sqrt(series.white_ratio(float(inside / outside))))
     changes = (
         cls.from_values(start=series.time(start), end=series.time(end), factor=factor)
-        for cls in CATALOGUE
+        for cls in CATALOG
         if issubclass(cls, Modifier) and cls.screened == "level"
     )
     effect = next((change for change in changes if change is not None), None)

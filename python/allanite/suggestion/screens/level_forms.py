@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.criticism.over_time import overdispersion
-from allanite.effects import CATALOGUE, Modifier
+from allanite.effects import CATALOG, Modifier
 from allanite.fit.likelihood.whitened import cell_means
 from allanite.recording.audit import MAX_ROUNDING_SHARE
 from allanite.recording.tails import coarse_step
@@ -169,7 +169,7 @@ def _level_effects(model: Model, columns: Mapping[str, Array]) -> list[Modifier]
 
     `columns` maps names to logged columns, such as the temperature, on which the level may depend.
     """
-    kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "level"]
+    kinds = [cls for cls in CATALOG if issubclass(cls, Modifier) and cls.screened == "level"]
     return [blank for cls in kinds for blank in cls.candidates(model, columns)]
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.threads import stop_if_unwanted
-from allanite.effects import CATALOGUE, Deterministic
+from allanite.effects import CATALOG, Deterministic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.remembered import trim_memory
 from allanite.fit.likelihood.stop_band import is_empty
@@ -279,7 +279,7 @@ def _periodic_effects(
 
     The kinds come in reverse order of the catalog, so those of users come first.
     """
-    for cls in reversed(tuple(CATALOGUE)):
+    for cls in reversed(tuple(CATALOG)):
         if cls.screened == "line" and issubclass(cls, Deterministic):
             found = cls.at(start, multiples)
             if found is not None and cls.candidates(solution.model, data.covariates):

@@ -1,4 +1,7 @@
-"""Narrow bands: where single ordinates stand out over less than a bin."""
+"""Narrow bands: where single ordinates stand out over less than a bin.
+
+The screen of the spectrum compares bins, which hide such bands. It refits those that are found here.
+"""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Deterministic
+from allanite.effects import CATALOG, Deterministic
 from allanite.fit.engine import solve
 from allanite.fit.shapes.matched import best_spans
 from allanite.suggestion.constants import MAX_EVENTS
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def merged_excursions(events: Sequence[Deterministic]) -> Deterministic | None:
     """Effect of the catalog that contains all excursions of `events`, e.g. for a joint fit; None if no kind can."""
-    kinds = (cls for cls in CATALOGUE if issubclass(cls, Deterministic))
+    kinds = (cls for cls in CATALOG if issubclass(cls, Deterministic))
     return next((one for cls in kinds if (one := cls.together(events)) is not None), None)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from allanite.common.parameters import NORMAL
 from allanite.common.threads import Pool
-from allanite.effects import CATALOGUE, Deterministic, Stochastic
+from allanite.effects import CATALOG, Deterministic, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.estimates import deterministic_shape_error
 from allanite.fit.likelihood.remembered import trim_memory
@@ -82,7 +82,7 @@ def _number_of_families(context: Context) -> int:
     """Number of families of the slow functions that the model may get; if one was found, also those of richer forms."""
     names = set(slow_families(context.solution.model, context.data.covariates))
     if context.found[SCREEN.name]:
-        names |= {cls.family for cls in CATALOGUE if cls.screened == "slow" and cls.found_with}
+        names |= {cls.family for cls in CATALOG if cls.screened == "slow" and cls.found_with}
     return len(names)
 
 

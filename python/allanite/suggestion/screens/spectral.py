@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
+from allanite.effects import CATALOG, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.expected import column_of
 from allanite.fit.likelihood.peaks import MAX_MISSING_FRACTION, is_fitted_to_ordinates
@@ -101,7 +101,7 @@ def directions(
     # Directions of the model's own effects: the refit moves along them anyway.
     own = solution.columns[:, solution.theta > 0.0]
     basis, _ = np.linalg.qr((own / solution.spectrum[:, None]) * root[:, None])
-    for cls in CATALOGUE:
+    for cls in CATALOG:
         if not cls.is_tried_in_spectrum():
             continue
         blanks = cls.candidates(solution.model, data.covariates)
@@ -149,7 +149,7 @@ def look(context: Context) -> tuple[Candidate, ...]:
 def _number_of_families(context: Context) -> int:
     """Number of families of random processes and filters that the model may get."""
     model, columns = context.solution.model, context.data.covariates
-    kinds = (cls for cls in CATALOGUE if cls.is_tried_in_spectrum())
+    kinds = (cls for cls in CATALOG if cls.is_tried_in_spectrum())
     return len({cls.family for cls in kinds if cls.candidates(model, columns)})
 
 
@@ -203,7 +203,7 @@ def _of_alike_kind(
     if found.gain < MIN_DELTA_LOGL_OVER_SIMPLER:
         return None
     best = None
-    for cls in CATALOGUE:
+    for cls in CATALOG:
         made = cls.like(found.effect) if issubclass(cls, Stochastic) else None
         if made is None or made.occupies is None:
             continue

@@ -163,7 +163,7 @@ def test_whatever_changes_a_result_changes_the_key(tmp_path):
         kind, short, title = "breathing", "BREATH", "breathing of the mount"
 
     keys.append(key())
-    al.CATALOGUE.remove(Breathing)
+    al.CATALOG.remove(Breathing)
     assert len(set(keys)) == len(keys)
     assert key() == keys[0]
 
@@ -200,7 +200,7 @@ def test_an_extension_that_changes_changes_the_key(tmp_path, monkeypatch, what):
                 al.register(module.Breathing)
             keys.append(child_setup("N", 1.0, None, False, 1.0, 1, {}).settings)
             if what == "effect":
-                al.CATALOGUE.remove(module.Breathing)
+                al.CATALOG.remove(module.Breathing)
     sys.modules.pop("breathing_module")
     assert keys[0] != keys[1]
 

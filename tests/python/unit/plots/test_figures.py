@@ -8,7 +8,7 @@ import pytest
 import allanite as al
 from allanite.common.units import conversion
 from allanite.comparison import Drawn
-from allanite.criticism import criticise
+from allanite.criticism import criticize
 from allanite.fit.likelihood.whitened import whiten
 from allanite.plots import plot_check, plot_compare, plot_deviation, plot_study, plot_time
 from allanite.plots.curves import interval
@@ -32,7 +32,7 @@ def test_check_shades_what_fails_and_names_the_first_suggestion(check):
 def test_check_without_a_failure_shades_nothing():
     samples = np.random.default_rng(2).standard_normal(4000)
     fit = al.fit_model(al.Recording(samples, rate=10.0, unit="deg/s"), "N")
-    figure = plot_check(al.Check(fit, criticise(fit, whiten(fit.solution, fit.data)), ()))
+    figure = plot_check(al.Check(fit, criticize(fit, whiten(fit.solution, fit.data)), ()))
     assert not any(panel.find(Span) for panel in figure.panels)
     assert "No effect is significantly missing" in figure.subtitle
 
