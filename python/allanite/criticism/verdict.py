@@ -209,12 +209,12 @@ def criticize(fit: Fit, whitened: Whitened) -> Where:
     """`Where`: residuals of the Allan deviation, the spectrum and the power over time, each with its worst interval."""
     times = time_map(fit.data, whitened)
     return Where(
-        _rows_over_tau(fit.curve),
-        _rows_over_frequency(fit),
-        times.rows(),
-        _worst_over_tau(fit.curve),
-        _worst_over_frequency(fit),
-        times.worst(),
-        fit.curve.worst,
-        tuple(fit.curve.tau[~fit.curve.is_counted].tolist()),
+        tau=_rows_over_tau(fit.curve),
+        frequency=_rows_over_frequency(fit),
+        time=times.rows(),
+        worst_tau=_worst_over_tau(fit.curve),
+        worst_frequency=_worst_over_frequency(fit),
+        worst_time=times.worst(),
+        largest=fit.curve.worst,
+        few=tuple(fit.curve.tau[~fit.curve.is_counted].tolist()),
     )

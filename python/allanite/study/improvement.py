@@ -94,7 +94,14 @@ def improve(
         allowed = positive(seconds, "seconds", "s", "give seconds, such as 60")
     deadline = clock() + allowed
     fit = fit_model(recording, with_given_designs(as_model(model)))
-    search = Search([Rung(fit)], limit, tolerance, deadline, clock, on_progress)
+    search = Search(
+        [Rung(fit)],
+        limit=limit,
+        tolerance=tolerance,
+        deadline=deadline,
+        clock=clock,
+        on_progress=on_progress,
+    )
     try:
         stop = search.run()
     except KeyboardInterrupt:

@@ -145,7 +145,16 @@ def rung_of(
         risen = after.fit.solution.log_likelihood - before.fit.solution.log_likelihood
     start = sum(map(before.is_given, lost))
     added = new[0] if new else None
-    return Rung(after.fit, added, removed, risen, start, tuple(new[1:]), trials, after.numbers)
+    return Rung(
+        after.fit,
+        added=added,
+        removed=removed,
+        risen=risen,
+        dropped_start=start,
+        brought=tuple(new[1:]),
+        trials=trials,
+        numbers=after.numbers,
+    )
 
 
 def kinds_added_again(ladder: Sequence[Rung]) -> set[str]:

@@ -128,12 +128,12 @@ class Search:
         self.check.fit.forget_check()
         study = Study(
             self.check.fit.recording,
-            self._steps(stop),
-            self.check,
-            stop,
-            self.tolerance,
-            tried_and_dropped(self.ladder[: self.checked]),
-            self.first_check,
+            ladder=self._steps(stop),
+            check=self.check,
+            stopped_because=stop,
+            tolerance=self.tolerance,
+            tried=tried_and_dropped(self.ladder[: self.checked]),
+            first_check=self.first_check,
         )
         if stop == "adequate" and study.doubts:
             return replace(study, stopped_because="nothing helps")

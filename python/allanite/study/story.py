@@ -141,4 +141,12 @@ def _step_with_record(
     risen = known.risen if known is not None and elsewhere else None
     trials = known.trials if known is not None else None
     kinds = tuple(e.kind for e in dropped)
-    return Rung(fit, new[0], kinds, risen, len(kinds), tuple(new[1:]), trials)
+    return Rung(
+        fit,
+        added=new[0],
+        removed=kinds,
+        risen=risen,
+        dropped_start=len(kinds),
+        brought=tuple(new[1:]),
+        trials=trials,
+    )
