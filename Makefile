@@ -42,7 +42,7 @@ test: test-rust test-python ## the quick tests (five minutes after the build)
 
 test-all: test test-slow test-claims test-long ## also slow tests, statistical claims on few records, and long tests
 
-test-nightly: test-all ## also every statistical claim on all its records (hours)
+test-nightly: coverage test-rust test-slow test-claims test-long ## also every statistical claim on all its records (hours)
 	$(BIN)/python benches/claims/full_counts.py -n 2 -q
 
 test-rust: ## the core's own tests, no interpreter needed (PROPTEST_RNG_SEED= looks for other examples)
