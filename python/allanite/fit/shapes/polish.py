@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.arrays import Array
+from allanite.effects import Stochastic
 from allanite.fit.likelihood.discrepancy import (
     MarginalLikelihood,
     likelihood,
     linearized,
     marginal_likelihood,
 )
-from allanite.fit.likelihood.expected import columns
+from allanite.fit.likelihood.expected import column_of, columns
 from allanite.fit.likelihood.peaks import is_fitted_to_ordinates
 
 if TYPE_CHECKING:
@@ -124,11 +125,21 @@ class Shapes:
         `now` is the power of the model at the coordinates `point`, and `theta` its squared coefficients.
         """
         slopes = np.empty((now.size, point.size))
-        for i in range(point.size):
+        before = self.at(point)
+        for i, (place, _) in enumerate(self.places):
             moved = point.copy()
             h = 1e-4 if point[i] + 1e-4 < self.limits[i, 1] else -1e-4
             moved[i] += h
-            slopes[:, i] = (columns(self.at(moved), data) @ theta - now) / h
+            after = self.at(moved)
+            process = after.effects[place]
+            # A process changes its own power alone, a modifier also that of others.
+            if isinstance(process, Stochastic):
+                own = sum(isinstance(e, Stochastic) for e in after.effects[:place])
+                risen = column_of(after, process, data)
+                risen = risen - column_of(before, before.stochastic[own], data)
+                slopes[:, i] = risen * (theta[own] / h)
+            else:
+                slopes[:, i] = (columns(after, data) @ theta - now) / h
         return slopes
 
 

@@ -74,15 +74,15 @@ def _missing_excursion(
     None if another slow function explains more, or if it has a p-value above 1 %. `rival` is the solution with the best
     slowly drifting random process, `whitened` returns the whitened record of the search.
     """
-    # Excursions are pairs of steps; without one, the other functions need no search.
+    # Excursions are pairs of steps. Only a significant one is compared with the other functions.
+    families = slow_families(solution.model, data.covariates)
     steps = screen_slow(solution, data, rival, whitened, {BiasStep.family})
-    if not any(c.effect.returns for c in steps):
-        return None
-    found = screen_slow(solution, data, rival, whitened)
-    best = max(found, key=score)
-    if not (isinstance(best.effect, Deterministic) and best.effect.returns):
+    best = max(steps, key=score, default=None)
+    if best is None or not (isinstance(best.effect, Deterministic) and best.effect.returns):
         return None
     judged = best.gain if best.judged_gain is None else best.judged_gain
-    searches = len(slow_families(solution.model, data.covariates))
-    log_p = log_p_value(best.family, judged) + np.log(searches)
-    return best.effect if log_p < np.log(FALSE_ALARM_PROBABILITY) else None
+    log_p = log_p_value(best.family, judged) + np.log(len(families))
+    if log_p >= np.log(FALSE_ALARM_PROBABILITY):
+        return None
+    others = screen_slow(solution, data, rival, whitened, families.keys() - {BiasStep.family})
+    return best.effect if all(score(other) < score(best) for other in others) else None

@@ -207,7 +207,10 @@ class _Sections:
 
     def __init__(self, own: Process, solution: Solution, data: Data) -> None:
         self.own, self.model, self.data = own, solution.model, data
-        self.sections = data.sections(solution.model, _section_count(own.effect, data))
+        number = _section_count(own.effect, data)
+        self.sections = data.sections(solution.model, number)
+        #: Half the distance of the ordinates of a section, Hz.
+        self.resolution = 0.25 * number / data.duration
 
     def course(
         self, widths: list[float], theta: float, replaced: tuple[Effect, ...]
@@ -254,9 +257,11 @@ class _Sections:
         The frequency stays between the two values `within`, Hz. The half-width of the band is `relative_width` times its
         frequency, `theta` its squared coefficient; it takes the place of the effects `replaced`. Two forms are compared:
         a constant frequency in each time section, and a polygon. None if the range holds at most four tried frequencies,
-        or if the band is not possible at one of them.
+        if the band is not possible at one of them, or if a section does not resolve neighboring tried frequencies.
         """
         step = relative_width * 0.5 * sum(within) / PLACES_PER_HALF_WIDTH
+        if step < self.resolution:
+            return None
         places = np.arange(*within, step)
         effect = self.own.effect
         if places.size <= PLACES_PER_HALF_WIDTH:
