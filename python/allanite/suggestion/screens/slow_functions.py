@@ -173,7 +173,7 @@ def _screen_family(
             named = None
         # Each independent place of the simple form could have been the start of a richer form.
         starts = max(1.0, arcs[-1] / (0.5 * np.pi))
-        forms = _richer_forms(type(blank), simple, starts, solution, data)
+        forms = _richer_forms(type(blank), simple, starts, solution, data, named is not None)
         found += _significant_richer_forms(named, forms, solution, data, rival, whitened, found)
         found += _several_excursions(type(blank), found, forms, solution, data, rival, whitened)
         arcs += [arc * times for arc, times, _ in forms.values()]
@@ -211,12 +211,14 @@ def _richer_forms(
     starts: float,
     solution: Solution,
     data: Data,
+    is_significant: bool,
 ) -> dict[Deterministic, tuple[float, float, Noise]]:
     """Dict from each effect with more parameters than `simple`, shapes optimized, to a tuple (angle, starts, noise).
 
     The effects are forms of `simple` with more parameters, the best excursions between any two times, and forms of these
     excursions. `angle`, rad, is the path length of the grid of shapes, and `starts` the number of independent start
-    times; both count trials. `noise` is the noise of the model with `simple`, for excursions also without.
+    times; both count trials. `noise` is the noise of the model with `simple`, for excursions also without it if `simple`
+    `is_significant`.
     """
     base, known = solution.noise(data), solution.model.deterministic
     with_simple = None if simple is None else simple.solution
@@ -240,7 +242,7 @@ def _richer_forms(
     if simple is not None:
         add_extended(simple.effect, starts, noise)
     # Next to a step the fitted noise may be too low for an excursion elsewhere, so both noise models are tried.
-    for own in (noise,) if with_simple is None else (noise, base):
+    for own in (noise, base) if is_significant else (noise,):
         for effect, arc in best_spans(kind, solution.ordinates, own, data, known):
             # Each independent place could be either end.
             finer = _with_best_shapes(effect, effect.free_shapes, solution, own, data)
