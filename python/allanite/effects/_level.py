@@ -35,17 +35,20 @@ def interval_switches(when: tuple[float, float] | None, factor: float | None) ->
 
 
 def mean_power(switches: Switches, start: ArrayLike, end: ArrayLike) -> Array:
-    """Array of the mean squared factor on the noise from each `start` to each `end`, s.
+    """Array of the mean squared factor on the noise from each `start` to each `end`, s; NaN if both are equal.
 
-    `switches` are the times of the level changes, s, and the factor after each; before the first time the factor is 1.
+    `start` and `end` are ascending. `switches` are the times of the level changes, s, and the factor after each; before the
+    first time the factor is 1.
     """
-    low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    both = np.broadcast_arrays(np.asarray(start, dtype=float), np.asarray(end, dtype=float))
+    low, high = (one.ravel() for one in both)
+    total = np.where(low == high, np.nan, 1.0)
     times, factors = switches
-    total = np.ones(low.shape)
     for (since, until), factor in zip(pairwise((*times, np.inf)), factors, strict=True):
-        inside = np.clip(np.minimum(high, until) - np.maximum(low, since), 0.0, None)
-        total += (factor**2 - 1.0) * inside / (high - low)
-    return total
+        own = slice(np.searchsorted(high, since, side="right"), np.searchsorted(low, until))
+        inside = np.minimum(high[own], until) - np.maximum(low[own], since)
+        total[own] += (factor**2 - 1.0) * inside / (high[own] - low[own])
+    return total.reshape(both[0].shape)
 
 
 def interval_errors(
