@@ -190,7 +190,7 @@ class _Lines:
         self.name, self.column_of, self.keeps_position = name, column_of, keeps_position
         self.offset, self.tail = 0, b""
         self.rest = b""
-        self.first: list[str] = []
+        self.first: list[bytes] = []
         self.first_rows = self.first_bytes = 0
         self.column: WatchedColumn | None = None
         self.samples: list[float] = []
@@ -217,8 +217,9 @@ class _Lines:
                     yield from self._flush()
                     passed_on = time.monotonic()
             # At the end of the source, the last line may lack its line break. After a signal, it may be incomplete.
-            if not stop.is_set():
-                self._add_bytes(b"\n" if self.rest else b"", counted=len(self.rest))
+            if self.rest and not stop.is_set():
+                last, self.rest = self.rest, b""
+                self._add_line(last)
             self._choose_column()
         except InputError:
             # The rows before a bad row count.
@@ -256,29 +257,23 @@ class _Lines:
         self.samples, self.follows = [], True
         yield rows
 
-    def _add_bytes(self, data: bytes, *, counted: int | None = None) -> None:
+    def _add_bytes(self, data: bytes) -> None:
         """Split bytes of the source into lines, collect the sample of each complete line, and keep an incomplete last line.
 
-        `counted` is the number of these bytes that advance the position in the source; by default all. Raises
-        `InputError` for a line of over 1 MB.
+        Raises `InputError` for a line of over 1 MB.
         """
-        # A carriage return also ends a line. The blank line in "\r\n" is ignored later.
-        text = self.rest + data.replace(b"\r", b"\n")
-        end = text.rfind(b"\n") + 1
-        lines, self.rest = text[:end], text[end:]
+        text = self.rest + data
+        # A carriage return also ends a line.
+        end = max(text.rfind(b"\n"), text.rfind(b"\r")) + 1
+        self.rest = text[end:]
         if len(self.rest) > MAX_LINE:
             raise InputError(
                 f"{self.name}: a line is longer than {MAX_LINE} bytes; the source must be text with one row per line"
             )
-        if not lines:
-            return
-        taken = lines if counted is None else lines[:counted]
-        for line in lines.decode("utf-8", "replace").split("\n"):
+        for line in text[:end].splitlines(keepends=True):
             self._add_line(line)
-        self.offset += len(taken)
-        self.tail = (self.tail + taken)[-COMPARED_BYTES:]
 
-    def _add_line(self, line: str) -> None:
+    def _add_line(self, line: bytes) -> None:
         """Collect the sample in a line of the source; while the column to watch is not yet known, keep the line instead.
 
         The column is chosen once 100 rows of numbers have arrived. Raises `InputError` if fewer have arrived after 16 MB.
@@ -286,10 +281,8 @@ class _Lines:
         if self.column is not None:
             self._add_sample(line)
             return
-        if not line:
-            return
         self.first.append(line)
-        self.first_rows += has_numbers(line)
+        self.first_rows += has_numbers(_text_of(line))
         self.first_bytes += len(line)
         if self.first_rows >= FIRST_ROWS:
             self._choose_column()
@@ -302,22 +295,29 @@ class _Lines:
     def _choose_column(self) -> None:
         """Choose the column from the first lines unless it is chosen, and collect the samples of these lines."""
         if self.column is None:
-            self.column = self.column_of(self.first)
+            self.column = self.column_of([text for line in self.first if (text := _text_of(line))])
             lines, self.first = self.first, []
             for line in lines:
                 self._add_sample(line)
 
-    def _add_sample(self, line: str) -> None:
+    def _add_sample(self, line: bytes) -> None:
         """Append the number that a line has in the watched column, times the factor of this column, to the samples.
 
-        Does nothing if there is text instead of a number, or for a blank line or a comment. Raises `InputError` if the
-        row has no such column, or if the number is infinite.
+        Nothing is appended for text instead of a number, a blank line or a comment. The position moves behind the line.
+        Raises `InputError` if the row has no such column, or if the number is infinite; the position then stays before it.
         """
         assert self.column is not None
         with about(self.name):
-            value = sample_of(line, self.column.index, self.column.delimiter)
+            value = sample_of(_text_of(line), self.column.index, self.column.delimiter)
         if value is not None:
             self.samples.append(self.column.factor * value)
+        self.offset += len(line)
+        self.tail = (self.tail + line)[-COMPARED_BYTES:]
+
+
+def _text_of(line: bytes) -> str:
+    """Text of a line without its line end; bytes that are not UTF-8 become replacement characters."""
+    return line.decode("utf-8", "replace").rstrip("\r\n")
 
 
 def sample_of(line: str, place: int, delimiter: str | None = None) -> float | None:

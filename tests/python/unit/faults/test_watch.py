@@ -71,6 +71,19 @@ def test_an_infinite_sample_is_refused_and_nothing_is_lost(run, tmp_path):
     assert "infinite" in err
 
 
+@pytest.mark.parametrize("rows", [50, 200, 5000])
+def test_rows_before_a_bad_row_are_counted_once(run, tmp_path, rows):
+    """The state ends before the bad row, so a second run reads no row again; 50 rows are within the first lines."""
+    log, state = tmp_path / "log.csv", tmp_path / "state"
+    log.write_text("gx\n" + text(noise(rows)) + "inf\n0.1\n")
+    for _ in range(2):
+        assert run("watch", log, *MODEL, "--state", state)[0] == 2
+        assert al.Summary.load(f"{state}.summary").n == rows
+    log.write_text(log.read_text().replace("inf", "nan"))
+    code, out, _ = run("watch", log, *MODEL, "--state", state)
+    assert (code, last(out)["samples"]) == (0, rows + 2)
+
+
 def test_counters_for_prometheus_are_whole_numbers():
     watch = al.Watch(al.parse_model("N(N=0.1)"), 100.0)
     watch.taken = 123_456_789
@@ -262,21 +275,22 @@ def test_a_log_replaced_by_something_that_never_ends_is_refused(tmp_path, kind):
         next(follower.rows)
 
 
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
 @pytest.mark.parametrize("change", ["none", "rotated", "truncated"])
-def test_a_state_knows_the_file_that_it_ended_in(run, tmp_path, change):
+def test_a_state_knows_the_file_that_it_ended_in(run, tmp_path, change, newline):
     log, state = tmp_path / "log.csv", tmp_path / "state"
     options = (*MODEL, "--state", state)
-    log.write_text("gx\n" + text(noise(3000)))
+    log.write_text("gx\n" + text(noise(3000)), newline=newline)
     assert run("watch", log, *options)[0] == 0
     more = text(noise(2000, 2))
     if change == "none":
-        with log.open("a") as file:
+        with log.open("a", newline=newline) as file:
             file.write(more)
     elif change == "rotated":
         log.rename(tmp_path / "log.csv.1")
-        log.write_text("gx\n" + more)
+        log.write_text("gx\n" + more, newline=newline)
     else:
-        with log.open("r+") as file:
+        with log.open("r+", newline=newline) as file:
             file.truncate(0)
             file.write("gx\n" + more)
     code, out, err = run("watch", log, *options)
